@@ -16,8 +16,6 @@ set_property(GLOBAL PROPERTY GLOBAL_DEPENDS_NO_CYCLES ON)
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
 endif()
-# -O2 costs the solver a third of its speed; assertions stay out of Release.
-set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
@@ -27,15 +25,28 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
       CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE_PROGRAM})
 endif()
 
+# Headers are included as "sextant/<folder>/file.h", where lib/ is dropped: lib/geometry/se3.h is "sextant/geometry/se3.h",
+# in a build by a link to each folder, as in an installed package.
+set(include_root ${PROJECT_BINARY_DIR}/headers)
+file(MAKE_DIRECTORY ${include_root}/sextant)
+file(GLOB folders CONFIGURE_DEPENDS lib/* datasets eval)
+foreach(folder ${folders})
+  if(IS_DIRECTORY ${folder})
+    get_filename_component(name ${folder} NAME)
+    file(CREATE_LINK ${folder} ${include_root}/sextant/${name} SYMBOLIC)
+  endif()
+endforeach()
+
 add_library(sextant_flags INTERFACE)
 target_compile_features(sextant_flags INTERFACE cxx_std_20)
+target_include_directories(sextant_flags INTERFACE
+  $<BUILD_INTERFACE:${include_root}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 # -ffp-contract=off: a fused multiply-add on one machine and none on another
 # would give different last digits for the same seed.
+# -fno-math-errno, -fno-trapping-math: the compiler vectorises loops with sqrt() and comparisons; no result changes.
 # -Wno-restrict: g++ 12 gives false alarms on string + string (GCC bug 105651).
-target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Wall;-Wextra;$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>;-Wno-missing-field-initializers;-Wshadow;-Wnon-virtual-dtor;-ffp-contract=off>)
-# Memory is cheaper than the time (a tenth) in which the compiler looks for what it can free.
-target_compile_options(sextant_flags INTERFACE
-  $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=1000$<SEMICOLON>--param=ggc-min-heapsize=2000000>>)
+target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-ffp-contract=off;-fno-math-errno;-fno-trapping-math>
+  $<BUILD_INTERFACE:-Wall;-Wextra;$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>;-Wno-missing-field-initializers;-Wshadow;-Wnon-virtual-dtor>)
 if(SEXTANT_WERROR)
   target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Werror>)
 endif()

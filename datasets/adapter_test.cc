@@ -1,5 +1,5 @@
-// Promises that every adapter keeps. Each adapter is tried on a miniature of its data set, which a layout of
-// its name writes, or a line of make_miniature().
+// Properties of every adapter. Each adapter is tested on a miniature of its data set, which is written by the
+// layout of the same name or by a line of make_miniature().
 
 #include <algorithm>
 #include <functional>
@@ -19,9 +19,9 @@ namespace {
 
 struct Miniature {
   std::string source;
-  std::vector<Json> options = {Json::object()};  ///< each is tried
-  bool in_files = true;                          ///< channels lie in files or are computed from some
-  std::optional<SequenceTruth> truth;            ///< that the folder tells
+  std::vector<Json> options = {Json::object()};  ///< every one is tested
+  bool in_files = true;                          ///< channels are read or computed from files
+  std::optional<SequenceTruth> truth;            ///< ground truth contained in the folder
 };
 
 Miniature write_layout(const std::string& layout, const fs::path& folder) {
@@ -82,7 +82,7 @@ const std::vector<ChannelName>& channel_names() {
   return names;
 }
 
-/// A file of the same kind, of 20x18 pixels.
+/// Returns a file of the same kind with 20x18 pixels.
 std::string of_another_size(const fs::path& path, const std::string& bytes) {
   if (path.extension() == ".flo") return encode_flo(Image<Flow>(20, 18));
   if (path.extension() == ".txt") return encode_mask_text(Image<uint16_t>(20, 18));
@@ -97,7 +97,7 @@ std::string of_another_size(const fs::path& path, const std::string& bytes) {
 
 class Adapters : public testing::TestWithParam<Adapter> {
  protected:
-  /// Written once an adapter.
+  /// Written once per adapter.
   static const Miniature& miniature() {
     static std::map<std::string, std::pair<std::unique_ptr<TempFolder>, Miniature>> made;
     auto& [folder, miniature] = made[GetParam().name];
@@ -111,7 +111,7 @@ class Adapters : public testing::TestWithParam<Adapter> {
     return open_with(miniature().source + rest, options);
   }
 
-  /// The files behind one channel of a frame.
+  /// Returns the files that contain one channel of a frame.
   static std::set<std::string> files_of(const Sequence& sequence, int frame, const ChannelName& channel) {
     const auto before = sequence.inputs().entries();
     Channels one;
@@ -125,7 +125,7 @@ class Adapters : public testing::TestWithParam<Adapter> {
   }
 
   /// Calls use(options, channel, frame, file) for every file of every channel, in a frame that has neighbours
-  /// where the channel has any.
+  /// if the channel has any.
   template <typename Use>
   static void for_each_file(const Use& use) {
     int n_files = 0;

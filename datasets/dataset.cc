@@ -27,8 +27,8 @@ SourceSpec SourceSpec::parse(const std::string& text) {
   spec.text = text;
   std::string rest = text;
 
-  // A folder may have '@' or '#' in its name: only what follows the last slash is looked at for '@', and a
-  // source that ends in a slash is all path.
+  // Folder names may contain '@' and '#': '@' is searched after the last slash only, and a source that ends
+  // in a slash is entirely a path.
   const bool all_path = rest.ends_with('/');
   const size_t at = rest.rfind('@');
   if (at != std::string::npos && rest.find('/', at) == std::string::npos) {
@@ -71,7 +71,7 @@ void SourceSpec::add_options(const Json& tree) {
 
 SourceSpec find_source(const std::string& text, const std::string& data_root) {
   SourceSpec spec = SourceSpec::parse(text);
-    std::error_code ignored;
+  std::error_code ignored;
   const fs::path path = spec.path;
   if (path.is_absolute() || fs::exists(path, ignored) || data_root.empty()) return spec;
   if (const fs::path under = fs::path(data_root) / path; fs::exists(under, ignored))
@@ -81,7 +81,7 @@ SourceSpec find_source(const std::string& text, const std::string& data_root) {
 
 void choose_frames(const SourceSpec& source, const std::set<int>& available, const std::string& where,
                    SequenceInfo& info) {
-  if (available.empty()) fail("{}: it has no frames", where);
+  if (available.empty()) fail("{}: there are no frames", where);
   info.first_frame = source.first.value_or(*available.begin());
   info.last_frame = source.last.value_or(*available.rbegin());
   if (info.first_frame < *available.begin() || info.last_frame > *available.rbegin()) {

@@ -1,12 +1,15 @@
 #pragma once
 
-// Where data come from. A SOURCE is "adapter:path[#sequence][@first-last]"; an adapter opens it as one
-// Sequence. How to add a data set:
-//   1. write datasets/<name>.h and .cc: its options, and open_<name>(SourceSpec), which declares where the
-//      files of each channel are and reads camera and truth (folder_sequence.h). A kind of file that is new
-//      gets its line in channels/channel_source.cc;
+// Data sources. A SOURCE is "adapter:path[#sequence][@first-last]"; an adapter opens it as a Sequence. To add
+// a data set:
+//
+//   1. write datasets/<name>.h and .cc: its options, and open_<name>(SourceSpec), which declares the files
+//      of each channel and reads camera and truth (folder_sequence.h). A new kind of file gets a line in
+//      channels/channel_source.cc;
 //   2. add one line to the table in registry.cc.
-// adapter_test.cc then asks for a miniature of it, a line there, and runs over every file of every channel.
+//
+// adapter_test.cc then requires a miniature of the data set, declared by a line there, and tests every file
+// of every channel.
 
 #include <Eigen/Core>
 #include <functional>
@@ -29,33 +32,33 @@ namespace sextant {
 /// A parsed SOURCE.
 struct SourceSpec {
   std::string text;                ///< as given
-  std::string adapter;             ///< "vdo"
-  std::string path;                ///< folder, or a scenario's name
-  std::string sequence;            ///< after '#', may be empty
-  std::optional<int> first, last;  ///< after '@', inclusive frame numbers
-  Json options = Json::object();   ///< the adapter's own options (strict)
+  std::string adapter;             ///< such as "vdo"
+  std::string path;                ///< folder, or the name of a scenario
+  std::string sequence;            ///< text after '#'; may be empty
+  std::optional<int> first, last;  ///< frame numbers after '@', inclusive
+  Json options = Json::object();   ///< options of the adapter (strict)
 
-  /// Throws Error that shows the expected form.
+  /// Parses a SOURCE. Throws Error that shows the expected form.
   static SourceSpec parse(const std::string& text);
-  /// Adds the options of `tree` that concern this adapter: those under the adapter's name ("kitti.flow"), and
-  /// those under no adapter's name, which every source gets.
+  /// Adds the options of `tree` that concern this adapter: those below the adapter's name ("kitti.flow"), and
+  /// those that are not below any adapter's name, which apply to every source.
   void add_options(const Json& tree);
 };
 
 struct SequenceInfo {
-  std::string dataset;   ///< adapter name, as in records
-  std::string sequence;  ///< sequence name, as in records
+  std::string dataset;   ///< name of the adapter, as in records
+  std::string sequence;  ///< name of the sequence, as in records
   StereoCamera camera;
   double rate_hz = 0;
   int width = 0;
   int height = 0;
   int first_frame = 0;  ///< inclusive, after @first-last
   int last_frame = 0;
-  Channels channels;                    ///< what read() can give; truth in text alone: none
-  Channels exact;                       ///< those of them that are the truth of the data set itself
-  std::string depth_kind;               ///< as in channels/channel_source.h ("cm"); empty: not from files
-  std::map<int, double> times_s;        ///< time stamps of frames, where the data set has them
-  std::vector<std::string> warnings;    ///< for the user, one line each
+  Channels channels;                  ///< channels that read() can return; none for text-only truth
+  Channels exact;                     ///< channels that are the ground truth of the data set
+  std::string depth_kind;             ///< as in channels/channel_source.h ("cm"); empty: not read from files
+  std::map<int, double> times_s;      ///< time stamps of frames, if the data set has them
+  std::vector<std::string> warnings;  ///< messages for the user, one line each
   std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
 };
 
@@ -64,20 +67,21 @@ class Sequence {
   virtual ~Sequence() = default;
 
   virtual const SequenceInfo& info() const = 0;
-  /// Ground truth known without images (poses, object tracks); may be empty.
+  /// Returns the ground truth that is available without images (poses, object tracks); may be empty.
   virtual const SequenceTruth& truth() const = 0;
-  /// Decodes the asked channels of one frame. Safe to call from several threads. The last frame of a
-  /// source may lack flow (it has no successor): an empty image then. Throws Error on missing or bad files.
+  /// Decodes the requested channels of one frame. Safe to call from several threads. The last frame of a
+  /// source may have no flow, since it has no successor: the image is then empty. Throws Error on missing or
+  /// bad files.
   virtual Frame read(int frame, Channels channels) const = 0;
-  /// Dense true flow to the next frame, where the data set has it.
+  /// Returns the dense true flow to the next frame, if the data set has it.
   virtual std::optional<Image<Flow>> true_flow(int /*frame*/) const { return std::nullopt; }
-  /// Dense true depth (m), where the data set has it apart from what read() gives.
+  /// Returns the dense true depth (m), if the data set has it separately from the depth of read().
   virtual std::optional<Image<float>> true_depth(int /*frame*/) const { return std::nullopt; }
-  /// Checks that every file a run over all frames needs is there, without decoding; throws on the first that
-  /// is not.
+  /// Checks that every file needed for a run over all frames exists, without decoding; throws Error on the
+  /// first missing file.
   virtual void check_files() const = 0;
 
-  /// All files read so far.
+  /// Log of all files read so far.
   InputLog& inputs() const { return inputs_; }
 
  private:
@@ -94,16 +98,17 @@ struct Adapter {
 
 std::span<const Adapter> adapters();
 
-/// SourceSpec::parse(); a relative path that is not in the working folder is looked up in the data root.
+/// Parses a SOURCE like SourceSpec::parse(); a relative path that does not exist in the working folder is
+/// looked up in the data root.
 SourceSpec find_source(const std::string& text, const std::string& data_root);
 
-/// Parses SOURCE and opens it.
+/// Opens a parsed SOURCE.
 std::unique_ptr<Sequence> open_source(const SourceSpec& source);
 
-// ---- which frames of a sequence a source covers: all that are there, without a gap, or @first-last
+// Frame range of a source: all available frames, which must be consecutive, or @first-last.
 
-/// Sets info.first_frame and info.last_frame. Throws Error when `available` is empty, when the asked range
-/// exceeds it, or when a frame in between is missing; `where` is the folder or scenario in messages.
+/// Sets info.first_frame and info.last_frame. Throws Error if `available` is empty, if the requested range
+/// exceeds it, or if a frame in between is missing; `where` is the folder or scenario in messages.
 void choose_frames(const SourceSpec& source, const std::set<int>& available, const std::string& where,
                    SequenceInfo& info);
 
@@ -112,19 +117,20 @@ void check_frame(const SequenceInfo& info, int frame, const std::string& where);
 
 class Sequence;
 
-/// Errors of the camera's true steps across the way and in rotation, where a data set allows to compute them,
-/// RMS over the sequence (KITTI: kitti_truth.h). Along the way: SequenceTruth::camera_step_floor_m.
+/// RMS errors of the ground truth's own camera steps over the sequence, lateral and in rotation, if a data
+/// set allows to compute them (KITTI: kitti_truth.h). The longitudinal error is
+/// SequenceTruth::camera_step_floor_m.
 struct TruthFloor {
-  std::optional<double> lateral_m;            ///< of the steps across the heading
-  std::optional<double> rotation_deg;         ///< of the steps' rotations: not more than that
-  std::optional<double> rotation_timing_deg;  ///< the same: not less than that
+  std::optional<double> lateral_m;            ///< error of the steps across the heading
+  std::optional<double> rotation_deg;         ///< error of the rotations, upper bound
+  std::optional<double> rotation_timing_deg;  ///< error of the rotations, lower bound
   std::optional<Eigen::Vector3d> gyro_deg;  ///< mean absolute difference to the turn rates: roll, pitch, yaw
 
-  /// The fields that are known, under their metric keys (metrics/definitions.h).
+  /// Returns the known fields under their metric keys (metrics/definitions.h).
   std::map<std::string, double> numbers() const;
 };
 
-/// A sequence that knows how accurate its truth is.
+/// Interface of sequences that know the accuracy of their ground truth.
 class KnowsTruthFloor {
  public:
   virtual const TruthFloor& floor() const = 0;
@@ -133,7 +139,7 @@ class KnowsTruthFloor {
   ~KnowsTruthFloor() = default;
 };
 
-/// Nothing of sequences that do not know it.
+/// Returns the accuracy of a sequence's ground truth; all fields are nullopt if it is unknown.
 TruthFloor truth_floor(const Sequence& sequence);
 
 }  // namespace sextant

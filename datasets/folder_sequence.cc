@@ -129,7 +129,7 @@ void FolderSequence::open_channels(const FolderFiles& files) {
     return make_mask_source(choice, inputs, label_boxes(truth_.objects));
   });
   if (!files.backward_flow.files.empty()) {
-    // Missing in the first frame, as flow is in the last.
+    // Backward flow is missing in the first frame, as flow is in the last.
     const int last_frame = std::exchange(channel_inputs_.last_frame, channel_inputs_.first_frame);
     backward_flow_ = open("backward flow", files.backward_flow, make_flow_source);
     channel_inputs_.last_frame = last_frame;

@@ -1,8 +1,8 @@
 #pragma once
 
-// Sequences of files in folders: what adapters declare, and what they have in common.
+// Sequences of files in folders: the declarations that adapters make, and their common implementation.
 //
-// Object truth by frame number, as label files of every data set give it.
+// Object truth by frame number, as read from the label files of any data set.
 
 #include <map>
 #include <memory>
@@ -20,16 +20,16 @@ namespace sextant {
 
 using ObjectTruths = std::map<int, std::vector<ObjectTruth>>;
 
-/// Sets `interpolated` where an object's position steps from and to its neighbour frames are equal:
-/// |p(k+1) - 2 p(k) + p(k-1)| <= 1e-6 max(1, |p(k)|), which annotators' linear interpolation gives and real
-/// motion does not.
+/// Sets `interpolated` for objects whose position steps from the previous and to the next frame are equal:
+/// |p(k+1) - 2 p(k) + p(k-1)| <= 1e-6 max(1, |p(k)|). Linear interpolation by annotation tools gives equal
+/// steps; real motion does not.
 void mark_interpolated(ObjectTruths& objects);
 
-/// The 2-D boxes of all objects that have one, for masks of boxes.
+/// Returns the 2-D boxes of all objects that have one, for masks made from boxes.
 std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects);
 
-// A sequence of one folder a channel and one file a frame. What adapters have in common; an adapter is the
-// declaration of its files, and its readers of calibration and truth:
+// A sequence with one folder per channel and one file per frame: the common part of the adapters. An adapter
+// declares its files, and reads calibration and truth:
 //
 //   auto sequence = std::make_unique<FolderSequence>(source);
 //   sequence->truth() = ...;                            // reads through sequence->inputs()
@@ -38,7 +38,7 @@ std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects);
 //   sequence->info().camera = ...;
 //   sequence->open_channels(files);
 
-/// Options of an adapter whose channels are its own files or any other choice.
+/// Options of an adapter whose channels are its own files or any other source of the channel.
 struct ChannelOptions {
   SEXTANT_OPTIONS(
       (std::string, flow, "auto", "",
@@ -52,40 +52,41 @@ struct ChannelOptions {
        "detections_txt:FILE, vdo_text:DIR, boxes, onnx:FILE"))
 };
 
-/// A channel of a data set.
+/// Declaration of one channel of a data set.
 template <typename T>
 struct FolderChannel {
-  std::string option = "auto";  ///< the user's choice: auto, none, or one of channels/channel_source.h
-  std::string kind;             ///< of the data set's own files, as there: "cm"
-  std::string files;            ///< those files, as in channels/frame_files.h, or one FILE; empty: not there
-  std::string computed;         ///< what auto takes without files: "dis"; empty: nothing
-  bool exact = false;           ///< the files are the truth of the data set
-  std::string provenance;       ///< of the files; empty: "depth: KIND:FILES"
-  std::string if_none;          ///< a warning when auto finds nothing; empty: none
-  /// Files that no kind reads; empty: `kind`.
+  std::string option = "auto";  ///< option value: auto, none, or a choice of channels/channel_source.h
+  std::string kind;             ///< kind of the data set's files: "cm"
+  std::string files;            ///< the files, as in channels/frame_files.h, or one FILE; empty: none
+  std::string computed;         ///< choice of auto if there are no files: "dis"; empty: none
+  bool exact = false;           ///< the files are the ground truth of the data set
+  std::string provenance;       ///< text for files; empty: "depth: KIND:FILES"
+  std::string if_none;          ///< warning if auto finds nothing; empty: no warning
+  /// Opens files that no kind describes; empty: use `kind`.
   std::function<std::unique_ptr<ChannelSource<T>>(const ChannelInputs&)> open;
 };
 
 struct FolderFiles {
-  std::string left, right;  ///< images, .png or .jpg, as in channels/frame_files.h; empty: not there
+  std::string left, right;  ///< images, .png or .jpg, as in channels/frame_files.h; empty: none
   FolderChannel<float> depth;
   FolderChannel<Flow> flow, backward_flow;
   FolderChannel<uint16_t> masks;
-  std::set<int> frames;       ///< where there are no files
-  int width = 0, height = 0;  ///< px, likewise
+  std::set<int> frames;       ///< frame numbers if there are no files
+  int width = 0, height = 0;  ///< px, if there are no files
 };
 
-/// The folder if it is there, else empty.
+/// Returns the folder if it exists, otherwise an empty text.
 std::string if_there(const std::filesystem::path& folder);
 
 class FolderSequence final : public Sequence, public KnowsTruthFloor {
  public:
   explicit FolderSequence(const SourceSpec& source) : source_(source) { info_.dataset = source.adapter; }
 
-  /// Chooses the frames: those of the first folder that is there of left, depth, masks and flow, else those
-  /// declared; without a gap, or @first-last. Sets the size. `where` is the sequence in messages.
+  /// Chooses the frames: those of the first existing folder of left, depth, masks and flow, otherwise the
+  /// declared ones; they must be consecutive, or are given by @first-last. Also sets the image size. `where`
+  /// is the sequence in messages.
   void choose_frames(const FolderFiles& files, const std::string& where);
-  /// Opens what is declared, once info() has its camera and truth() its boxes.
+  /// Opens the declared channels; info() must have its camera and truth() its boxes.
   void open_channels(const FolderFiles& files);
 
   SequenceInfo& info() { return info_; }
@@ -100,7 +101,7 @@ class FolderSequence final : public Sequence, public KnowsTruthFloor {
   void check_files() const override;
 
  private:
-  /// A channel as it is read, and its exact files, which may be the same.
+  /// A channel as it is read, and its exact files, which may be the same ones.
   template <typename T>
   struct Opened {
     std::shared_ptr<ChannelSource<T>> source, exact;

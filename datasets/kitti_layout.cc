@@ -30,8 +30,9 @@ struct Sample {
   Eigen::Vector3d velocity_mps{0, 0, 0};  ///< map axes
 };
 
-// Slopes (per frame) of the twice continuously differentiable cubic spline through `p`, its first and last
-// pieces parabolas:  m[k-1] + 4 m[k] + m[k+1] = 3 (p[k+1] - p[k-1]),  m[0] + m[1] = 2 (p[1] - p[0]).
+// Computes the slopes (per frame) of the twice continuously differentiable cubic spline through `p` whose
+// first and last segments are parabolas: m[k-1] + 4 m[k] + m[k+1] = 3 (p[k+1] - p[k-1]), m[0] + m[1] = 2
+// (p[1] - p[0]).
 std::vector<Eigen::Vector3d> spline_slopes(const std::vector<SE3>& p) {
   const size_t n = p.size();
   const auto step = [&](size_t i, size_t j) -> Eigen::Vector3d {
@@ -44,7 +45,7 @@ std::vector<Eigen::Vector3d> spline_slopes(const std::vector<SE3>& p) {
   m.front() = 2 * step(0, 1);
   m.back() = 2 * step(n - 2, n - 1);
   for (size_t k = 1; k + 1 < n; ++k) m[k] = 3 * step(k - 1, k + 1);
-  for (size_t k = 1; k < n; ++k) {  // both neighbours have the factor 1 everywhere
+  for (size_t k = 1; k < n; ++k) {  // the off-diagonal entries are all 1
     diagonal[k] -= 1 / diagonal[k - 1];
     m[k] -= m[k - 1] / diagonal[k - 1];
   }
@@ -53,7 +54,7 @@ std::vector<Eigen::Vector3d> spline_slopes(const std::vector<SE3>& p) {
   return m;
 }
 
-// The track as a curve of time.
+// The track as a function of time.
 class Curve {
  public:
   Curve(std::vector<SE3> poses, double rate_hz) : poses_(std::move(poses)), rate_hz_(rate_hz) {
@@ -88,7 +89,7 @@ class Curve {
   double rate_hz_;
 };
 
-// x right, y down, z ahead -> x east, y north, z up; ahead is east, as at yaw 0.
+// Maps x right, y down, z ahead to x east, y north, z up; ahead becomes east, as at yaw 0.
 SE3 map_from_world() {
   Eigen::Matrix3d r;
   r << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -134,7 +135,7 @@ constexpr double layout_rate_hz = 10;
 constexpr int largest_id = 1000;  // MOTS: class * 1000 + id - 1
 constexpr int occlusion_unknown = 3;
 
-// Sensors where KITTI's car has them, to the decimetre: laser scanner x ahead, y left, z up, 0.27 m behind
+// Sensor positions of KITTI's car to the decimetre: laser scanner with x ahead, y left, z up, 0.27 m behind
 // and 0.08 m above the camera; GPS/IMU unit with the same axes.
 KittiCalibration make_calibration(const StereoCamera& camera) {
   KittiCalibration c;
@@ -162,7 +163,7 @@ class KittiWriter {
 
   std::string write(const LayoutRequest& request) {
     check_request();
-    // Text first: what the format cannot hold is found before the images.
+    // Text files first, so that content that the format cannot represent is found before images are written.
     const std::string oxts = make_oxts();
     const std::string labels = encode_kitti_labels(make_labels());
     write_frames(request);
@@ -196,7 +197,7 @@ class KittiWriter {
     for (const char* folder : folders) must_be_new(final_ / folder / name_);
     for (const char* text : texts) must_be_new(final_ / text / (name_ + ".txt"));
     if (info_.rate_hz != layout_rate_hz) {
-      fail("{}: {} Hz, and the KITTI layout has no place for a rate: expected 10 Hz", source_name(),
+      fail("{}: {} Hz, but the KITTI layout cannot store a rate: expected 10 Hz", source_name(),
            info_.rate_hz);
     }
   }
@@ -232,15 +233,16 @@ class KittiWriter {
 
   KittiLabel make_label(int frame, const ObjectTruth& object) {
     if (object.id < 1 || object.id > largest_id) {
-      fail("{}: frame {}: object id {}: MOTS holds 1 to {}", source_name(), frame, object.id, largest_id);
+      fail("{}: frame {}: object id {}: expected an id from 1 to {}", source_name(), frame, object.id,
+           largest_id);
     }
     if (!object.size_m || !object.box) {
       fail("{}: frame {}: object {} has no {}, which a KITTI label needs", source_name(), frame, object.id,
            object.size_m ? "2-D box" : "size");
     }
     if (object.type.find_first_of(" \t\r\n") != std::string::npos) {
-      fail("{}: frame {}: object {} is of type '{}': a KITTI label holds one word", source_name(), frame,
-           object.id, object.type);
+      fail("{}: frame {}: object {} is of type '{}': expected a single word, as in KITTI labels",
+           source_name(), frame, object.id, object.type);
     }
     KittiLabel label;
     label.frame = number(frame);
@@ -300,8 +302,8 @@ class KittiWriter {
   const Sequence& sequence_;
   const SequenceInfo& info_;
   const KittiLayoutOptions& options_;
-  fs::path final_;     ///< training/ where it will be
-  fs::path training_;  ///< training/ where files are written
+  fs::path final_;     ///< final training/ folder
+  fs::path training_;  ///< training/ folder into which the files are written first
   std::string name_;
   std::map<int, int> class_of_;                      ///< MOTS class by object id
   std::map<std::pair<int, int>, SE3> object_poses_;  ///< by frame and track as written

@@ -1,16 +1,17 @@
 #pragma once
 
-// Layout `kitti`: writes a sequence as KITTI tracking has it, with its GPS/IMU samples.
+// Layout `kitti`: writes a sequence in the format of KITTI tracking, including its GPS/IMU samples.
 //
-// GPS/IMU samples along a camera trajectory, as the receiver in a car would give them: the inverse of what
-// kitti_truth.h does.
+// GPS/IMU samples along a camera trajectory, as the receiver in the car would record them: the inverse of
+// kitti_truth.h.
 //
 //   T_map_imu(k) = W T_world_camera(k) T_camera_imu,  W: world axes (x right, y down, z ahead) -> map (x
 //   east, y north, z up), then moved so that the first sample lies at 49.011 N, 8.4229 E, 112 m
 //
-// Sample k is taken at k / rate + jitter_k, jitter_k normal with mean 0. Between frames, positions follow
-// cubic Hermite curves with central differences as slopes, rotations turn at a constant rate; without jitter
-// the samples are the frames' own poses. Speeds are the curve's derivative at the time of the sample.
+// Sample k is taken at time k / rate + jitter_k, jitter_k normal with mean 0. Between frames, positions
+// follow cubic Hermite curves with central differences as slopes, and rotations have a constant rate; without
+// jitter the samples are the poses of the frames. Speeds are the derivative of the curve at the time of the
+// sample.
 
 #include <cstdint>
 #include <vector>
@@ -21,23 +22,24 @@
 namespace sextant {
 
 struct OxtsJitter {
-  double sigma_s = 0;  ///< standard deviation of the sample's time against the image's
-  uint64_t seed = 1;   ///< the draw of a frame is a function of (seed, frame) alone
+  double sigma_s = 0;  ///< standard deviation of the sample's time relative to the image's
+  uint64_t seed = 1;   ///< the jitter of a frame is a function of (seed, frame) only
 };
 
-/// One sample per pose. Values that the poses do not tell (accelerations, turn rates, receiver state) are 0.
+/// Returns one sample per pose. Values that poses do not determine (accelerations, turn rates, receiver
+/// state) are 0.
 std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, double rate_hz,
                                      const SE3& T_camera_imu, const OxtsJitter& jitter = {});
 
-// Layout `kitti`: writes a sequence as KITTI tracking has them, below OUT/training, with MOTS masks and,
-// beside what that data set has, depth_02 and flow_02 (kitti_tracking.h). Channels that the source lacks are
-// left out.
+// Layout `kitti`: writes a sequence in the format of KITTI tracking below OUT/training, with MOTS masks and
+// two channels that the data set lacks, depth_02 and flow_02 (kitti_tracking.h). Channels that the source
+// lacks are left out.
 //
-// Frames are numbered from 0, whatever their numbers in the source: a line of oxts has no number. The
-// calibration has R_rect = I and camera 2 = camera 0, so that both choices of ground_truth mean the same
-// poses.
+// Frames are numbered from 0 regardless of their numbers in the source, because lines of oxts are not
+// numbered. The calibration has R_rect = I and camera 2 = camera 0, so that both values of ground_truth give
+// the same poses.
 //
-// What the format does not keep:
+// Information that the format does not store:
 //   - the world frame: poses come back relative to the first one
 //   - roll and pitch of objects: rotation_y is the heading of their z axis; an object that is tilted by e
 //     against the camera's vertical comes back turned by at most about e (position is exact)
@@ -45,15 +47,14 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
 //   - rates other than 10 Hz: an Error
 
 struct KittiLayoutOptions {
-  SEXTANT_OPTIONS(
-      (double, oxts_jitter_ms, 0, "ms",
-       "standard deviation of the GPS/IMU sample's time against the image (KITTI: about 5)"),
-      (uint64_t, seed, 1, "", "of the jitter"))
+  SEXTANT_OPTIONS((double, oxts_jitter_ms, 0, "ms",
+                   "standard deviation of the GPS/IMU sample's time against the image (KITTI: about 5)"),
+                  (uint64_t, seed, 1, "", "seed of the jitter"))
   void check() const;
 };
 
-/// As layout.h says. Also throws Error on a frame without camera pose when others have one, an object without
-/// box or size, or ids that MOTS cannot hold.
+/// Implements Layout::write of layout.h. Also throws Error for a frame without camera pose if others have
+/// one, an object without box or size, or ids outside the range of MOTS.
 std::string write_kitti_layout(const Sequence& sequence, const LayoutRequest& request);
 
 }  // namespace sextant

@@ -24,7 +24,7 @@ std::string write(const Sequence& sequence, const fs::path& out, const Json& opt
       sequence, {.out = out, .sequence = name, .options = options, .jobs = jobs, .quiet = true});
 }
 
-// Poses relative to the first, as KITTI has them.
+// Returns the largest error of poses relative to the first, as in KITTI.
 double largest_pose_error(const Sequence& written, const Sequence& read) {
   const int first = written.info().first_frame;
   const SE3 to_first = written.truth().camera.pose(first)->inverse();
@@ -124,7 +124,7 @@ TEST(KittiLayout, ClassesAreInTheMasks) {
   EXPECT_THAT(mots, HasSubstr("\n0 2003 2 48 160 "));
 }
 
-// Labels have no roll and pitch: object_pose has them; without it the tilt is lost, and nothing else.
+// Labels contain no roll and pitch; object_pose does. Without it the tilt is lost, and nothing else.
 TEST(KittiLayout, TiltOfObjectsIsInTheCompanionOfTheLabels) {
   TempFolder temp;
   PatternSequence written(3);
@@ -193,7 +193,7 @@ TEST(KittiLayout, FilesDoNotDependOnThreads) {
     return files_below(temp.path() / name);
   };
   const auto one = bytes("one", 1);
-  EXPECT_EQ(one.size(), 5u + 4 * 5 - 1);  // texts; images, the last without flow
+  EXPECT_EQ(one.size(), 5u + 4 * 5 - 1);  // text files; images, of which the last frame has no flow
   EXPECT_EQ(one, bytes("three", 3));
 }
 
@@ -217,7 +217,7 @@ TEST(KittiOxtsTrack, SpeedsAreThoseOfTheUnit) {
   EXPECT_EQ(oxts_of_track({SE3()}, 10, T_camera_imu, {.sigma_s = 0.01})[0].velocity_mps.norm(), 0);
 }
 
-// As in KITTI: vf and vl are parallel to the ground, however the unit is tilted.
+// As in KITTI, vf and vl are parallel to the ground whatever the tilt of the unit.
 TEST(KittiOxtsTrack, SpeedsAreNotTiltedWithTheUnit) {
   const SE3 T_camera_imu = SE3::from_matrix(
       (Eigen::Matrix<double, 3, 4>() << 0, -1, 0, 0.1, 0, 0, -1, 0.2, 1, 0, 0, -1).finished());
@@ -230,7 +230,7 @@ TEST(KittiOxtsTrack, SpeedsAreNotTiltedWithTheUnit) {
   }
 }
 
-// A spline through samples of a cubic is not that cubic at its ends, but near it inside.
+// A spline through samples of a cubic differs from the cubic at its ends, but is close to it inside.
 TEST(KittiOxtsTrack, SpeedsFollowAcceleration) {
   std::vector<SE3> poses;
   const auto position = [](double t) { return 1.2 * t + 0.3 * std::sin(0.7 * t); };  // t in frames
@@ -250,7 +250,7 @@ TEST(KittiOxtsTrack, JitterGivesItsFloor) {
     return read_kitti_truth(temp.path() / name, "0007", {}, inputs).truth.camera_step_floor_m.value();
   };
   EXPECT_LT(floor_m("still", Json::object()), 0.001);
-  // Step k is v (1 / rate + jitter_k+1 - jitter_k): its scatter is sqrt(2) 5 ms x 10 m/s.
+  // Step k is v (1 / rate + jitter_k+1 - jitter_k), with a standard deviation of sqrt(2) 5 ms x 10 m/s.
   const double with_5_ms = floor_m("five", {{"oxts_jitter_ms", 5.0}});
   EXPECT_NEAR(with_5_ms, std::sqrt(2) * 0.005 * 10, 0.004);
   EXPECT_NEAR(floor_m("ten", {{"oxts_jitter_ms", 10.0}}), 2 * with_5_ms, 0.004);
@@ -310,7 +310,7 @@ TEST(KittiLayout, SyntheticSceneComesBack) {
   }
 }
 
-// Left and right images fit together: depth from them alone is that of the scene.
+// Left and right images are consistent: depth computed from them equals that of the scene.
 TEST(KittiLayout, StereoMatchesTheDepth) {
   TempFolder temp;
   const auto scene = open_with("synthetic:s18@2-3");
@@ -327,7 +327,7 @@ TEST(KittiLayout, StereoMatchesTheDepth) {
   EXPECT_LT(middle_of(errors_px), 0.3);
 }
 
-// ---- what the format cannot hold
+// ---- content that the format cannot represent
 
 TEST(KittiLayoutErrors, NameTheFrameAndObject) {
   TempFolder temp;
@@ -341,11 +341,10 @@ TEST(KittiLayoutErrors, NameTheFrameAndObject) {
         "pattern sequence p7: frame 1: object 1 has no size, which a KITTI label needs");
   error([](PatternSequence& s) { s.truth_.objects.at(1)[1].box.reset(); }, "object 4 has no 2-D box");
   error([](PatternSequence& s) { s.truth_.objects.at(1)[1].id = 1001; },
-        "object id 1001: MOTS holds 1 to 1000");
+        "object id 1001: expected an id from 1 to 1000");
   error([](PatternSequence& s) { s.truth_.objects.at(2)[1].type = "Big car"; },
-        "object 4 is of type 'Big car': a KITTI label holds one word");
-  error([](PatternSequence& s) { s.info_.rate_hz = 25; },
-        "25 Hz, and the KITTI layout has no place for a rate");
+        "object 4 is of type 'Big car': expected a single word, as in KITTI labels");
+  error([](PatternSequence& s) { s.info_.rate_hz = 25; }, "25 Hz, but the KITTI layout cannot store a rate");
   error(
       [](PatternSequence& s) {
         Trajectory without;
@@ -355,7 +354,7 @@ TEST(KittiLayoutErrors, NameTheFrameAndObject) {
       "frame 1 has no true camera pose");
 }
 
-// Whatever ends a writer in the middle: a full disk, Ctrl-C.
+// A writer can end at any point: full disk, Ctrl-C.
 TEST(KittiLayoutErrors, NothingIsLeftOfHalfASequence) {
   for (const char* layout : {"kitti", "vkitti2"}) {
     TempFolder temp;
@@ -400,7 +399,7 @@ TEST(KittiLayoutErrors, WhatAKilledWriterLeftGoesWithTheNextOne) {
   EXPECT_EQ(stages(), 0);
 }
 
-// As kill -9 would, a folder in the way of the last file ends the move in the middle.
+// A folder in the place of the last file ends the move half-way, as kill -9 would.
 TEST(KittiLayoutErrors, AMoveThatWasCutOffIsBroughtToItsEndByTheNextWriter) {
   TempFolder temp;
   const PatternSequence sequence(4);
@@ -408,8 +407,9 @@ TEST(KittiLayoutErrors, AMoveThatWasCutOffIsBroughtToItsEndByTheNextWriter) {
   const auto cut_off = [&] {
     LayoutRequest request{.out = temp.path() / "a", .quiet = true};
     request.between_frames = [&] { fs::create_directories(in_the_way / "x"); };
-    expect_error([&] { find_layout("kitti").write(sequence, request); }, "0007.txt: cannot create: Is a "
-                                                                         "directory");
+    expect_error([&] { find_layout("kitti").write(sequence, request); },
+                 "0007.txt: cannot create: Is a "
+                 "directory");
     EXPECT_TRUE(fs::exists(temp.path() / "a/training/image_02/0007/000003.png"));
     fs::remove_all(in_the_way);
   };

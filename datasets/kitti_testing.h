@@ -1,7 +1,7 @@
 #pragma once
 
-// A small sequence in memory that has everything the KITTI layout can hold, for tests of its writer and
-// adapter. Values are patterns, not a scene: they only have to come back.
+// A small in-memory sequence with everything that the KITTI layout can represent, for tests of its writer and
+// adapter. The values are patterns without a scene, since they only have to be read back.
 
 #include <cmath>
 
@@ -23,7 +23,7 @@ class PatternSequence final : public MemorySequence {
     info_.last_frame = first_frame + n_frames - 1;
     if (images) info_.channels = Channels::all();
     info_.channels.occlusion = false;
-    SE3 pose = SE3::exp({3, -1, 2, 0.1, 0.4, -0.05});  // not the identity: no source promises that
+    SE3 pose = SE3::exp({3, -1, 2, 0.1, 0.4, -0.05});  // not the identity, which no source guarantees
     for (int frame = first_frame; frame <= info_.last_frame; ++frame) {
       truth_.camera.set(frame, pose);
       pose = pose * SE3::exp({0.02, -0.01, 1.0 + 0.02 * std::sin(0.3 * frame), 0.002, 0.01, -0.001});
@@ -63,7 +63,7 @@ class PatternSequence final : public MemorySequence {
   static ObjectTruth object(int id, const char* type, int frame, const Eigen::Vector3d& at,
                             const Eigen::Vector3d& size_m) {
     ObjectTruth o{.id = id, .size_m = size_m, .type = type};
-    const double yaw = 0.4 * id + 0.37 * frame;  // goes round: rotation_y has to wrap
+    const double yaw = 0.4 * id + 0.37 * frame;  // exceeds a full turn, so that rotation_y wraps
     const Eigen::Vector3d move(0.01 * frame * frame, 0.001 * frame, 0.11 * frame);
     o.T_camera_object = SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), at + move);
     o.box = id == 1 ? ImageBox{21.0 + frame, 10, 59, 30} : ImageBox{101, 10, 109.0 + frame, 30};

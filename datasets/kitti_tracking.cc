@@ -5,7 +5,7 @@
 namespace sextant {
 namespace {
 
-/// Frames of the images beyond those of oxts cannot be measured.
+/// Throws Error if there are images beyond the poses of oxts, whose motion has no truth.
 void check_poses(const KittiTruth& truth, const fs::path& oxts, const SequenceInfo& info) {
   if (truth.n_poses == 0 || info.last_frame < truth.n_poses) return;
   const bool none = info.first_frame >= truth.n_poses;
@@ -84,8 +84,8 @@ std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
     const int n = truth.n_poses > 0 ? truth.n_poses : truth.last_labelled_frame.value_or(-1) + 1;
     for (int frame = 0; frame < n; ++frame) files.frames.insert(frame);
     if (!size.is_known) {
-      info.warnings.push_back(fmt::format("{}: no file tells the size of the images: using {}x{}", where,
-                                          size.width, size.height));
+      info.warnings.push_back(
+          fmt::format("{}: the size of the images is unknown: using {}x{}", where, size.width, size.height));
     }
   }
   sequence->choose_frames(files, where);

@@ -10,15 +10,15 @@
 //   instances/%04d/%06d.png         MOTS masks, or
 //   instances_txt/%04d.txt          the same as run lengths
 //
-// and, which the data set does not have but people add (ours: `sextant data make --layout kitti`),
+// and, in addition to the data set (written by `sextant data make --layout kitti`, for example),
 //
 //   depth_02/%04d/%06d.png          16-bit, z = n / 256 m, 0 = invalid, as in the KITTI depth benchmark
 //   flow_02/%04d/%06d.png           16-bit RGB, (n - 2^15) / 64 px to the next frame, B = 0 invalid
 //
-// Any part but calib may be missing: without images only the channels that have files can be read, without
-// any file the truth alone. Depth and flow are computed where they have no files (channels/channel_source.h).
+// Everything except calib is optional: without images only the channels with files can be read, without any
+// files only the truth. Depth and flow are computed if they have no files (channels/channel_source.h).
 //
-// Frames: all with an image (without images: all with a pose), without a gap, or @first-last.
+// Frames: all with an image (without images: all with a pose), which must be consecutive, or @first-last.
 // Source: cvlibs.net/datasets/kitti/eval_tracking.php.
 
 #include <memory>
@@ -40,7 +40,7 @@ struct KittiTrackingOptions : KittiTruthOptions, ChannelOptions {
   void check() const;
 };
 
-/// Throws Error on folders, files or frames that are not there or not as described.
+/// Throws Error on folders, files or frames that are missing or not as described.
 std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source);
 
 }  // namespace sextant

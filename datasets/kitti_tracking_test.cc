@@ -1,6 +1,5 @@
 #include "sextant/datasets/kitti_tracking.h"
 
-
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/kitti_testing.h"
@@ -47,7 +46,7 @@ TEST_F(KittiTracking, ComputesWhatHasNoFiles) {
   EXPECT_TRUE(sequence->info().warnings.empty());
   sequence->check_files();
   const Frame frame = sequence->read(1, kitti_channels);
-  // The texture moves by a pixel a frame, and lies 5 px further left on the right: z = bf / 5.
+  // The texture moves by one pixel per frame, and lies 5 px further left in the right image: z = bf / 5.
   EXPECT_NEAR(frame.flow(80, 24).u, -1, 0.2);
   EXPECT_NEAR(frame.depth_m(80, 24), 60.0 / 5, 0.5);
   EXPECT_TRUE(sequence->read(4, kitti_channels).flow.empty());
@@ -98,12 +97,12 @@ TEST_F(KittiTracking, TruthAloneOpens) {
   EXPECT_EQ(sequence->info().height, 375);
   EXPECT_EQ(sequence->info().last_frame, 4);
   EXPECT_EQ(sequence->truth().camera.poses().size(), 5u);
-  EXPECT_THAT(sequence->info().warnings, Contains(HasSubstr("no file tells the size of the images")));
+  EXPECT_THAT(sequence->info().warnings, Contains(HasSubstr("the size of the images is unknown")));
   sequence->check_files();
   remove("oxts");
   EXPECT_EQ(open()->info().last_frame, 4);  // from the labels
   remove("label_02");
-  expect_error([&] { open(); }, "sequence 0007: it has no frames");
+  expect_error([&] { open(); }, "sequence 0007: there are no frames");
 }
 
 TEST_F(KittiTracking, MissingTruthIsAWarning) {
@@ -197,7 +196,7 @@ TEST_F(KittiTracking, BadOptions) {
   error({{"masks", "mots_png:/no/such"}}, "/no/such");
 }
 
-// The masks of the real sequence 03 lie in the boxes of the labels of the same id.
+// The masks of the real sequence 03 lie inside the label boxes with the same id.
 TEST(KittiTrackingReal, MasksHaveTheIdsOfTheTracks) {
   SEXTANT_NEEDS_DATA("kitti_tracking");
   const auto sequence = open_with("kitti:" + real_data("kitti_tracking").string() + "#0003");
@@ -206,7 +205,7 @@ TEST(KittiTrackingReal, MasksHaveTheIdsOfTheTracks) {
   int n = 0, n_inside = 0;
   for (int k = 0; k <= 143; k += 9) {
     const Image<uint16_t> mask = sequence->read(k, {.mask = true}).mask;
-    std::map<int, std::pair<int, int>> counts;  // pixels, and those of them in the box
+    std::map<int, std::pair<int, int>> counts;  // number of pixels, and of those inside the box
     for (const auto [x, y] : pixels(mask)) {
       const ObjectTruth* object = sequence->truth().find(k, mask(x, y));
       if (object == nullptr) continue;

@@ -16,7 +16,7 @@
 namespace sextant {
 namespace {
 
-constexpr double walk_rad = 0.0004;    // of slow, from sample to sample
+constexpr double walk_rad = 0.0004;    // step of the random walk `slow` between samples
 constexpr double velocity_mps = 0.02;  // noise across the course
 constexpr double lever_prior_m = 1;
 constexpr double deg = 180 / std::numbers::pi;
@@ -32,7 +32,8 @@ Eigen::Vector3d turn_rate(const KittiOxts& sample) {
   return {sample.rest[turn_rates], sample.rest[turn_rates + 1], sample.rest[turn_rates + 2]};
 }
 
-/// Minimum over x of sum w_k (x_k - y_k)^2 + sum ((x_k+1 - x_k) / walk)^2; some weight is above 0.
+/// Minimises over x the sum of w_k (x_k - y_k)^2 and ((x_k+1 - x_k) / walk)^2; at least one weight is
+/// positive.
 class WalkSmoother {
  public:
   explicit WalkSmoother(Eigen::VectorXd weight) : weight_(std::move(weight)), pivot_(weight_) {
@@ -144,7 +145,7 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
     if (!(speed > kitti_slow_mps)) continue;
     const double length_m = (raw[i + 1].translation() - raw[i].translation()).norm();
     timing += turned.squaredNorm() * std::pow(length_m / (steps.mean_s * speed) - 1, 2) / n;
-    // Of the levelled forward axis, over both ends of the step.
+    // Direction of the levelled forward axis, averaged over both ends of the step.
     const Eigen::Vector3d forward =
         imu[i].rotation() * Eigen::Vector3d::UnitX() + imu[i + 1].rotation() * Eigen::Vector3d::UnitX();
     const Eigen::Vector2d ahead = forward.head<2>().normalized();
@@ -179,8 +180,7 @@ Eigen::Matrix4d camera_from_imu(const KittiCalibration& calibration, bool rectif
   return rectify * unrectified;
 }
 
-/// Where vn, ve and vf, vl are not one and the same velocity, as they are in KITTI to 0.002 m/s; empty:
-/// nowhere.
+/// Returns where vn, ve and vf, vl differ as velocities (in KITTI they agree to 0.002 m/s); empty if nowhere.
 std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs::path& path) {
   constexpr double apart_mps = 0.1;
   for (size_t i = 0; i < samples.size(); ++i) {
@@ -193,7 +193,7 @@ std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs
   return {};
 }
 
-/// The truth of the GPS/IMU unit: raw poses made better as the options say.
+/// The truth of the GPS/IMU unit: raw poses, corrected according to the options.
 class ImuTruth {
  public:
   ImuTruth(const std::vector<KittiOxts>& samples, const StepFloor& steps,
@@ -234,7 +234,7 @@ class ImuTruth {
     return Eigen::AngleAxisd(-slow, Eigen::Vector3d::UnitZ()) * (steps_.mean_s * velocity_mps(i, true));
   }
 
-  /// Mean over the ends of step i; axes of the positions.
+  /// Returns the mean velocity over the ends of step i, in the axes of the positions.
   Eigen::Vector3d velocity_mps(size_t i, bool later) const {
     const Eigen::Vector3d at = samples_[i].map_velocity_mps(), next = samples_[i + 1].map_velocity_mps();
     const Eigen::Vector3d mean = (at + next) / 2;
@@ -247,8 +247,8 @@ class ImuTruth {
   const KittiTruthOptions& options_;
 };
 
-// Matrices, not SE3: the files' seven digits leave A short of a rotation by 1e-7, which over 200 m of track
-// would show against the authors' numbers.
+// Matrices instead of SE3: with seven digits in the files, A differs from a rotation by 1e-7, which over 200
+// m of track is visible in the comparison with the authors' numbers.
 Trajectory camera_poses(const std::vector<SE3>& imu, const Eigen::Matrix4d& A) {
   const Eigen::Matrix4d A_inverse = A.inverse();
   const SE3 to_first = imu.front().inverse();
@@ -354,7 +354,7 @@ class KittiTruthReader {
     const std::optional<StepFloor> steps = kitti_step_floor(samples);
     const std::string differing = differing_velocities(samples, path);
     if (!differing.empty() && needs_direction()) {
-      fail("{}: {} needs both alike", differing,
+      fail("{}: {} requires them to agree", differing,
            options_.heading == KittiHeading::course
                ? std::string("heading = course")
                : fmt::format("velocity = {}", to_string(options_.velocity)));
@@ -418,7 +418,7 @@ class KittiTruthReader {
                     poses.empty() ? "" : fmt::format("; {} poses of object_pose", poses.size())));
   }
 
-  // Poses that stand in for those of the labels; none where there is no such file.
+  // Poses that replace those of the labels; empty if there is no such file.
   ObjectPoses read_object_poses(const std::vector<KittiLabel>& labels) {
     const fs::path path = training_ / "object_pose" / file_;
     if (!fs::exists(path)) return {};

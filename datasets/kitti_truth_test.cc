@@ -19,8 +19,8 @@ using ::testing::HasSubstr;
 constexpr double deg = 180 / std::numbers::pi;
 constexpr double step_s = 0.1;
 
-// A drive at 10 m/s through gentle bends. The point that does not slip is `lever_m` behind the unit;
-// velocities are those of `lag_s` before; the attitude is off by wander_deg at each sample.
+// A drive at 10 m/s through gentle bends. The point without lateral slip is `lever_m` behind the unit;
+// velocities are delayed by `lag_s`; the attitude has an error of wander_deg at each sample.
 std::vector<KittiOxts> drive(int n, double lever_m, double lag_s, const std::vector<double>& wander_deg) {
   const auto yaw = [](double t) { return 0.4 * std::sin(0.8 * t); };
   const auto velocity = [&](double t) {
@@ -65,7 +65,8 @@ TEST(KittiCourse, FindsLeverAndWander) {
 TEST(KittiCourse, AnotherLagIsTakenForALever) {
   const std::vector<KittiOxts> samples = drive(600, 0, 0.05, wander(600, 0));
   EXPECT_NEAR(kitti_course(samples, step_s, 0.05)->lever_m, 0, 0.03);
-  EXPECT_NEAR(kitti_course(samples, step_s, 0)->lever_m, -0.05 * 10, 0.05);  // both go with the turn rate
+  // both are proportional to the turn rate
+  EXPECT_NEAR(kitti_course(samples, step_s, 0)->lever_m, -0.05 * 10, 0.05);
 }
 
 TEST(KittiCourse, StandingStillHasNone) {
@@ -90,11 +91,12 @@ TEST(KittiPoseFloor, HoldsWhatIsPlanted) {
   EXPECT_LT(*none.rotation_timing_deg, 0.01);
   EXPECT_LT(*none.rotation_deg, 0.02);
 
-  // A constant error of the heading by 1 deg: steps of 1 m go 17 mm beside it.
+  // With a constant heading error of 1 deg, steps of 1 m have a lateral component of 17 mm.
   const std::vector<KittiOxts> turned = drive(300, -0.4, 0, std::vector<double>(300, 1));
   EXPECT_NEAR(*kitti_pose_floor(kitti_imu_poses(turned), turned, steps, -0.4).lateral_m, 0.01745, 0.002);
 
-  // Every other sample 10 ms late on its way: a step of 0.1 s is off by a tenth, and so is its rotation.
+  // Every other sample is 10 ms late: a step of 0.1 s has a relative error of a tenth, and so has its
+  // rotation.
   std::vector<KittiOxts> late = exact;
   std::vector<SE3> poses = kitti_imu_poses(exact);
   for (size_t k = 1; k + 1 < poses.size(); k += 2) {
@@ -117,7 +119,7 @@ TEST(KittiPoseFloor, HoldsWhatIsPlanted) {
   EXPECT_FALSE(kitti_pose_floor(kitti_imu_poses(no_rates), no_rates, steps, 0).rotation_deg.has_value());
 }
 
-/// A sequence of text files alone whose camera is the GPS/IMU unit.
+/// A text-only sequence whose camera coincides with the GPS/IMU unit.
 class KittiHeadingFiles : public ::testing::Test {
  protected:
   explicit KittiHeadingFiles() {
@@ -142,14 +144,16 @@ class KittiHeadingFiles : public ::testing::Test {
   TempFolder temp_;
 };
 
-// The wander of 1 deg over 30 s moves steps of 1 m by up to 17 mm, and turns the camera by 0.02 deg a frame.
+// The drift of 1 deg over 30 s shifts steps of 1 m by up to 17 mm, and rotates the camera by 0.02 deg per
+// frame.
 TEST_F(KittiHeadingFiles, CourseOrHeadingTakeTheWanderAway) {
   const KittiTruth yaw = read({.velocity = KittiVelocity::velocity_vector});
   const KittiTruth course =
       read({.velocity = KittiVelocity::velocity_vector, .heading = KittiHeading::course});
   const KittiTruth heading = read({.velocity = KittiVelocity::velocity_heading});
   const double wander_m = 0.0175,
-               lag_m = 0.05 * 0.32;  // amplitudes: of the heading, and of velocities that are late in bends
+               // amplitudes: of the heading, and of velocities that are delayed in bends
+      lag_m = 0.05 * 0.32;
   EXPECT_NEAR(*yaw.floor.lateral_m, std::hypot(wander_m, lag_m) / std::sqrt(2.0), 0.0005);
   EXPECT_LT(*course.floor.lateral_m, 0.002);
   EXPECT_LT(*heading.floor.lateral_m, 0.002);
@@ -164,7 +168,7 @@ TEST_F(KittiHeadingFiles, CourseOrHeadingTakeTheWanderAway) {
     return std::sqrt(squares);
   };
   EXPECT_NEAR(rms_deg(yaw), 2 * std::numbers::pi / 300 / std::sqrt(2.0), 0.001);
-  EXPECT_NEAR(rms_deg(heading), rms_deg(yaw), 1e-9);  // the attitude stays
+  EXPECT_NEAR(rms_deg(heading), rms_deg(yaw), 1e-9);  // the attitude is unchanged
   EXPECT_LT(rms_deg(course), 0.3 * rms_deg(yaw));
 }
 
@@ -179,10 +183,10 @@ TEST_F(KittiHeadingFiles, VelocitiesThatDisagree) {
   samples[3].velocity_mps.x() = 3;
   write("oxts", encode_kitti_oxts(samples));
   EXPECT_FALSE(read({}).floor.lateral_m.value() < 0);
-  expect_error([&] { read({.heading = KittiHeading::course}); }, "heading = course needs both alike");
+  expect_error([&] { read({.heading = KittiHeading::course}); }, "heading = course requires them to agree");
 }
 
-// Numbers of the real data set: docs/datasets.md.
+// The numbers of the real data set are in docs/datasets.md.
 TEST(KittiRealHeading, WandersInSequence03) {
   SEXTANT_NEEDS_DATA("kitti_tracking");
   const auto read = [&](const KittiTruthOptions& options) {
@@ -209,7 +213,7 @@ TEST(KittiRealHeading, WandersInSequence03) {
 
 namespace {
 
-// A car with every sensor turned and shifted against the next.
+// A car with sensors that are rotated and translated against each other.
 class KittiMadeTruth : public testing::Test {
  protected:
   KittiMadeTruth() {
@@ -230,7 +234,8 @@ class KittiMadeTruth : public testing::Test {
     }
     std::vector<KittiOxts> samples;
     for (const SE3& T : imu_) samples.push_back(oxts_from_pose(T, 0.65));
-    // The reader's scale is that of the latitude in the file: ask it for the poses.
+    // The reader takes its scale from the latitude in the file, so the poses are computed with the reader's
+    // scale.
     const double read_scale = mercator_scale(samples[0].latitude_deg);
     for (size_t k = 0; k < imu_.size(); ++k) {
       samples[k].velocity_mps = {11, 0.2, 0.1};
@@ -362,7 +367,7 @@ TEST_F(KittiRealTruth, ObjectsAreTheDemosObjects) {
       EXPECT_NEAR(ours->box->left, object.box->left, 1e-3);
       EXPECT_EQ(ours->type.empty(), false);
       EXPECT_GT(ours->size_m->minCoeff(), 0.3);
-      // Camera 2 sits 6 cm left of camera 0: points lie 6 cm further right in it.
+      // Camera 2 is 6 cm to the left of camera 0, so that points lie 6 cm further right in it.
       const ObjectTruth* shifted = rectified.truth.find(frame, object.id);
       const Eigen::Vector3d by = shifted->T_camera_object.translation() - ours->T_camera_object.translation();
       EXPECT_THAT(by, EigenNear(Eigen::Vector3d(0.0598, -0.0004, 0.0027), 1e-4));
@@ -397,12 +402,13 @@ TEST_F(KittiRealTruth, CorrectedStepsHaveTheLengthOfTheSpeed) {
     raw_squares += std::pow(off_m(raw), 2);
     corrected_squares += std::pow(off_m(corrected), 2);
   }
-  // What is left is the lever arm between GPS/IMU unit and camera in bends.
+  // The remainder is the lever arm between GPS/IMU unit and camera in bends.
   EXPECT_LT(std::sqrt(corrected_squares / (raw.n_poses - 1)), 0.01);
   EXPECT_GT(std::sqrt(raw_squares / (raw.n_poses - 1)), 0.05);
 }
 
-// Positions are corrected sideways while the measured velocity goes on: in sequence 03 by 20 mm a step.
+// The receiver corrects positions sideways while the measured velocity stays: by 20 mm per step in sequence
+// 03.
 TEST_F(KittiRealTruth, VelocityVectorsGiveTheDirectionToo) {
   const fs::path path = real_data("kitti_tracking") / "training" / "oxts" / "0003.txt";
   const std::vector<KittiOxts> samples = decode_kitti_oxts(read_file(path), path.string());

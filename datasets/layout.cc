@@ -26,11 +26,11 @@ namespace {
 using Write = std::function<std::string(const Sequence&, const LayoutRequest&)>;
 
 constexpr const char* stage_prefix = ".sextant_incomplete_";
-/// In a stage whose files are all there: what was written, and the SOURCE that reads it.
+/// Marks a stage with complete files; contains the request and the SOURCE that reads the result.
 constexpr const char* complete_file = ".complete";
 
-/// A stage that this process has locked; the lock goes when the process does, however that ends. Several
-/// writers may fill one root (base/file_lock.h would refuse the second).
+/// Lock of a stage, which ends with its process. Several writers may write into one root (base/file_lock.h
+/// would refuse the second).
 class StageLock {
  public:
   explicit StageLock(const fs::path& folder)
@@ -44,7 +44,8 @@ class StageLock {
   StageLock(const StageLock&) = delete;
   StageLock& operator=(const StageLock&) = delete;
   bool held() const { return held_; }
-  /// It is gone, or another's. Neither held nor refused: a file system without locks.
+  /// Returns true if the stage is gone or locked by another process. Neither held nor refused: the file
+  /// system has no locks.
   bool refused() const { return refused_; }
 
  private:
@@ -52,7 +53,7 @@ class StageLock {
   bool held_ = false, refused_ = false;
 };
 
-/// Text last: without it no reader takes the images for a sequence with truth.
+/// Moves text files last: without them no reader takes the images for a sequence with truth.
 void move_into_place(const fs::path& stage, const fs::path& out) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(stage)) {
@@ -66,8 +67,8 @@ void move_into_place(const fs::path& stage, const fs::path& out) {
   }
 }
 
-/// What writers that were killed have left: moved into place where it is complete, else removed. Returns the
-/// SOURCE of what `what` has written so.
+/// Cleans up after killed writers: complete stages are moved into place, others removed. Returns the SOURCE
+/// of a completed stage that was written for the request `what`.
 std::optional<std::string> take_abandoned(const fs::path& out, const Json& what) {
   std::vector<fs::path> stages;
   for (const auto& entry : fs::directory_iterator(out)) {
@@ -91,15 +92,16 @@ std::optional<std::string> take_abandoned(const fs::path& out, const Json& what)
   return source;
 }
 
-/// A hidden folder in `out`, which goes, with the folders made for it, when the files are not complete.
+/// A hidden folder in `out` for the files being written. It is removed, together with the parent folders made
+/// for it, unless the files are complete.
 class Stage {
  public:
-  /// `what` tells what is to be written from everything else.
+  /// `what` identifies the request.
   Stage(const fs::path& out, Json what) : out_(fs::absolute(out).lexically_normal()), what_(std::move(what)) {
     for (fs::path folder = out_; !fs::exists(folder); folder = folder.parent_path()) made_.push_back(folder);
     fs::create_directories(out_);
     finished_ = take_abandoned(out_, what_);
-    do {  // until no other writer has taken it for abandoned before it was locked
+    do {  // until it is locked before another writer considers it abandoned
       std::string name = (out_ / stage_prefix).string() + "XXXXXX";
       if (::mkdtemp(name.data()) == nullptr)
         fail("{}: cannot write: {}", out_.string(), std::strerror(errno));
@@ -110,16 +112,16 @@ class Stage {
   ~Stage() {
     std::error_code ignored;
     if (!is_complete_) fs::remove_all(folder_, ignored);
-    for (const fs::path& folder : made_) fs::remove(folder, ignored);  // only those that are empty
+    for (const fs::path& folder : made_) fs::remove(folder, ignored);  // only the empty ones
   }
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
   const fs::path& folder() const { return folder_; }
 
-  /// The SOURCE that an earlier writer of the same, which was killed at the end, has written.
+  /// The SOURCE of a stage with the same request that a killed writer had completed.
   const std::optional<std::string>& finished() const { return finished_; }
 
-  /// Whatever ends this in the middle, the next writer in the folder brings it to its end.
+  /// Moves the files into place. If this is interrupted, the next writer in the folder completes it.
   void publish(const std::string& source) {
     write_file(folder_ / complete_file, json_text({{"what", what_}, {"source", source}}));
     is_complete_ = true;
@@ -132,7 +134,7 @@ class Stage {
   Json what_;
   fs::path folder_;
   std::optional<std::string> finished_;
-  bool is_complete_ = false;  ///< and not all of it in place
+  bool is_complete_ = false;  ///< complete, but not yet all moved into place
   std::optional<StageLock> lock_;
   std::vector<fs::path> made_;  // innermost first
 };

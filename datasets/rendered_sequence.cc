@@ -14,7 +14,7 @@
 namespace sextant {
 namespace {
 
-// Raised whenever any pixel or pose of a scenario changes.
+// Incremented whenever any pixel or pose of a scenario changes.
 constexpr const char* version = "synthetic scenes version 5";
 
 class RenderedSequence final : public Sequence {
@@ -42,7 +42,7 @@ class RenderedSequence final : public Sequence {
   }
 
   const SequenceInfo& info() const override { return info_; }
-  /// Found when first asked for: which objects are seen takes the geometry of every frame.
+  /// Computed on first use, because the visibility of objects requires the geometry of every frame.
   const SequenceTruth& truth() const override {
     std::call_once(truth_once_, [&] {
       if (!truth_) truth_ = renderer_->truth(info_.first_frame, info_.last_frame);
@@ -76,10 +76,10 @@ class RenderedSequence final : public Sequence {
     if (flow.empty()) return std::nullopt;
     return flow;
   }
-  void check_files() const override {}  // made when asked for
+  void check_files() const override {}  // frames are rendered on demand
 
  private:
-  /// Visits the same channel of two frames.
+  /// Calls `visit` with the same channel of two frames.
   template <typename Visit>
   static void each_channel(Channels& channels, Frame& a, Frame& b, const Visit& visit) {
     visit("rgb", channels.rgb, a.rgb, b.rgb);
@@ -129,8 +129,8 @@ std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source) {
 
 namespace {
 
-/// The chosen frames of a sequence, of which `info` and `truth` are known, as a scenario; `shape` has the
-/// size of the images.
+/// Turns the chosen frames of a sequence with this `info` and `truth` into a scenario; `shape` has the image
+/// size.
 RenderedSource replay_of(SequenceInfo info, SequenceTruth truth, synthetic::Scenario shape) {
   shape.name = info.dataset + ":" + info.sequence;
   shape.camera = info.camera;
@@ -138,7 +138,7 @@ RenderedSource replay_of(SequenceInfo info, SequenceTruth truth, synthetic::Scen
   RenderedSource rendered{
       .scenario = synthetic::replay_scenario(truth, info.first_frame, info.last_frame, std::move(shape)),
       .first_scenario_frame = info.first_frame};
-  info.provenance.emplace_back("scene: true motions of the text files, shapes and street are ours");
+  info.provenance.emplace_back("scene: true motions of the text files, shapes and street are synthetic");
   rendered.info = std::move(info);
   rendered.truth = std::move(truth);
   return rendered;

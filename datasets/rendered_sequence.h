@@ -1,7 +1,7 @@
 #pragma once
 
-// A synthetic scenario as a sequence: what the adapters `synthetic` and `replay-*` have in common. Frames are
-// rendered when asked for and kept on disk for the next run.
+// A synthetic scenario as a sequence: the common part of the adapters `synthetic` and `replay-*`. Frames are
+// rendered on demand and cached on disk.
 
 #include <functional>
 #include <memory>
@@ -17,61 +17,62 @@ namespace sextant {
 struct RenderCacheOptions {
   SEXTANT_OPTIONS(
       (std::string, cache, "auto", "folder",
-       "where rendered images are kept for the next run (14 MB a frame with all channels); 'auto' is "
-       "$SEXTANT_CACHE/frames or ~/.cache/sextant/frames; empty keeps nothing; delete it to make room"),
-      (int, cache_max_mb, 4096, "MB", "nothing more is kept once the folder holds this much"))
+       "cache of rendered images for later runs (14 MB per frame with all channels); 'auto' is "
+       "$SEXTANT_CACHE/frames or ~/.cache/sextant/frames; empty disables the cache; the folder may be "
+       "deleted at any time"),
+      (int, cache_max_mb, 4096, "MB", "no more images are cached once the folder has this size"))
   void check() const { check_option(cache_max_mb >= 0, "cache_max_mb", cache_max_mb, ">= 0"); }
 };
 
 struct RenderedSource {
-  SequenceInfo info;  ///< dataset, sequence, frames, rate, warnings; camera, size and channels are set here
+  /// dataset, sequence, frames, rate, warnings; open_rendered() sets camera, size and channels
+  SequenceInfo info;
   synthetic::Scenario scenario;
-  int first_scenario_frame = 0;        ///< the data set's number of the scenario's frame 0
-  std::optional<SequenceTruth> truth;  ///< where it comes from elsewhere than the scenario
+  int first_scenario_frame = 0;        ///< number in the data set of the scenario's frame 0
+  std::optional<SequenceTruth> truth;  ///< if it does not come from the scenario
 };
 
-/// `make` may log the files that it reads. Throws what `make` throws, and Error on a scenario that cannot be.
+/// Opens the sequence that `make` describes; `make` may log the files that it reads. Throws Error for an
+/// invalid scenario, and whatever `make` throws.
 std::unique_ptr<Sequence> open_rendered(const std::function<RenderedSource(InputLog&)>& make,
                                         const RenderCacheOptions& options);
 
-// Adapter `synthetic`: rendered scenes that need no download (datasets/synthetic/). SOURCE is
+// Adapter `synthetic`: rendered scenes that need no download synthetic/synthetic/). SOURCE is
 // synthetic:<scenario>[@first-last]; depth, flow, masks and truth are exact.
 
 using SyntheticOptions = RenderCacheOptions;
 
-/// Throws Error on an unknown scenario or option, a '#' in the source, or frames that it does not have.
+/// Throws Error on an unknown scenario or option, a '#' in the source, or frames outside the scenario.
 std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source);
 
 // Adapters `replay-vkitti1` and `replay-kitti`: the true motions of a real sequence, from its text files
-// alone, as a rendered scene. Camera and objects move exactly as the truth says; cars of the boxes' sizes
-// drive on a street that is made along their ways. Depth, flow and masks are exact, so the geometry of a data
-// set can be measured without its images.
+// only, as a rendered scene. Camera and objects move exactly as in the truth; cars with the sizes of the
+// label boxes drive on a street that is generated along their paths. Depth, flow and masks are exact, so that
+// the geometry of a data set can be evaluated without its images.
 //
 //   replay-vkitti1:DIR#0018[/clone]@124-134   DIR as in vkitti1.h
 //   replay-kitti:ROOT#0003@0-30               ROOT/training/{calib,oxts,label_02}, and instances_txt for the
 //                                             size of the images where it is there
 //
-// What is ours: the shapes within the boxes, the street, and that nothing else stands in the way; so masks
-// are a little smaller than the boxes, and objects hide one another but nothing else hides them. Pedestrians
-// and cyclists move as rigid bodies.
+// Synthetic are the shapes within the boxes, the street, and the absence of other objects. Masks are
+// therefore a little smaller than the boxes, and objects are occluded by each other only. Pedestrians and
+// cyclists move as rigid bodies.
 
 struct ReplayVkitti1Options {
-  SEXTANT_OPTIONS(
-      (double, rate_hz, 10, "Hz", "frame rate"),
-      (double, bf, 725.0 * 0.532725, "px m",
-       "focal length times baseline, for models of depth noise and the right image"),
-      (RenderCacheOptions, render, {}, "", "images kept for the next run"))
+  SEXTANT_OPTIONS((double, rate_hz, 10, "Hz", "frame rate"),
+                  (double, bf, 725.0 * 0.532725, "px m",
+                   "focal length times baseline, for models of depth noise and the right image"),
+                  (RenderCacheOptions, render, {}, "", "cache of rendered images"))
   void check() const;
 };
 
 struct ReplayKittiOptions : KittiTruthOptions {
-  SEXTANT_OPTIONS_OF(KittiTruthOptions,
-      (double, rate_hz, 10, "Hz", "frame rate"),
-      (RenderCacheOptions, render, {}, "", "images kept for the next run"))
+  SEXTANT_OPTIONS_OF(KittiTruthOptions, (double, rate_hz, 10, "Hz", "frame rate"),
+                     (RenderCacheOptions, render, {}, "", "cache of rendered images"))
   void check() const;
 };
 
-/// Throw Error on text files or frames that are not there or not as described.
+/// Throw Error on text files or frames that are missing or not as described.
 std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source);
 std::unique_ptr<Sequence> open_replay_kitti(const SourceSpec& source);
 

@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-/// The source below SEXTANT_DATA, or none.
+/// Returns the source below SEXTANT_DATA; nullopt if it does not exist.
 std::optional<SourceSpec> real(const std::string& adapter, const std::string& folder,
                                const std::string& rest) {
   if (real_data(folder).empty()) return std::nullopt;
@@ -40,7 +40,8 @@ TEST(ReplayOnRealData, Vkitti18HasThePapersDistancesBoxesAndAreas) {
   }
 }
 
-/// Flow and depth of a frame are those of the true motions: per body, the points of the flow's two ends.
+/// Expects that flow and depth of a frame agree with the true motions, at both ends of the flow of each
+/// body's points.
 void expect_flow_of_truth(const Sequence& sequence, int frame) {
   const Frame prev = sequence.read(frame, {.depth = true, .flow = true, .mask = true});
   const PinholeCamera& camera = sequence.info().camera.left;
@@ -87,7 +88,7 @@ TEST(Replay, NothingToReplay) {
   expect_error([&] { open_source(SourceSpec::parse("replay-kitti:" + path + "#0003")); }, path);
 }
 
-/// A camera that drives ahead at 1 m a frame, and a car without a size that comes and goes.
+/// A camera that drives ahead by 1 m per frame, and a car without a size that appears in some frames.
 SequenceTruth made_truth() {
   SequenceTruth truth;
   for (int frame = 5; frame < 9; ++frame) {
@@ -108,7 +109,7 @@ TEST(ReplayScenario, ActorsAreThereWhereTheirLabelsAre) {
   const synthetic::Actor& van = scenario.actors[0];
   EXPECT_EQ(van.id, 3);
   EXPECT_TRUE(van.T_world_object[0] && !van.T_world_object[1] && van.T_world_object[2]);
-  EXPECT_NEAR(van.shape.height_m, 2.2, 1e-12);  // a usual van
+  EXPECT_NEAR(van.shape.height_m, 2.2, 1e-12);  // the default size of a van
   EXPECT_TRUE(van.moves(2));
   const SE3 T = scenario.T_world_camera[2].inverse() * *van.T_world_object[2];
   EXPECT_LT((T.translation() - Eigen::Vector3d(2, 1.65, 12)).norm(), 1e-12);

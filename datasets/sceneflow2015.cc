@@ -14,7 +14,7 @@ constexpr double rate_hz = 10;
 
 using Matrix34d = Eigen::Matrix<double, 3, 4>;
 
-// P_rect_02 and P_rect_03 of calib_cam_to_cam.
+// Reads P_rect_02 and P_rect_03 of calib_cam_to_cam.
 StereoCamera decode_camera(std::string_view text, const std::string& name) {
   std::map<std::string, Matrix34d> found;
   for (TextRows rows(text, name); rows.next();) {
@@ -23,7 +23,7 @@ StereoCamera decode_camera(std::string_view text, const std::string& name) {
     rows.expect(13, key + " and 12 numbers (13 values)");
     Matrix34d p;
     for (int i = 0; i < 12; ++i) p(i / 4, i % 4) = rows.finite(static_cast<size_t>(i) + 1, key);
-    if (!found.emplace(key, p).second) rows.fail_here("{} is there twice", key);
+    if (!found.emplace(key, p).second) rows.fail_here("{} is repeated", key);
     if (!(p(0, 0) > 0) || !(p(1, 1) > 0)) rows.fail_here("{} focal lengths must be positive", key);
   }
   for (const char* key : {"P_rect_02:", "P_rect_03:"}) {
@@ -38,7 +38,7 @@ StereoCamera decode_camera(std::string_view text, const std::string& name) {
   return camera;
 }
 
-/// ROOT, or its folder training.
+/// Returns ROOT, or its folder training.
 fs::path find_root(const fs::path& path) {
   if (!fs::is_directory(path)) fail("{}: no such folder", path.string());
   for (const fs::path& root : {path, path / "training"}) {
@@ -56,7 +56,7 @@ std::string find_pair(const fs::path& root, const std::string& asked) {
   if (pairs.empty()) fail("{}: no images named like 000002_10.png", (root / "image_2").string());
   const std::string choices =
       fmt::format("{} pairs, {} to {}", pairs.size(), *pairs.begin(), *pairs.rbegin());
-  if (asked.empty() && pairs.size() > 1) fail("{}: say which pair with #: it has {}", root.string(), choices);
+  if (asked.empty() && pairs.size() > 1) fail("{}: choose a pair with #: it has {}", root.string(), choices);
   if (asked.empty()) return *pairs.begin();
   if (!pairs.contains(asked)) fail("{}: no pair '{}': it has {}", root.string(), asked, choices);
   return asked;
@@ -71,7 +71,7 @@ fs::path find_calibration(const fs::path& root, const std::string& pair) {
        (root / "calib_cam_to_cam" / (pair + ".txt")).string());
 }
 
-/// The true depth of both frames.
+/// True depth of both frames.
 class TrueDepth final : public DepthSource {
  public:
   TrueDepth(const fs::path& root, const std::string& pair, const ChannelInputs& inputs) : inputs_(inputs) {
@@ -141,7 +141,7 @@ std::unique_ptr<Sequence> open_sceneflow2015(const SourceSpec& source) {
       fmt::format("{}: the data set has no poses: nothing to measure motion with", root.string()));
 
   const auto pattern = [&](const char* folder) { return (root / folder / (pair + "_*")).string(); };
-  // The truth is what a run is measured with: only an option makes it what is measured.
+  // The truth is the reference of a run; only an explicit option uses it as a measurement.
   const auto choice = [](const std::string& option, const char* computed) {
     return option == "truth" ? "auto" : option == "auto" ? computed : option;
   };

@@ -44,8 +44,8 @@ TEST_F(SceneFlow, TruthIsThatOfTheFiles) {
     EXPECT_FLOAT_EQ(first(4, 4), 20);
     EXPECT_TRUE(std::isnan(first(5, 5)));
     EXPECT_FLOAT_EQ(second(4, 4), 19);
-    EXPECT_TRUE(std::isnan(second(2, 4)));                     // nothing moves here
-    EXPECT_TRUE(std::isnan(second(4, sceneflow_height - 1)));  // nor here
+    EXPECT_TRUE(std::isnan(second(2, 4)));                     // no pixel moves here
+    EXPECT_TRUE(std::isnan(second(4, sceneflow_height - 1)));  // no pixel moves here either
     EXPECT_EQ((*sequence->true_flow(10))(0, 0).u, 3);
     EXPECT_EQ((*sequence->true_flow(10))(0, 0).v, -1);
     EXPECT_FALSE(sequence->true_flow(11).has_value());
@@ -66,7 +66,7 @@ TEST(CarryDepthAlongFlow, TheNearestIsInFront) {
   flow(0, 0) = {2.4f, 0};
   depth(1, 0) = 9;
   flow(1, 0) = {1, 0};
-  depth(3, 0) = 7;  // no flow
+  depth(3, 0) = 7;  // no valid flow
   flow(2, 0) = {1, 0};
   const Image<float> carried = carry_depth_along_flow(depth, flow);
   EXPECT_EQ(carried(2, 0), 5);
@@ -78,7 +78,7 @@ TEST_F(SceneFlow, Errors) {
   error("#000007@9-10", "frames 9-10 asked for, it has frames 10-11");
   error("", "did you mean 'sgbm'?", {{"depth", "sgm"}});
   put("image_2/000009_10.png", encode_png(Image<Rgb>(sceneflow_width, sceneflow_height)));
-  error("", "say which pair with #: it has 2 pairs, 000007 to 000009");
+  error("", "choose a pair with #: it has 2 pairs, 000007 to 000009");
   error("#000009", file("calib_cam_to_cam/000009.txt") + ": no such file");
   put("calib_cam/000009.txt", sceneflow_calibration);
   error("#000009", file("image_2/000009_11.png") + ": missing file: frame 11 needs its image");
@@ -108,7 +108,7 @@ TEST_F(SceneFlow, CalibrationErrors) {
   error("#000007", path + ": no such file");
 }
 
-// What the computed channels are worth on real images; the limits are 1.2 times what they measured at first.
+// Accuracy of the computed channels on real images; the bounds are 1.2 times the values measured at first.
 class RealSceneFlow : public testing::TestWithParam<std::tuple<const char*, double, double, double, double>> {
 };
 

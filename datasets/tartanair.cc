@@ -12,13 +12,13 @@ namespace {
 
 constexpr const char* poses_file = "pose_lcam_front.txt";
 constexpr const char* images_folder = "image_lcam_front";
-constexpr double norm_limit = 0.01;  // of quaternions, from 1
+constexpr double norm_limit = 0.01;  // largest deviation of a quaternion's norm from 1
 
 bool is_trajectory(const fs::path& folder) {
   return fs::exists(folder / poses_file) || fs::is_directory(folder / images_folder);
 }
 
-/// Names of the trajectories ENV/Data_easy/P000 below a folder.
+/// Returns the names of the trajectories ENV/Data_easy/P000 below a folder.
 std::set<std::string> trajectories(const fs::path& root) {
   constexpr int deepest = 2;
   constexpr size_t most = 20;
@@ -46,11 +46,11 @@ fs::path find_trajectory(const SourceSpec& source) {
     fail("{}: no {} and no folder {} in it or below: expected the folder of a trajectory of TartanAir V2",
          folder.string(), poses_file, images_folder);
   }
-  fail("source '{}': say which trajectory: {}:{}#ENV/Data_easy/P000; there: {}", source.text, source.adapter,
+  fail("source '{}': choose a trajectory: {}:{}#ENV/Data_easy/P000; available: {}", source.text, source.adapter,
        source.path, fmt::join(known, ", "));
 }
 
-/// "ENV/Data_easy/P000" of a folder that lies so, else its own name.
+/// Returns "ENV/Data_easy/P000" for a folder in such a hierarchy, otherwise its own name.
 std::string name_of(const SourceSpec& source, const fs::path& folder) {
   if (!source.sequence.empty()) return source.sequence;
   fs::path whole = fs::absolute(folder).lexically_normal();
@@ -61,7 +61,7 @@ std::string name_of(const SourceSpec& source, const fs::path& folder) {
                      whole.filename().string());
 }
 
-/// T_world_camera in opencv axes, by line.
+/// Reads T_world_camera in opencv axes, by line.
 Trajectory decode_poses(std::string_view text, const std::string& name) {
   const SE3 T_opencv_ned(Eigen::Quaterniond(opencv_from_axes(Axes::ned)), Eigen::Vector3d::Zero());
   const SE3 T_ned_opencv = T_opencv_ned.inverse();
@@ -81,7 +81,7 @@ Trajectory decode_poses(std::string_view text, const std::string& name) {
   return poses;
 }
 
-/// Masks of a static scene: all of each image is background.
+/// Masks of a static scene: all pixels are background.
 class StaticMasks final : public MaskSource {
  public:
   explicit StaticMasks(const ChannelInputs& inputs) : inputs_(inputs) {}
@@ -92,7 +92,7 @@ class StaticMasks final : public MaskSource {
   }
   std::string provenance() const override { return text; }
 
-  static constexpr const char* text = "masks: background alone, the scenes are static";
+  static constexpr const char* text = "masks: background only, the scenes are static";
 
  private:
   ChannelInputs inputs_;

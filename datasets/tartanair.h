@@ -8,12 +8,12 @@
 //   image_rcam_front/%06d_rcam_front.png         the right camera
 //   depth_lcam_front/%06d_lcam_front_depth.png   float32 in four channels (codec/tartanair_png.h)
 //   flow_lcam_front/%06d_%06d_flow.png           16-bit RGB (codec/tartanair_png.h), to the next frame
-//   pose_lcam_front.txt                          tx ty tz qx qy qz qw a line, line k + 1 is frame k
+//   pose_lcam_front.txt                          tx ty tz qx qy qz qw per line; line k + 1 is frame k
 //
-// Any of them may be missing; with the poses alone there is camera truth and no channel. Poses are
-// T_world_camera with the axes of NED (x ahead, y right, z down) on both sides; they become those of `opencv`
-// (geometry/axes.h). The scenes are static: there are no objects, and masks are background alone.
-// seg_lcam_front has classes, not instances, and is not read.
+// Any of them may be missing; with the poses only, there is camera truth and no channel. Poses are
+// T_world_camera with NED axes (x ahead, y right, z down) on both sides; they are converted to `opencv` axes
+// (geometry/axes.h). The scenes are static: there are no objects, and all mask pixels are background.
+// seg_lcam_front contains classes, not instances, and is not read.
 // Camera: f = 320 px, c = (320, 320), baseline 0.25 m, 10 Hz. Source: tartanair.org/modalities.html
 
 #include <memory>
@@ -31,7 +31,7 @@ struct TartanairOptions : ChannelOptions {
   void check() const;
 };
 
-/// Throws Error on a folder, file or frame range that is not there, or a file that is not as described.
+/// Throws Error on a folder, file or frame range that is missing, or a file that is not as described.
 std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source);
 
 }  // namespace sextant

@@ -1,7 +1,7 @@
 #pragma once
 
-// A small trajectory of TartanAir V2 for tests: a wall at 8 m, turned by 0.01 rad about the vertical and
-// moved by (0.1, 0.02, 0.05) m (ahead, right, down) from frame to frame, with exact depth and flow.
+// A small TartanAir V2 trajectory for tests: a wall at 8 m; the camera rotates by 0.01 rad about the vertical
+// and moves by (0.1, 0.02, 0.05) m (ahead, right, down) per frame, with exact depth and flow.
 
 #include <filesystem>
 #include <string>
@@ -14,7 +14,7 @@
 
 namespace sextant {
 
-/// Writes `n` frames; returns their camera truth, T_world_camera in opencv axes.
+/// Writes `n` frames; returns the camera truth, T_world_camera in opencv axes.
 inline SequenceTruth write_tartanair_trajectory(const std::filesystem::path& folder, int n) {
   const auto put = [&](const std::string& name, std::string_view bytes) {
     std::filesystem::create_directories((folder / name).parent_path());

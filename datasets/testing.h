@@ -1,6 +1,6 @@
 #pragma once
 
-// Test helpers: a test on the files of a data set's folder; a sequence in memory.
+// Test helpers: a fixture for files in a data set's folder, and a sequence in memory.
 
 #include <filesystem>
 #include <memory>
@@ -19,13 +19,18 @@ inline std::unique_ptr<Sequence> open_with(const std::string& source, const Json
   return open_source(spec);
 }
 
-/// "vdo tiny@0-4, 320x96 px, 10 Hz".
+/// Opens a source without a cache, so that frames are rendered.
+inline std::unique_ptr<Sequence> open_uncached(const std::string& source) {
+  return open_with(source, {{"cache", ""}});
+}
+
+/// Returns "vdo tiny@0-4, 320x96 px, 10 Hz".
 inline std::string text_of(const SequenceInfo& info) {
   return fmt::format("{} {}@{}-{}, {}x{} px, {} Hz", info.dataset, info.sequence, info.first_frame,
                      info.last_frame, info.width, info.height, info.rate_hz);
 }
 
-/// A sequence in memory, whose parts a test changes as it likes.
+/// A sequence in memory whose members a test can change.
 class MemorySequence : public Sequence {
  public:
   const SequenceInfo& info() const override { return info_; }
@@ -47,14 +52,14 @@ class FolderTest : public testing::Test {
     write_file(root_ / name, bytes);
   }
   void remove(const std::string& name) { std::filesystem::remove_all(root_ / name); }
-  /// Replaces the first `from` of a file.
+  /// Replaces the first occurrence of `from` in a file.
   void change(const std::string& name, const std::string& from, const std::string& to) {
     std::string bytes = text(name);
     const size_t at = bytes.find(from);
     ASSERT_NE(at, std::string::npos) << name << " lacks " << from;
     put(name, bytes.replace(at, from.size(), to));
   }
-  /// Lines of a file, the header among them.
+  /// Returns the lines of a file, including the header.
   std::vector<std::string> lines(const std::string& name) const {
     std::vector<std::string> all = split(text(name), '\n');
     all.pop_back();

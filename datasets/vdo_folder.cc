@@ -90,15 +90,15 @@ std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& requ
 
 namespace {
 
-// KITTI tracking 0003, left colour camera. The authors' demo gives the bf of the grey pair although its
-// images and depth are of the colour pair: depth is 0.8 % too large. bf_preset = colour mends that.
+// KITTI tracking 0003, left colour camera. The authors' demo uses the bf of the grey pair although its images
+// and depth are from the colour pair: depth is 0.8 % too large. bf_preset = colour corrects that.
 constexpr int demo_width = 1242;
 constexpr int demo_height = 375;
 constexpr double authors_bf = 387.5744;
 constexpr double colour_bf = 384.3814;
 constexpr double default_rate_hz = 10;
 
-/// Camera and truth of a folder, whose frames and size are known.
+/// Camera and truth of a folder with known frames and image size.
 class TextFiles {
  public:
   TextFiles(fs::path dir, FolderSequence& sequence)
@@ -143,7 +143,7 @@ class TextFiles {
     rate_is_assumed_ = !(options.rate_hz > 0) && !(found.rate_hz > 0);
   }
 
-  // The folder's camera file. With a camera given in full by options, several are no ambiguity.
+  // Finds the folder's camera file. If options define the camera completely, several files are not ambiguous.
   std::optional<fs::path> find_yaml(bool complete) const {
     std::set<fs::path> files;
     for (const auto& entry : fs::directory_iterator(dir_)) {
@@ -172,8 +172,8 @@ class TextFiles {
     if (!fs::exists(path)) {
       if (rate_is_assumed_) {
         info_.warnings.push_back(
-            fmt::format("no frame rate in a *.yaml and no {}: {} Hz are assumed, and "
-                        "velocities are proportional to it (change it with the option rate_hz)",
+            fmt::format("no frame rate in a *.yaml and no {}: assuming {} Hz; "
+                        "velocities are proportional to the rate (change it with the option rate_hz)",
                         path.string(), default_rate_hz));
       }
       return;
@@ -226,7 +226,7 @@ class TextFiles {
   fs::path dir_;
   FolderSequence& sequence_;
   SequenceInfo& info_;
-  bool rate_is_assumed_ = false;  // neither option nor camera file has one
+  bool rate_is_assumed_ = false;  // neither the options nor the camera file define it
 };
 
 fs::path find_images(const fs::path& dir) {

@@ -1,18 +1,17 @@
 #pragma once
 
-// Folders of VDO-SLAM: the layout `vdo` that writes them, and the adapter `vdo` that reads them.
+// VDO-SLAM folders: the layout `vdo` that writes them, and the adapter `vdo` that reads them.
 //
-// Layout: writes a sequence as such a folder, OUT itself or OUT/<sequence> when a
-// name is given:
+// The layout writes a sequence as such a folder, OUT itself or OUT/<sequence> if a name is given:
 //
 //   image_0/%06d.png    RGB              depth/%06d.png      disparity * 256, z = bf / (n / 256)
 //   flow/%06d.flo       to the next      semantic/%06d.txt   instance ids
 //   camera.yaml         f, c, bf, fps    times.txt           line k: time of frame k, s (from frame 0 on)
-//   pose_gt.txt         truth, where there is any; object_pose.txt likewise
+//   pose_gt.txt         truth, if known; object_pose.txt likewise
 //
-// Frames keep their numbers. What the format does not keep: depth nearer than bf / 255.99 and steps of
-// disparity finer than 1/256 px; of an object's rotation all but the heading of its z axis, and objects
-// without a 2-D box have an empty one. Channels that the source lacks are left out.
+// Frames keep their numbers. The format does not store depth nearer than bf / 255.99, disparity steps finer
+// than 1/256 px, and roll and pitch of objects; objects without a 2-D box get an empty one. Channels that the
+// source lacks are left out.
 
 #include <memory>
 #include <string>
@@ -23,7 +22,7 @@
 
 namespace sextant {
 
-/// As layout.h says.
+/// Implements Layout::write of layout.h.
 std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request);
 
 // Adapter `vdo`: folders of the multimot / VDO-SLAM data set (KITTI tracking with network outputs).
@@ -32,22 +31,23 @@ std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& requ
 //   depth/%06d.png                16-bit, disparity * 256; depth = bf / (n / 256) m, 0 = invalid
 //   flow/%06d.flo                 Middlebury, px, to the next frame; the last frame needs none
 //   semantic/%06d.txt             instance ids as text, 0 = background, label = KITTI track id + 1
-//   *.yaml                        OpenCV YAML camera; absent: that of KITTI 0003, with a warning
+//   *.yaml                        OpenCV YAML camera; if absent, that of KITTI 0003, with a warning
 //   pose_gt.txt                   truth, optional: frame + 4x4 matrix camera -> world
 //   object_pose.txt               truth, optional: frame id l t r b x y z ry; box (px), position (m) and
 //                                 yaw (rad) in the camera: T_camera_object = (Ry(ry + pi/2), (x, y, z))
-//   times.txt                     only compared with the rate: the authors' has 0.05 s steps for 10 Hz data
+//   times.txt                     only compared with the rate: the authors' file has 0.05 s steps for 10 Hz
+//                                 data
 //
 // Options flow, depth and masks replace the folder's own (channels/channel_source.h).
 //
-// Frames: all with an image, without a gap, or @first-last. Source: github.com/halajun/VDO_SLAM.
+// Frames: all with an image, which must be consecutive, or @first-last. Source: github.com/halajun/VDO_SLAM.
 
 enum class VdoPair { authors, colour };
 constexpr Names<2> names_of(VdoPair) { return {"authors", "colour"}; }
 
 struct VdoFolderOptions : ChannelOptions {
-  SEXTANT_OPTIONS_OF(ChannelOptions,
-      (double, rate_hz, 0, "Hz", "frame rate; 0 = Camera.fps of the folder's yaml, else 10"),
+  SEXTANT_OPTIONS_OF(
+      ChannelOptions, (double, rate_hz, 0, "Hz", "frame rate; 0 = Camera.fps of the folder's yaml, else 10"),
       (double, fx, 0, "px", "focal length; 0 = from the folder"),
       (double, fy, 0, "px", "focal length; 0 = from the folder"),
       (double, cx, 0, "px", "principal point; 0 = from the folder"),
@@ -59,11 +59,12 @@ struct VdoFolderOptions : ChannelOptions {
   void check() const;
 };
 
-/// Throws Error on a folder, file or frame range that is not there, or a file that is not as described above.
+/// Throws Error on a folder, file or frame range that is missing, or a file that is not as described above.
 std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source);
 
-/// object_pose.txt: "frame id l t r b x y z ry" per line. Result by frame, ordered by id, `interpolated` set.
-/// Throws Error "NAME:LINE: ..." on another number of values or an object given twice in one frame.
+/// Decodes object_pose.txt: "frame id l t r b x y z ry" per line. Returns the objects by frame, ordered by
+/// id, with `interpolated` set. Throws Error "NAME:LINE: ..." on another number of values or an object that
+/// is repeated in a frame.
 ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name);
 
 }  // namespace sextant

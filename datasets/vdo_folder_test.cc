@@ -138,7 +138,7 @@ TEST_F(VdoFolder, OptionsComputeChannels) {
     n_near += std::hypot(a.u - b.u, a.v - b.v) < 1;
   }
   EXPECT_GT(n_object, 0);
-  EXPECT_EQ(n_same, n_object);  // a box holds its object
+  EXPECT_EQ(n_same, n_object);  // the box contains its object
   EXPECT_GT(n_near, 0.6 * n_flow);
   EXPECT_TRUE(computed->read(4, vdo_channels).flow.empty());
   expect_error([&] { open_with(source(), {{"depth", "sgbm"}}); }, "depth: sgbm needs the right images");
@@ -163,7 +163,8 @@ TEST_F(VdoFolder, TruthIsThatOfTheScene) {
   }
 }
 
-// The sign and order conventions of all files at once: depth, true motion and flow must agree at every pixel.
+// Tests the sign and order conventions of all files together: depth, true motion and flow must agree at every
+// pixel.
 TEST_F(VdoFolder, FlowIsDepthMovedByTheTruth) {
   const auto sequence = open_with(source());
   const PinholeCamera& camera = sequence->info().camera.left;
@@ -229,7 +230,7 @@ TEST_F(VdoFolder, AnAssumedRateIsTold) {
   fs::remove(file("camera.yaml"));
   fs::remove(file("times.txt"));
   Json camera = {{"fx", 200.0}, {"fy", 200.0}, {"cx", 159.5}, {"cy", 47.5}, {"bf", 200.0}};
-  EXPECT_THAT(open_with(source(), camera)->info().warnings, ElementsAre(HasSubstr("10 Hz are assumed")));
+  EXPECT_THAT(open_with(source(), camera)->info().warnings, ElementsAre(HasSubstr("assuming 10 Hz")));
   camera["rate_hz"] = 10.0;
   EXPECT_THAT(open_with(source(), camera)->info().warnings, IsEmpty());
 }
@@ -270,7 +271,7 @@ TEST_F(VdoFolder, AGapInTheImages) {
   expect_error([&] { open_with(source()); }, file("image_0") + ": frame 2 is missing between 0 and 4");
   EXPECT_EQ(open_with(source("@3-4"))->info().first_frame, 3);
   EXPECT_FALSE(
-      open_with(source("@0-1"))->read(1, vdo_channels).flow.empty());  // the last frame asked for has flow
+      open_with(source("@0-1"))->read(1, vdo_channels).flow.empty());  // the last requested frame has flow
 }
 
 TEST_F(VdoFolder, BadPoseRows) {
@@ -303,7 +304,7 @@ TEST_F(VdoDemo, OpensWithItsTwoWarnings) {
 TEST_F(VdoDemo, TruthIsThatOfACarInTraffic) {
   const auto sequence = open_with(source_);
   const SE3 motion = sequence->truth().background_motion(0, 1).value();
-  EXPECT_NEAR(motion.translation().z(), -1.18, 0.02);  // drives ahead: the world comes nearer
+  EXPECT_NEAR(motion.translation().z(), -1.18, 0.02);  // drives ahead: the world approaches
   const ObjectTruth* wagon = sequence->truth().find(1, 1);
   ASSERT_NE(wagon, nullptr);
   EXPECT_TRUE(wagon->interpolated);
@@ -315,9 +316,9 @@ TEST_F(VdoDemo, TruthIsThatOfACarInTraffic) {
   EXPECT_NEAR(step_m * 36, 54, 6);  // km/h
 }
 
-// Measured depth moved by the true motion, against the measured flow (23 px in the median). The true steps
-// jitter by 3 to 6 % (the oxts sample is not taken at the image), which leaves 2.4 px here; a wrong sign or
-// order leaves 44 px.
+// Compares measured depth moved by the true motion with the measured flow (23 px in the median). The true
+// steps jitter by 3 to 6 % (oxts samples are not taken at the images), which leaves 2.4 px here; a wrong sign
+// or order leaves 44 px.
 TEST_F(VdoDemo, FlowDepthAndTruthAgree) {
   const auto sequence = open_with(source_);
   const Frame frame = sequence->read(0, vdo_channels);
@@ -353,10 +354,10 @@ TEST(VdoObjects, ReadsBoxPoseAndOrder) {
   EXPECT_EQ(first.id, 1);
   EXPECT_EQ(first.box, (ImageBox{894.7, 190.6, 1241, 374}));
   EXPECT_FALSE(first.moving.has_value());
-  // ry = -pi/2 drives ahead: the camera's axes.
+  // ry = -pi/2 is heading ahead: the axes of the camera.
   EXPECT_LT(rotation_angle_rad(first.T_camera_object.rotation()), 1e-12);
   EXPECT_EQ(first.T_camera_object.translation(), Eigen::Vector3d(3.4, 1.5, 4.7));
-  // ry = 0 drives to the right: its z axis is the camera's x axis.
+  // ry = 0 is heading to the right: its z axis is the camera's x axis.
   const Eigen::Vector3d ahead = objects.at(0)[1].T_camera_object.rotation() * Eigen::Vector3d::UnitZ();
   EXPECT_LT((ahead - Eigen::Vector3d::UnitX()).norm(), 1e-12);
 }

@@ -1,14 +1,14 @@
 #pragma once
 
-// A small VDO-SLAM folder for tests, ray-cast from a known scene, so that an estimator run on it is right up
+// A small VDO-SLAM folder for tests, ray-cast from a known scene, so that an estimator is accurate on it up
 // to the quantisation of the files (disparity to 1/256 px):
 //
 //   camera   drives ahead by about 0.7 m a frame and turns about the vertical; 1.65 m above the ground
 //   static   ground plane, back wall and two side walls, random checks
 //   object   label 1: a box on the ground in front of the camera, driving ahead with uneven steps and turning
 //
-// Depth, flow (occlusion is ignored: where a point goes, seen or not), masks and truth come from the same
-// closed-form geometry. Header only: include it in a test that links Sextant::datasets.
+// Depth, flow (without occlusion: also for points that are hidden in the next frame), masks and truth come
+// from the same closed-form geometry. Header only: include it in a test that links Sextant::datasets.
 
 #include <algorithm>
 #include <cmath>
@@ -36,13 +36,13 @@ struct VdoFixtureOptions {
   bool truth = true;  ///< write pose_gt.txt and object_pose.txt
 };
 
-/// What was written.
+/// The written folder and its truth.
 struct VdoFixture {
   std::filesystem::path dir;
   StereoCamera camera;
   double rate_hz = 10;
   std::map<int, SE3> T_world_camera;  ///< by frame number
-  std::map<int, SE3> T_world_object;  ///< of label 1
+  std::map<int, SE3> T_world_object;  ///< pose of label 1
 
   std::string source() const { return "vdo:" + dir.string(); }
 };
@@ -51,7 +51,7 @@ namespace internal {
 
 constexpr double fixture_ground_y_m = 1.65;
 
-/// What one pixel sees.
+/// Intersection of the ray of one pixel with the scene.
 struct FixtureHit {
   double depth_m = std::numeric_limits<double>::infinity();
   int label = 0;
@@ -67,7 +67,8 @@ inline uint8_t fixture_check(int surface, double a, double b, double cell_m) {
   return static_cast<uint8_t>(20 + (h ^ (h >> 15)) % 216);
 }
 
-/// Where a ray o + s d (d.z = 1 in camera coordinates, so s is the depth) meets the plane p[axis] = at.
+/// Returns the depth s at which the ray o + s d (d.z = 1 in camera coordinates) intersects the plane p[axis]
+/// = at.
 inline double fixture_plane(const Eigen::Vector3d& o, const Eigen::Vector3d& d, int axis, double at) {
   const double s = (at - o[axis]) / d[axis];
   return s > 1e-6 && std::isfinite(s) ? s : std::numeric_limits<double>::infinity();
@@ -90,7 +91,7 @@ inline FixtureHit fixture_hit(const Eigen::Vector3d& ray, const SE3& T_world_cam
     hit = {s, 0,
            fixture_check(i, p[(planes[i].axis + 1) % 3], p[(planes[i].axis + 2) % 3], planes[i].cell_m)};
   }
-  // The box, in its own coordinates: x right, y down (bottom at 0), z ahead.
+  // The box in its own coordinates: x right, y down (bottom at 0), z ahead.
   const SE3 T_object_world = T_world_object.inverse();
   const Eigen::Vector3d box_o = T_object_world * o;
   const Eigen::Vector3d box_d = T_object_world.rotation() * d;
@@ -109,7 +110,7 @@ inline FixtureHit fixture_hit(const Eigen::Vector3d& ray, const SE3& T_world_cam
   return hit;
 }
 
-/// A turn about the vertical (y, down) and a place on the ground.
+/// Returns a pose with a rotation about the vertical (y, down) and a position.
 inline SE3 fixture_pose(double yaw_rad, double x_m, double y_m, double z_m) {
   return SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitY())), {x_m, y_m, z_m});
 }
@@ -130,7 +131,7 @@ inline void fixture_frame(const VdoFixture& fixture, int frame, int width, int h
   const SE3& T_world_camera = fixture.T_world_camera.at(frame);
   const SE3& T_world_object = fixture.T_world_object.at(frame);
   const bool last = !fixture.T_world_camera.contains(frame + 1);
-  SE3 T_next_camera, T_next_camera_object;  // of points that rest, and of points that move with the object
+  SE3 T_next_camera, T_next_camera_object;  // for points at rest, and for points that move with the object
   if (!last) {
     const SE3 T_next_world = fixture.T_world_camera.at(frame + 1).inverse();
     T_next_camera = T_next_world * T_world_camera;
@@ -180,7 +181,7 @@ inline void fixture_frame(const VdoFixture& fixture, int frame, int width, int h
 
 }  // namespace internal
 
-/// Writes the folder `dir` (made if absent).
+/// Writes the folder `dir`, and creates it if needed.
 inline VdoFixture make_vdo_fixture(const std::filesystem::path& dir, const VdoFixtureOptions& options = {}) {
   VdoFixture fixture;
   fixture.dir = dir;

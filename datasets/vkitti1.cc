@@ -18,8 +18,8 @@ namespace {
 constexpr const char* prefix = "vkitti_1.3.1_";
 constexpr const char* flat_variation = "clone";
 
-// Where `moving` = 0 is taken: in worlds 0006 and 0018 such rows include cars that roll (docs/datasets.md),
-// so that there the poses decide.
+// Worlds in which `moving` = 0 is reliable. In worlds 0006 and 0018 such rows include rolling cars
+// (docs/datasets.md), so that the poses decide there.
 const std::set<std::string> reliable_parked = {"0001", "0002"};
 
 bool is_world(std::string_view name) {
@@ -33,7 +33,7 @@ void for_each_entry(const fs::path& folder, const std::function<void(const fs::d
   for (const auto& entry : fs::directory_iterator(folder)) visit(entry);
 }
 
-// Calls visit(world, variation) for everything that is there, often more than once.
+// Calls visit(world, variation) for every sequence that exists, often more than once.
 void for_each_sequence(const fs::path& root,
                        const std::function<void(const std::string&, const std::string&)>& visit) {
   for (const char* kind : {"extrinsicsgt", "motgt"}) {
@@ -109,7 +109,7 @@ std::set<std::string> vkitti1_worlds(const fs::path& root) {
 std::set<std::string> vkitti1_variations(const fs::path& root, const std::string& world) {
   std::set<std::string> variations;
   for_each_sequence(root, [&](const std::string& other, const std::string& variation) {
-    // The colour table of scenegt lies beside extrinsics in no release, yet its name would fit.
+    // The colour table of scenegt has a similar name but lies next to extrinsics in no release.
     if (other == world && !variation.ends_with("_encoding")) variations.insert(variation);
   });
   return variations;
@@ -147,11 +147,11 @@ void require_vkitti1_sequence(const fs::path& root, const std::string& world, co
         root.string());
   }
   if (!worlds.contains(world)) {
-    fail("{}: no world '{}' in it; there: {}", root.string(), world, fmt::join(worlds, ", "));
+    fail("{}: no world '{}' in it; available: {}", root.string(), world, fmt::join(worlds, ", "));
   }
   const std::set<std::string> variations = vkitti1_variations(root, world);
   if (!variations.contains(variation)) {
-    fail("{}: world {} has no variation '{}' in it; there: {}", root.string(), world, variation,
+    fail("{}: world {} has no variation '{}' in it; available: {}", root.string(), world, variation,
          fmt::join(variations, ", "));
   }
 }
@@ -192,7 +192,7 @@ namespace {
 
 uint32_t key_of(Rgb c) { return uint32_t{c.r} << 16 | uint32_t{c.g} << 8 | c.b; }
 
-/// Ids by the colours of scenegt.
+/// Instance ids by the colours of scenegt.
 class SceneColors {
  public:
   SceneColors(fs::path table, InputLog& inputs) : table_(std::move(table)) {
@@ -206,7 +206,7 @@ class SceneColors {
 
   Image<uint16_t> mask(const Image<Rgb>& image, const std::string& path) const {
     Image<uint16_t> mask(image.width(), image.height());
-    uint32_t last = ~0u;  // no colour: neighbours mostly are of the same
+    uint32_t last = ~0u;  // not a colour; neighbouring pixels mostly have the same colour
     uint16_t id = 0;
     for (size_t i = 0; i < image.size(); ++i) {
       const uint32_t key = key_of(image.data()[i]);
@@ -237,8 +237,8 @@ VkittiName parse_sequence(const SourceSpec& source) {
   if (!source.sequence.empty()) return parse_vkitti1_name(source.sequence);
   const std::set<std::string> worlds =
       fs::is_directory(source.path) ? vkitti1_worlds(source.path) : std::set<std::string>{};
-  if (worlds.empty()) require_vkitti1_sequence(source.path, "", "");  // says what is wrong with the folder
-  fail("source '{}': say which world: {}:{}#<world>/<variation>; there: {}", source.text, source.adapter,
+  if (worlds.empty()) require_vkitti1_sequence(source.path, "", "");  // reports what is wrong with the folder
+  fail("source '{}': choose a world: {}:{}#<world>/<variation>; available: {}", source.text, source.adapter,
        source.path, fmt::join(worlds, ", "));
 }
 

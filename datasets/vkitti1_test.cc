@@ -53,7 +53,7 @@ TEST_F(Vkitti1Truths, WhatARowMeans) {
   put("vkitti_1.3.1_text/0001_camera.txt", extrinsics);
   put("vkitti_1.3.1_text/0001_objects.txt", objects_file);
   const SequenceTruth truth = read("0001").truth;
-  EXPECT_NEAR(truth.camera.pose(1)->translation().z(), 1.5, 1e-12);  // camera -> world: it drove ahead
+  EXPECT_NEAR(truth.camera.pose(1)->translation().z(), 1.5, 1e-12);  // camera -> world: it moved ahead
   ASSERT_EQ(truth.objects.at(0).size(), 2u);
   EXPECT_EQ(truth.objects.at(0)[0].id, 3);
   const ObjectTruth* car = truth.find(0, 5);
@@ -71,7 +71,7 @@ TEST_F(Vkitti1Truths, ThePosesDecideWhereParkedIsWrong) {
   put("0018_objects.txt", objects_file);
   const Vkitti1Truth out = read("0018");
   EXPECT_EQ(out.truth.find(0, 3)->moving, true);
-  EXPECT_FALSE(out.truth.find(0, 5)->moving.has_value());  // there in one frame only
+  EXPECT_FALSE(out.truth.find(0, 5)->moving.has_value());  // appears in one frame only
   EXPECT_THAT(out.warnings, IsEmpty());
 }
 
@@ -81,8 +81,8 @@ TEST_F(Vkitti1Truths, WhatIsNotThere) {
   put("vkitti_1.3.1_extrinsicsgt/0002_fog.txt", extrinsics);
   put("vkitti_1.3.1_motgt/0002_rain.txt", objects_file);
   put("0018_camera.txt", extrinsics);
-  expect_error([&] { read("0001"); }, ": no world '0001' in it; there: 0002, 0018");
-  expect_error([&] { read("0002"); }, ": world 0002 has no variation 'clone' in it; there: fog, rain");
+  expect_error([&] { read("0001"); }, ": no world '0001' in it; available: 0002, 0018");
+  expect_error([&] { read("0002"); }, ": world 0002 has no variation 'clone' in it; available: fog, rain");
   expect_error([&] { read("0002", "fog"); }, "lacks its file vkitti_1.3.1_motgt/0002_fog.txt");
   expect_error([&] { read("0018"); }, "lacks its file vkitti_1.3.1_motgt/0018_clone.txt");
   const Vkitti1TextFiles files = find_vkitti1_text(root_, "0018", "clone");
@@ -99,7 +99,7 @@ TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {
   expect_error([&] { read("0001"); }, "0001_objects.txt: it has objects in frame 2, of which");
 }
 
-// The real text: conventions can only be told from numbers that someone else wrote.
+// The real text files: conventions can only be verified with numbers written by others.
 class Vkitti1Real : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
@@ -110,11 +110,11 @@ class Vkitti1Real : public testing::TestWithParam<const char*> {
   SequenceTruth truth_;
 };
 
-// Steps of at least 0.3 m a frame in the world, against the object's own z axis.
+// Compares steps of at least 0.3 m per frame in the world with the object's own z axis.
 TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
   std::vector<double> angles_deg;
   std::vector<double> tilts_deg;
-  std::vector<double> tilts_offset_last_deg;  // were the yaw offset not before Rx and Rz
+  std::vector<double> tilts_offset_last_deg;  // for the yaw offset not applied before Rx and Rz
   const Eigen::Quaterniond back(Eigen::AngleAxisd(-vkitti_yaw_offset_rad, Eigen::Vector3d::UnitY()));
   const auto tilt_deg = [](const Eigen::Quaterniond& R_world_object) {
     const Eigen::Vector3d down = R_world_object * Eigen::Vector3d::UnitY();
@@ -144,8 +144,8 @@ TEST_P(Vkitti1Real, ObjectsMoveAlongTheirHeading) {
   EXPECT_GT(middle_of(tilts_offset_last_deg), 2.0);
 }
 
-// The projected corners of the 3-D box (f = 725, c = (620.5, 187)) against the 2-D box, which holds the
-// pixels of the car: the car fills its box, so they agree to a few pixels.
+// Compares the projected corners of the 3-D box (f = 725, c = (620.5, 187)) with the 2-D box, which bounds
+// the car's pixels: they agree to a few pixels, because the car fills its 3-D box.
 TEST_P(Vkitti1Real, BoxesProjectOntoTheirRectangles) {
   const PinholeCamera camera{725, 725, 620.5, 187};
   std::vector<double> errors_px;
@@ -162,7 +162,7 @@ TEST_P(Vkitti1Real, BoxesProjectOntoTheirRectangles) {
         const Eigen::Vector2d pixel = camera.project(p);
         box.include(pixel.x(), pixel.y());
       }
-      // Boxes at the border of the image are cut there.
+      // Boxes at the border of the image are truncated there.
       if (!in_front || o.box->left < 1 || o.box->top < 1 || o.box->right > 1240 || o.box->bottom > 373)
         continue;
       errors_px.push_back(
@@ -183,7 +183,7 @@ TEST_F(Vkitti1Truths, RowsOfVersion2AreThoseOfVersion1) {
   const SequenceTruth truth =
       read_vkitti1_truth(real_data("vkitti_1.3.1_text"), "0018", "clone", inputs).truth;
   // Virtual KITTI 2.0.3, Scene18/clone/pose.txt, first row (docs/datasets.md): world_space_X, Y, Z and
-  // rotation_world_space_y, next to camera-space numbers that are those of 1.3.1.
+  // rotation_world_space_y, next to camera-space numbers that equal those of 1.3.1.
   const SE3 T_world_object = *truth.camera.pose(25) * truth.find(25, 1)->T_camera_object;
   EXPECT_LT((T_world_object.translation() - Eigen::Vector3d(53.18796, -106, 79.85496)).norm(), 2e-4);
   const Eigen::Vector3d ahead = T_world_object.rotation() * Eigen::Vector3d::UnitZ();
@@ -286,11 +286,11 @@ TEST_F(Vkitti1Files, EachArchiveInAFolderOfItsOwnName) {
 TEST_F(Vkitti1Files, NamesThatAreNotThere) {
   const std::string root = "vkitti1:" + root_.string();
   expect_error([&] { open_with(root + "_no#0001"); }, "_no: no such folder");
-  expect_error([&] { open_with(root + "#0002"); }, "no world '0002' in it; there: 0001");
+  expect_error([&] { open_with(root + "#0002"); }, "no world '0002' in it; available: 0001");
   expect_error([&] { open_with(root + "#0001/fogg"); },
-               "world 0001 has no variation 'fogg' in it; there: clone");
+               "world 0001 has no variation 'fogg' in it; available: clone");
   expect_error([&] { open_with(root); },
-               "say which world: vkitti1:" + root_.string() + "#<world>/<variation>; there: 0001");
+               "choose a world: vkitti1:" + root_.string() + "#<world>/<variation>; available: 0001");
   expect_error([&] { open_with("vkitti1:" + temp_.path().string() + "#0001"); },
                "no Virtual KITTI 1.3.1 in it");
   expect_error([&] { open_with(source_ + "@0-3"); }, "frames 0-3 asked for, it has frames 3-6");

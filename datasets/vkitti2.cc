@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-// The data set's extrinsics have seven digits, of numbers up to some hundred metres.
+// The extrinsics have seven digits, for values of up to some hundred metres.
 constexpr double rectified = 0.02;  // m, rad
 
 class Vkitti2Reader {
@@ -30,7 +30,7 @@ class Vkitti2Reader {
  private:
   fs::path path(const char* file) const { return folder_ / file; }
 
-  // The rows of a file; empty with a warning when it is not there.
+  // Returns the rows of a file; empty with a warning if it does not exist.
   template <typename Row>
   std::vector<Row> rows(const char* file, std::vector<Row> (*decode)(std::string_view, const std::string&),
                         const char* consequence) {
@@ -51,7 +51,7 @@ class Vkitti2Reader {
       if (row.camera == camera_) out_.truth.camera.set(row.frame, row.T_camera_world.inverse());
     }
     if (!all.empty() && !cameras.contains(camera_)) {
-      fail("{}: no rows of camera {}; there: {}: take the option camera = {}", path("extrinsic.txt").string(),
+      fail("{}: no rows of camera {}; available: {}: take the option camera = {}", path("extrinsic.txt").string(),
            camera_, fmt::join(cameras, ", "), *cameras.begin());
     }
     for (const auto& [frame, poses] : by_frame) check_baseline(frame, poses);
@@ -157,9 +157,9 @@ Vkitti2Truth read_vkitti2_truth(const fs::path& folder, int camera, InputLog& in
 
 namespace {
 
-// Those of the release, where a text file does not say.
+// Camera of the release, used if a text file does not define it.
 const PinholeCamera release_camera{725.0087, 725.0087, 620.5, 187.0};
-constexpr double baseline_digits_m = 2e-3;  // of the release's extrinsics
+constexpr double baseline_digits_m = 2e-3;  // precision of the release's extrinsics
 
 constexpr const char* archives[] = {"textgt",      "rgb",          "depth",
                                     "forwardFlow", "backwardFlow", "instanceSegmentation"};
@@ -182,7 +182,7 @@ std::set<std::string> subfolders(const std::vector<fs::path>& folders, const std
   return names;
 }
 
-// Where the scene is below the root.
+// Location of the scene below the root.
 class Place {
  public:
   explicit Place(const SourceSpec& source) : root_(source.path), name_(parse_vkitti2_name(source.sequence)) {
@@ -192,24 +192,24 @@ class Place {
       fail("{}: no Virtual KITTI 2 in it: expected folders such as Scene01/clone", root_.string());
     }
     if (source.sequence.empty()) {
-      fail("source '{}': say which scene: {}:{}#<scene>/<variation>; there: {}", source.text, source.adapter,
+      fail("source '{}': choose a scene: {}:{}#<scene>/<variation>; available: {}", source.text, source.adapter,
            source.path, fmt::join(scenes, ", "));
     }
     if (!scenes.contains(name_.group)) {
-      fail("{}: no scene '{}' in it; there: {}", root_.string(), name_.group, fmt::join(scenes, ", "));
+      fail("{}: no scene '{}' in it; available: {}", root_.string(), name_.group, fmt::join(scenes, ", "));
     }
     std::vector<fs::path> places;
     for (const fs::path& place : roots(root_)) places.push_back(place / name_.group);
     const std::set<std::string> variations = subfolders(places, "");
     if (name_.variation.empty() || !variations.contains(name_.variation)) {
-      fail("{}: {} has no variation '{}' in it; there: {}", root_.string(), name_.group, name_.variation,
+      fail("{}: {} has no variation '{}' in it; available: {}", root_.string(), name_.group, name_.variation,
            fmt::join(variations, ", "));
     }
   }
 
   std::string sequence() const { return name_.text(); }
 
-  /// Empty when it is not there.
+  /// Returns the folder of one kind of frames; empty if it does not exist.
   std::string frames(const char* kind, int camera) const {
     for (const fs::path& root : roots(root_)) {
       const fs::path base = root / name_.group / name_.variation / "frames" / kind;
@@ -219,7 +219,7 @@ class Place {
     return "";
   }
 
-  // The folder with text files, or where they would be.
+  // Returns the folder of the text files, existing or not.
   fs::path text() const {
     for (const fs::path& root : roots(root_)) {
       const fs::path folder = root / name_.group / name_.variation;

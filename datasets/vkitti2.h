@@ -2,13 +2,14 @@
 
 // Virtual KITTI 2.0.3: its ground truth, and the adapter `vkitti2`.
 //
-// The ground truth and cameras of Virtual KITTI 2.0.3, from the text files of one scene and variation:
+// The ground truth and cameras of Virtual KITTI 2.0.3 come from the text files of one scene and variation:
 //
 //   <folder>/{extrinsic,intrinsic,pose,bbox,info}.txt
 //
-// T_world_camera = inverse of the extrinsic of the chosen camera; per object id = trackID + 1,
-// T_camera_object from the camera_space columns of pose.txt (middle of the bottom face, vkitti_text.h's
-// rotation), size_m = (width, height, length), the box and isMoving of bbox.txt, type = label of info.txt.
+// T_world_camera = inverse of the extrinsic of the chosen camera. For each object with id = trackID + 1:
+// T_camera_object from the camera_space columns of pose.txt (origin in the middle of the bottom face,
+// rotation as in vkitti_text.h); size_m = (width, height, length); the box and isMoving of bbox.txt; type =
+// label of info.txt.
 
 #include <filesystem>
 #include <memory>
@@ -25,19 +26,19 @@ namespace sextant {
 
 struct Vkitti2Truth {
   SequenceTruth truth;
-  std::optional<PinholeCamera> camera;  ///< of intrinsic.txt
+  std::optional<PinholeCamera> camera;  ///< from intrinsic.txt
   std::optional<double> baseline_m;     ///< between the two cameras, from extrinsic.txt
-  std::vector<std::string> warnings;    ///< what is missing, one line each
+  std::vector<std::string> warnings;    ///< missing data, one line each
 };
 
-/// Reads the files that are there, the others give warnings. Throws Error on a damaged file, no rows of
-/// `camera`, intrinsics that change, objects in frames without extrinsics, and tracks that are missing in
-/// bbox.txt or info.txt.
+/// Reads the existing files; missing ones are warnings. Throws Error on a damaged file, a missing `camera`,
+/// intrinsics that change, objects in frames without extrinsics, and tracks that are missing in bbox.txt or
+/// info.txt.
 Vkitti2Truth read_vkitti2_truth(const std::filesystem::path& folder, int camera, InputLog& inputs);
 
 // Adapter `vkitti2`: Virtual KITTI 2.0.3. SOURCE is vkitti2:ROOT#<scene>/<variation>[@first-last], such as
-// vkitti2:ROOT#Scene18/clone; #0018/clone is the same, #Scene18 alone its clone. Any subset of these below
-// ROOT/<scene>/<variation>:
+// vkitti2:ROOT#Scene18/clone; #0018/clone is equivalent, and #Scene18 means its clone.
+// ROOT/<scene>/<variation> contains any subset of:
 //
 //   {extrinsic,intrinsic,pose,bbox,info}.txt                         see above
 //   frames/rgb/Camera_{0,1}/rgb_%05d.jpg
@@ -47,18 +48,17 @@ Vkitti2Truth read_vkitti2_truth(const std::filesystem::path& folder, int camera,
 //   frames/instanceSegmentation/Camera_{0,1}/instancegt_%05d.png     trackID + 1, 0 = background
 //
 // An archive may also lie in a folder of its own name (vkitti_2.0.3_rgb/<scene>/...). Ids in masks and truth
-// are track ids + 1. With the text alone there are poses and objects, and no channels. The left image is that
-// of the chosen camera; camera 0 has camera 1 as its right one. Baseline: that of extrinsic.txt, which is
-// 0.532725 m. Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-2
+// are track ids + 1. With text files only, there are poses and objects, and no channels. The left image is
+// that of the chosen camera; camera 0 has camera 1 as its right one. The baseline is read from extrinsic.txt
+// (0.532725 m). Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-2
 
 struct Vkitti2Options : ChannelOptions {
-  SEXTANT_OPTIONS_OF(ChannelOptions,
-      (double, rate_hz, 10, "Hz", "frame rate"),
-      (int, camera, 0, "", "0 = left, with camera 1 as its right one; 1 = right, alone"))
+  SEXTANT_OPTIONS_OF(ChannelOptions, (double, rate_hz, 10, "Hz", "frame rate"),
+                     (int, camera, 0, "", "0 = left, with camera 1 as its right one; 1 = right camera only"))
   void check() const;
 };
 
-/// Throws Error on a scene, variation, file or frame range that is not there, or a file that is not as
+/// Throws Error on a scene, variation, file or frame range that is missing, or a file that is not as
 /// described.
 std::unique_ptr<Sequence> open_vkitti2(const SourceSpec& source);
 

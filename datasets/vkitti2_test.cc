@@ -87,11 +87,11 @@ TEST_F(Vkitti2Files, EachArchiveInAFolderOfItsOwnName) {
 TEST_F(Vkitti2Files, NamesThatAreNotThere) {
   const std::string root = "vkitti2:" + root_.string();
   expect_error([&] { open_with(root + "_no#0001"); }, "_no: no such folder");
-  expect_error([&] { open_with(root + "#Scene02"); }, "no scene 'Scene02' in it; there: Scene01");
+  expect_error([&] { open_with(root + "#Scene02"); }, "no scene 'Scene02' in it; available: Scene01");
   expect_error([&] { open_with(root + "#Scene01/fogg"); },
-               "Scene01 has no variation 'fogg' in it; there: clone");
+               "Scene01 has no variation 'fogg' in it; available: clone");
   expect_error([&] { open_with(root); },
-               "say which scene: vkitti2:" + root_.string() + "#<scene>/<variation>; there: Scene01");
+               "choose a scene: vkitti2:" + root_.string() + "#<scene>/<variation>; available: Scene01");
   expect_error([&] { open_with("vkitti2:" + temp_.path().string() + "#0001"); }, "no Virtual KITTI 2 in it");
 }
 
@@ -108,7 +108,7 @@ TEST_F(Vkitti2Files, CamerasThatChange) {
 
   const std::vector<std::string> poses = lines(scene + "extrinsic.txt");
   put_lines(scene + "extrinsic.txt", {poses[0], poses[2], poses[4], poses[6], poses[8]});
-  expect_error([&] { open_with(source_); }, "extrinsic.txt: no rows of camera 0; there: 1");
+  expect_error([&] { open_with(source_); }, "extrinsic.txt: no rows of camera 0; available: 1");
   changed = poses;
   changed[4] = "4 1" + poses[6].substr(3);  // the right camera of the next frame
   put_lines(scene + "extrinsic.txt", changed);

@@ -51,13 +51,13 @@ VkittiName parse_vkitti2_name(const std::string& sequence) {
 
 namespace {
 
-constexpr int box_samples = 8;  // along each edge
+constexpr int box_samples = 8;  // samples along each edge
 
 std::string where(const Sequence& sequence, int frame) {
   return fmt::format("{}:{} frame {}", sequence.info().dataset, sequence.info().sequence, frame);
 }
 
-// What points beyond the image's outermost pixels is no measurement in the data set.
+// Flow that ends beyond the outermost pixels of the image is invalid in the data set.
 void drop_leaving(Image<Flow>& flow) {
   for (const auto [x, y] : pixels(flow)) {
     Flow& f = flow(x, y);
@@ -109,7 +109,7 @@ VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& objec
   return row;
 }
 
-/// What a layout can hold of a frame.
+/// Returns the content of a frame that the layout can represent.
 Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels) {
   auto flow = channels.flow ? sequence.true_flow(frame) : std::nullopt;
   auto depth = channels.depth ? sequence.true_depth(frame) : std::nullopt;
@@ -195,7 +195,7 @@ void check_vkitti_poses(const Sequence& sequence) {
 
 namespace {
 
-// All that is no track: the source does not tell roads from trees.
+// All pixels without a track: the source does not distinguish roads from trees.
 constexpr const char* static_category = "Misc";
 constexpr Rgb static_color{80, 80, 80};
 
@@ -203,7 +203,7 @@ Rgb unpack(uint32_t n) {
   return {static_cast<uint8_t>(n >> 16), static_cast<uint8_t>(n >> 8), static_cast<uint8_t>(n)};
 }
 
-// A colour of its own for every id: multiplication by an odd number is one to one modulo 2^24.
+// Returns a distinct colour for every id: multiplication by an odd number is injective modulo 2^24.
 Rgb color_of(int id) {
   if (id == 0) return static_color;
   constexpr uint32_t factor = 0x9E3779;
@@ -315,7 +315,7 @@ class Vkitti1Writer {
       return;
     }
     fail(
-        "{}:{}: the layout vkitti1 has no place for a camera other than f = 725, c = (620.5, 187), 1242x375; "
+        "{}:{}: the layout vkitti1 cannot store a camera other than f = 725, c = (620.5, 187), 1242x375; "
         "this one has f = ({}, {}), c = ({}, {}), {}x{}: take the layout vkitti2",
         info_.dataset, info_.sequence, k.fx, k.fy, k.cx, k.cy, info_.width, info_.height);
   }
@@ -367,7 +367,7 @@ Vkitti2Pose to_pose(const VkittiRow& row, const SE3& T_world_camera) {
   return pose;
 }
 
-// 8 bit where that is enough, as in the data set.
+// Uses 8 bits if they are sufficient, as the data set does.
 std::string encode_instances(const Image<uint16_t>& mask) {
   if (*std::max_element(mask.data(), mask.data() + mask.size()) > 255) return encode_png(mask);
   Image<uint8_t> narrow(mask.width(), mask.height());

@@ -72,7 +72,7 @@ TEST_P(VkittiLayouts, SceneReadsBackAsItWasWritten) {
   RecordProperty("flow_max_steps", fmt::format("{:.4f}", errors.flow_steps));
   EXPECT_GT(errors.n_depth, 1'000'000);
   EXPECT_GT(errors.n_flow, 700'000);
-  EXPECT_LE(errors.depth_m, 0.005 * (1 + 1e-3));  // float32 beyond 100 m
+  EXPECT_LE(errors.depth_m, 0.005 * (1 + 1e-3));  // float32 above 100 m
   EXPECT_LE(errors.flow_steps, 0.5 * (1 + 1e-2));
   expect_same_truth(*source, *read, true, !first());
 }
@@ -105,7 +105,7 @@ TEST_P(VkittiLayouts, EveryChannelReadsBack) {
       double worst = 0;
       for (size_t i = 0; i < a->size(); ++i)
         worst = std::max(worst, std::abs(1.0 * a->data()[i].r - b->data()[i].r));
-      EXPECT_LE(worst, 6);  // JPEG
+      EXPECT_LE(worst, 6);  // JPEG compression
     }
   }
   EXPECT_LE(errors.depth_m, 0.005 * (1 + 1e-2));
@@ -113,7 +113,7 @@ TEST_P(VkittiLayouts, EveryChannelReadsBack) {
   EXPECT_LE(backward.flow_steps, 0.5 * (1 + 1e-2));
   EXPECT_EQ(backward.n_flow > 0, !first());
   expect_same_truth(source, *read, false, true);
-  // The truth has no box: that of the mask.
+  // The truth has no box: the box is computed from the mask.
   EXPECT_EQ(read->truth().objects.at(4)[0].box, (ImageBox{204, 100, 299, 149}));
 }
 
@@ -172,19 +172,20 @@ TEST_P(VkittiLayouts, MovingComesFromThePosesWhenItIsUnknown) {
   FormulaSequence source({.first_frame = 3, .last_frame = 5});
   SequenceTruth& truth = source.truth_;
   const SE3 T_world_object = *truth.camera.pose(3) * truth.objects.at(3)[0].T_camera_object;
-  for (const int k : {3, 4}) {  // rests to frame 4, then moves
+  for (const int k : {3, 4}) {  // at rest until frame 4, then moving
     truth.objects.at(k)[0].T_camera_object = truth.camera.pose(k)->inverse() * T_world_object;
   }
   for (auto& [frame, objects] : truth.objects) objects[0].moving.reset();
   const auto read = open_with(write(source, "0001"));
   EXPECT_EQ(read->truth().find(3, 3)->moving, false);
   EXPECT_EQ(read->truth().find(4, 3)->moving, true);
-  EXPECT_EQ(read->truth().find(5, 3)->moving, true);  // the last: as from the one before
+  EXPECT_EQ(read->truth().find(5, 3)->moving, true);  // the last frame: as from the previous one
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, VkittiLayouts, testing::Values("vkitti1", "vkitti2"));
 
-// What the data set's column truncr means is nowhere written: its own rows against the share of the volume.
+// The definition of the column truncr is not documented: compares the data set's rows with the share of the
+// volume.
 TEST(Vkitti1Layout, TruncationIsThatOfTheDataSet) {
   SEXTANT_NEEDS_DATA("vkitti_1.3.1_text");
   const fs::path folder = real_data("vkitti_1.3.1_text");
@@ -208,7 +209,7 @@ TEST(Vkitti1Layout, TruncationIsThatOfTheDataSet) {
 TEST(Vkitti1Layout, OnlyItsOwnCamera) {
   FormulaSequence source;
   source.info_.camera.left.fx = 721;
-  expect_error([&] { write_vkitti1_layout(source, {}); }, "has no place for a camera other than f = 725");
+  expect_error([&] { write_vkitti1_layout(source, {}); }, "cannot store a camera other than f = 725");
 }
 
 TEST(Vkitti1Layout, FilesHaveTheirOfficialNames) {
@@ -250,7 +251,7 @@ TEST(Vkitti2Layout, FilesHaveTheirOfficialNames) {
                          "frames/instanceSegmentation/Camera_0/instancegt_00003.png",
                          "frames/instanceSegmentation/Camera_0/instancegt_00004.png"));
   const auto mask = open_with("vkitti2:" + temp.path().string() + "#Scene01")->read(3, {.mask = true}).mask;
-  EXPECT_EQ(mask(250, 120), 300);  // beyond 8 bit
+  EXPECT_EQ(mask(250, 120), 300);  // more than 8 bits
   const auto poses = decode_vkitti2_poses(read_file(temp.path() / "Scene01/clone/pose.txt"), "pose.txt");
   const FormulaSequence source;
   const Eigen::Vector3d world =

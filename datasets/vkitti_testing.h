@@ -1,6 +1,6 @@
 #pragma once
 
-// Test helper: a sequence with every channel that a Virtual KITTI layout has, made from formulas (it shows no
+// Test helper: a sequence with every channel of the Virtual KITTI layouts, computed from formulas (without a
 // scene), to be written and read back.
 
 #include <cmath>
@@ -15,9 +15,9 @@ namespace sextant {
 struct FormulaOptions {
   int first_frame = 3;
   int last_frame = 6;
-  int id = 3;  ///< of its only object
+  int id = 3;  ///< id of its only object
   bool truth = true;
-  bool size = true;  ///< truth has box sizes
+  bool size = true;  ///< the truth has box sizes
 };
 
 class FormulaSequence final : public MemorySequence {
@@ -55,7 +55,7 @@ class FormulaSequence final : public MemorySequence {
  private:
   static uint8_t byte(int value) { return static_cast<uint8_t>(value); }
 
-  // Smooth, so that JPEG keeps it to a few levels.
+  // Smooth, so that JPEG preserves it to a few levels.
   Image<Rgb> picture(int k) const {
     return image_of(info_.width, info_.height, [k](int x, int y) {
       return Rgb{byte(x / 8 + k), byte(y / 2), byte(2 * k)};
@@ -92,10 +92,10 @@ class FormulaSequence final : public MemorySequence {
   FormulaOptions options_;
 };
 
-/// What is lost on the way through a layout's files.
+/// Errors caused by writing and reading a layout.
 struct RoundTripErrors {
   double depth_m = 0;
-  double flow_steps = 0;  ///< in steps of the format, 2 (w-1) / 65535 and 2 (h-1) / 65535 px
+  double flow_steps = 0;  ///< in quantisation steps of the format, 2 (w-1) / 65535 and 2 (h-1) / 65535 px
   int n_depth = 0, n_flow = 0;
 };
 
@@ -130,11 +130,11 @@ inline void compare_flow(const Image<Flow>& expected, const Image<Flow>& got, Ro
   }
 }
 
-/// A test on files of its own: a copy of what LAYOUT makes of frames 3-6 of the formulas.
+/// Fixture with its own copy of the files that LAYOUT writes for frames 3-6 of the formulas.
 class VkittiFiles : public FolderTest {
  protected:
   VkittiFiles(const char* layout, const char* sequence) {
-    static std::map<std::string, std::unique_ptr<TempFolder>> masters;  // written once a program
+    static std::map<std::string, std::unique_ptr<TempFolder>> masters;  // written once per program
     std::unique_ptr<TempFolder>& master = masters[layout];
     if (!master) {
       master = std::make_unique<TempFolder>();

@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-// How to add a kind: one line in the table of its channel here, and one in the list at the head of
+// To add a kind, write one line in the table of its channel here, and one in the list at the head of
 // channel_source.h.
 template <typename Make>
 struct Kind {
@@ -24,7 +24,7 @@ struct Kind {
 template <typename T>
 using Make = std::function<std::unique_ptr<ChannelSource<T>>(const std::string& path, const ChannelInputs&)>;
 
-// Splits "flo:DIR" and finds its kind.
+// Splits a choice such as "flo:DIR" and makes the source of its kind.
 template <typename T>
 std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& choice,
                                        const std::vector<Kind<Make<T>>>& table, const ChannelInputs& inputs) {
@@ -49,7 +49,7 @@ std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& c
   return kind->make(path, inputs);
 }
 
-/// A maker of sources with a file a frame.
+/// Returns a factory of sources with one file per frame.
 template <typename T>
 Make<T> files(const char* channel, const char* kind, const char* extension,
               typename FolderSource<T>::Decode decode) {
@@ -80,7 +80,7 @@ Image<uint16_t> decode_mots(const std::string& bytes, const std::string& name) {
   return mask_from_mots(decode_png16(bytes, name), name);
 }
 
-/// One text file for all frames.
+/// Masks from one text file for all frames.
 class MotsSource final : public MaskSource {
  public:
   MotsSource(const char* kind, MotsIds ids, const std::string& path, const ChannelInputs& inputs)

@@ -1,7 +1,7 @@
 #pragma once
 
-// One channel of a sequence (flow, depth or masks): read from files of any of the known formats, or computed
-// from the images. Adapters offer the choice as an option; its text is what stands before each line here.
+// One channel of a sequence (flow, depth or masks), read from files of a known format or computed from the
+// images. Adapters offer the choice as an option with the values in the first column:
 //
 //   flow    dis                 OpenCV's DIS, medium preset, previous to next image
 //           flo:DIR             Middlebury .flo
@@ -17,13 +17,13 @@
 //   masks   instance_png:DIR    8- or 16-bit gray or palette PNG, the stored number is the id
 //           mots_png:DIR        16-bit PNG, class * 1000 + track id; class 10 is ignored; id = track id + 1
 //           mots_txt:FILE       "frame id class height width rle" (COCO run lengths); id = track id + 1
-//           detections_txt:FILE the same form with any id, which is taken as it is; earlier lines in front
+//           detections_txt:FILE the same form with arbitrary ids, used unchanged; earlier lines in front
 //           vdo_text:DIR        integers as text
-//           boxes               the 2-D label boxes, nearer objects in front: a last resort
+//           boxes               the 2-D label boxes, nearer objects in front; the least accurate choice
 //           onnx:FILE           a network
 //
-// In a DIR, a file belongs to the frame whose number is the first run of digits in its name; DIR/PREFIX*
-// takes only names that begin with PREFIX, and the number behind it (frame_files.h).
+// A file in DIR belongs to the frame whose number is the first run of digits in its name; DIR/PREFIX* selects
+// names that begin with PREFIX, and the number follows the prefix (frame_files.h).
 
 #include <functional>
 #include <map>
@@ -38,16 +38,16 @@
 
 namespace sextant {
 
-/// What a channel may be computed from.
+/// Inputs from which a channel may be computed.
 struct ChannelInputs {
-  std::function<Image<Rgb>(int frame)> left;   ///< reads, and logs, the image of a frame
+  std::function<Image<Rgb>(int frame)> left;   ///< reads and logs the image of a frame
   std::function<Image<Rgb>(int frame)> right;  ///< empty: the source has no right images
   InputLog* inputs = nullptr;                  ///< logs every file read
-  int width = 0;                               ///< px; every channel is checked against it
+  int width = 0;                               ///< px; the size of every channel is checked against it
   int height = 0;
-  std::string size_from = "the images";  ///< the file that has this size
+  std::string size_from = "the images";  ///< the file with this size, for messages
   int first_frame = 0;
-  int last_frame = 0;  ///< flow of this frame may be missing
+  int last_frame = 0;  ///< the frame whose flow may be missing
   StereoCamera camera;
 };
 
@@ -55,22 +55,22 @@ struct ChannelInputs {
 struct LabelBox {
   int id = 0;  ///< as in masks
   ImageBox box;
-  double depth_m = 0;  ///< decides which box is in front
+  double depth_m = 0;  ///< order of overlapping boxes
 };
 
 template <typename T>
 class ChannelSource {
  public:
   virtual ~ChannelSource() = default;
-  /// Safe to call from several threads. Throws Error that names the file and what is wrong with it.
+  /// Reads the channel. Safe to call from several threads. Throws Error that names the file and the problem.
   virtual Image<T> read(int frame) const = 0;
-  /// Whether the files that read(frame) needs are there.
+  /// Returns true if the files for read(frame) exist.
   virtual bool has(int /*frame*/) const { return true; }
-  /// Throws Error when one that a run needs is not there.
+  /// Throws Error if a file needed by a run does not exist.
   virtual void check_file(int /*frame*/) const {}
-  /// Of depth: the choice without its path ("cm", "sgbm").
+  /// Returns the choice of a depth source without its path ("cm", "sgbm").
   virtual std::string kind() const { return ""; }
-  /// "flow: dis", for provenance.
+  /// Returns a text such as "flow: dis", for provenance.
   virtual std::string provenance() const = 0;
 };
 
@@ -81,8 +81,9 @@ using MaskSource = ChannelSource<uint16_t>;
 /// Throws Error unless an image from `path` has the size of the sequence.
 void check_size(int width, int height, const std::string& path, const ChannelInputs& inputs);
 
-/// Throw Error on an unknown choice (with the known ones), a folder that is not there, or a computation whose
-/// images are missing. `inputs` is copied; the functions in it must live as long as the source.
+/// Make the source of a channel. Throw Error on an unknown choice (with the known ones), a folder that does
+/// not exist, or a computation without its images. `inputs` is copied; the functions in it must outlive the
+/// source.
 std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs);
 std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const ChannelInputs& inputs);
 std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,

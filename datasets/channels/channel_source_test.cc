@@ -18,7 +18,7 @@ namespace {
 constexpr int frame_width = 320;
 constexpr int frame_height = 96;
 
-// A smooth random texture, seen from (dx, dy) px farther right and down.
+// A smooth random texture, shifted left and up by (dx, dy) px.
 Image<Rgb> texture(double dx, double dy, int width = frame_width, int height = frame_height) {
   std::mt19937 rng(1);
   std::vector<double> value(64 * 64);
@@ -34,7 +34,7 @@ Image<Rgb> texture(double dx, double dy, int width = frame_width, int height = f
   });
 }
 
-// Frame k is moved by k * (4.5, 1.25) px; the right image of every frame by 12.25 px of disparity.
+// Frame k is shifted by k * (4.5, 1.25) px; the right image of every frame has 12.25 px of disparity.
 class Channel : public testing::Test {
  protected:
   ChannelInputs inputs() {
@@ -85,7 +85,7 @@ TEST_F(Channel, SgbmGivesTheDepthOfTheDisparity) {
       n_valid += std::isfinite(depth(x, y));
       n_good += std::abs(196 / depth(x, y) - 12.25) < 0.25;
     }
-    // Outside of the right image.
+    // Columns whose match lies outside the right image.
     for (int x = 0; x < 12; ++x) EXPECT_FALSE(depth(x, y) < 196 / 12.0 + 0.1) << x;
   }
   EXPECT_GT(n_valid, 0.97 * frame_height * (frame_width - 13));
@@ -94,13 +94,13 @@ TEST_F(Channel, SgbmGivesTheDepthOfTheDisparity) {
 
 TEST_F(Channel, SgbmLeavesOutWhatOnlyOneViewSees) {
   Image<Rgb> left = texture(0, 0), right = texture(5, 0);
-  for (int y = 30; y < 70; ++y) {  // a near patch: 25 px of disparity
+  for (int y = 30; y < 70; ++y) {  // a near patch with 25 px of disparity
     for (int x = 150; x < 210; ++x) left(x, y) = right(x - 25, y) = texture(700, 33)(x, y);
   }
   const Image<float> disparity = sgbm_disparity(rgb_to_gray(left), rgb_to_gray(right));
   EXPECT_NEAR(disparity(180, 50), 25, 0.1);
   EXPECT_NEAR(disparity(250, 50), 5, 0.1);
-  int n_hidden = 0;  // left of the patch the right image sees the patch in front
+  int n_hidden = 0;  // left of the patch, the right image shows the patch
   for (int x = 132; x < 148; ++x) n_hidden += std::isfinite(disparity(x, 50));
   EXPECT_LE(n_hidden, 4);
 }

@@ -16,7 +16,7 @@ using internal::one_opencv_thread;
 using internal::view;
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr int steps_per_px = 16;  // OpenCV's disparities are in 1/16 px
+constexpr int steps_per_px = 16;  // OpenCV stores disparities in units of 1/16 px
 
 class DisSource final : public FlowSource {
  public:
@@ -50,8 +50,8 @@ class SgbmSource final : public DepthSource {
   ChannelInputs inputs_;
 };
 
-/// Ids of boxes, far to near, so that the nearer is in front. A box covers the pixels whose centres lie in
-/// it.
+/// Draws the ids of boxes, far to near, so that the nearer one is in front. A box covers the pixels whose
+/// centres it contains.
 Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int height) {
   const auto farther = [](const LabelBox& a, const LabelBox& b) {
     return a.depth_m != b.depth_m ? a.depth_m > b.depth_m : a.id > b.id;
@@ -91,7 +91,7 @@ class BoxSource final : public MaskSource {
   std::map<int, std::vector<LabelBox>> boxes_;
 };
 
-// Both images with `border` columns before them: OpenCV searches no disparity in the first n columns.
+// Adds `border` columns on the left of both images, because OpenCV does not match the first n columns.
 cv::Mat with_border(const Image<uint8_t>& image, int border) {
   cv::Mat wide;
   cv::copyMakeBorder(view(image), wide, 0, 0, border, 0, cv::BORDER_REPLICATE);
@@ -109,7 +109,7 @@ Image<Flow> dis_flow(const Image<uint8_t>& prev, const Image<uint8_t>& curr) {
     fail("flow: DIS needs images of at least 16x16 pixels, got {}x{}", prev.width(), prev.height());
   }
   one_opencv_thread();
-  cv::Mat out;  // empty: DIS takes a matrix of the right size as its start
+  cv::Mat out;  // empty: DIS would use a matrix of the right size as initial flow
   cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM)->calc(view(prev), view(curr), out);
   Image<Flow> flow(prev.width(), prev.height());
   out.copyTo(cv::Mat(flow.height(), flow.width(), CV_32FC2, flow.data()));

@@ -2,39 +2,39 @@
 
 // Channels computed from the images, without files of their own.
 //
-// DIS: Kroeger et al., Fast Optical Flow using Dense Inverse Search, ECCV 2016, as OpenCV has it.
-// SGBM: Hirschmueller, Stereo Processing by Semiglobal Matching and Mutual Information, PAMI 2008, as OpenCV
-// has it.
+// DIS: Kroeger et al., Fast Optical Flow using Dense Inverse Search, ECCV 2016, in OpenCV's implementation.
+// SGBM: Hirschmueller, Stereo Processing by Semiglobal Matching and Mutual Information, PAMI 2008, in
+// OpenCV's implementation.
 
 #include "sextant/datasets/channels/channel_source.h"
 
 namespace sextant {
 
-/// Flow from `prev` to `curr`: DIS, preset medium. Valid everywhere, also where the point is hidden or
-/// outside in `curr`. Images smaller than 16 px in either direction: Error.
+/// Returns the flow from `prev` to `curr` by DIS, preset medium. Valid everywhere, also where the point is
+/// occluded or outside in `curr`. Throws Error if the images are smaller than 16 px in either direction.
 Image<Flow> dis_flow(const Image<uint8_t>& prev, const Image<uint8_t>& curr);
 
-/// The ranges that OpenCV's documentation of StereoSGBM names. On KITTI scene flow 2015, 000002 and 000007,
-/// luminance and three paths give fewer outliers, more pixels and less time than colours, five or eight
-/// paths.
+/// Options of SGBM, within the ranges recommended by OpenCV's documentation of StereoSGBM. On KITTI scene
+/// flow 2015, 000002 and 000007, luminance and three paths give fewer outliers, more pixels and less time
+/// than colour, five or eight paths.
 struct SgbmOptions {
   int block_size_px = 5;        ///< odd; penalties 8 and 32 times its square for steps of 1 px and more
   int n_disparities = 0;        ///< multiple of 16; 0: the image's width / 8, rounded up
-  int uniqueness_percent = 10;  ///< by how much the best cost must win
+  int uniqueness_percent = 10;  ///< margin by which the best cost must be lower than the second
   int left_right_px = 1;        ///< largest difference between the disparities of both views
-  int speckle_size_px = 100;    ///< smaller islands are dropped
-  int speckle_range_px = 2;     ///< largest step within an island
+  int speckle_size_px = 100;    ///< smaller regions are removed
+  int speckle_range_px = 2;     ///< largest step within a region
 };
 
-/// Disparity of the left image, px, to 1/16 px; NaN where the views disagree, in speckles, and where the
-/// match would lie outside of the right image. Throws Error when the images differ in size.
+/// Returns the disparity of the left image (px, to 1/16 px); NaN where both views disagree, in speckles, and
+/// where the match would lie outside the right image. Throws Error if the images differ in size.
 Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& right,
                             const SgbmOptions& options = {});
 
-/// bf / disparity, m; NaN stays NaN, and a disparity of 0 (infinity) becomes NaN.
+/// Returns bf / disparity (m); NaN stays NaN, and a disparity of 0 (infinite depth) becomes NaN.
 Image<float> depth_from_disparity(const Image<float>& disparity_px, double bf);
 
-/// The sources. `inputs` as for make_flow_source.
+/// Make the channel sources; `inputs` as for make_flow_source().
 std::unique_ptr<FlowSource> make_dis_source(const ChannelInputs& inputs);
 std::unique_ptr<DepthSource> make_sgbm_source(const ChannelInputs& inputs);
 std::unique_ptr<MaskSource> make_box_source(const ChannelInputs& inputs,

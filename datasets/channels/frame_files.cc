@@ -14,7 +14,7 @@ namespace {
 
 struct Pattern {
   fs::path folder;
-  std::string prefix;  ///< of names
+  std::string prefix;  ///< prefix of the names
 };
 
 Pattern pattern_of(const std::string& files) {
@@ -25,14 +25,14 @@ Pattern pattern_of(const std::string& files) {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Where the number begins in a name; its length where there is none.
+/// Returns the position of the number in a name; the length of the name if there is none.
 size_t number_in(const std::string& name, const std::string& prefix) {
   if (!name.starts_with(prefix)) return name.size();
   const auto from = name.begin() + static_cast<std::ptrdiff_t>(prefix.size());
   return static_cast<size_t>(std::find_if(from, name.end(), is_digit) - name.begin());
 }
 
-/// Calls use(frame, path) for each file that counts.
+/// Calls use(frame, path) for each matching file.
 template <typename Use>
 void for_each_file(const Pattern& pattern, const std::string& extensions, const Use& use) {
   const std::vector<std::string> accepted = split(extensions, '|');
@@ -68,7 +68,7 @@ FrameFiles::FrameFiles(const std::string& files, const std::string& extensions) 
 const fs::path& FrameFiles::at(int frame, const std::string& what) const {
   const auto known = paths_.find(frame);
   if (known != paths_.end()) return known->second;
-  // As its neighbours are named.
+  // Builds the name like those of the other files.
   const fs::path& first = paths_.begin()->second;
   std::string name = first.filename().string();
   const size_t at = number_in(name, prefix_);

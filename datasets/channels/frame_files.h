@@ -1,10 +1,10 @@
 #pragma once
 
-// The files of a folder by frame number. FILES is one of
+// Files of a folder by frame number. FILES is one of
 //
 //   DIR           the frame's number is the first run of digits in a name ("000012.png", "flow_00012.png",
 //                 "000012_10.png")
-//   DIR/PREFIX*   only names that begin with PREFIX, and the number is the first behind it: of
+//   DIR/PREFIX*   only names that begin with PREFIX, and the number follows the prefix: with
 //                 image_2/000007_*, 000007_10.png is frame 10
 
 #include <filesystem>
@@ -18,12 +18,13 @@ namespace sextant {
 
 class FrameFiles {
  public:
-  /// Lists FILES; only those with this extension (".png"; several: ".jpg|.png"). Throws Error when there is
-  /// no such folder, no such file in it, or two files of one frame.
+  /// Lists FILES with this extension (".png"; several: ".jpg|.png"). Throws Error if the folder does not
+  /// exist, contains no such file, or contains two files of one frame.
   FrameFiles(const std::string& files, const std::string& extensions);
 
   bool has(int frame) const { return paths_.contains(frame); }
-  /// Throws Error that names the file, the frame and `what`.
+  /// Returns the file of a frame. Throws Error that names the file, the frame and `what` if it does not
+  /// exist.
   const std::filesystem::path& at(int frame, const std::string& what) const;
   std::set<int> frames() const;
 
@@ -32,22 +33,22 @@ class FrameFiles {
   std::string prefix_;  // of names, before the number
 };
 
-/// Whether there are files of any frame.
+/// Returns true if there are files of any frame.
 bool has_frame_files(const std::string& files, const std::string& extensions);
 
 /// Throws the Error of FrameFiles::at().
 [[noreturn]] void fail_missing(const std::filesystem::path& path, int frame, const std::string& what);
 
-// Channels with a file a frame: the choices "kind:DIR" of channel_source.h, and what is of one data set
-// alone.
+// Channels with one file per frame: the choices "kind:DIR" of channel_source.h, and the formats that only one
+// data set has.
 
 template <typename T>
 class FolderSource final : public ChannelSource<T> {
  public:
   using Decode = std::function<Image<T>(const std::string& bytes, const std::string& path)>;
 
-  /// `channel` "flow", `kind` "flo"; `path` as above. Throws Error when there is no such folder,
-  /// or no file with the extension in it.
+  /// Opens the files of a channel ("flow") of a kind ("flo"); `path` is FILES as above. Throws Error if the
+  /// folder does not exist, or contains no file with the extension.
   FolderSource(std::string channel, std::string kind, const char* extension, const std::string& path,
                const ChannelInputs& inputs, Decode decode)
       : channel_(std::move(channel)),

@@ -17,7 +17,7 @@
 namespace sextant {
 namespace {
 
-// The fields of one protobuf message: (number, wire type, varint or bytes).
+// Iterates over the fields of one protobuf message: (number, wire type, varint or bytes).
 class Fields {
  public:
   Fields(std::string_view bytes, const std::string& name) : rest_(bytes), name_(name) {}
@@ -159,14 +159,16 @@ std::string shape_text(const cv::Mat& blob) {
   return text;
 }
 
-// One file. A cv::dnn::Net serves one thread: each thread takes a free one, or makes its own.
+// The network of one file. A cv::dnn::Net serves one thread at a time: each thread takes a free one, or makes
+// its own.
 class Network {
  public:
   Network(const std::string& path, const ChannelInputs& inputs, std::vector<std::vector<int>> channels,
           const std::string& expected)
       : path_(path), bytes_(inputs.inputs->read(path)), header_(read_onnx_header(bytes_, path)) {
     internal::one_opencv_thread();
-    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // its errors become ours
+    // its errors are reported as Error
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     check_inputs(channels, expected);
     if (header_.outputs.size() != 1) {
       fail("{}: it has {} outputs ({} first), expected one: cut off the others", path_,
@@ -182,7 +184,7 @@ class Network {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  // Runs it over images, whose channels are handed to the inputs in order.
+  // Runs the network on images, whose channels are passed to the inputs in order.
   cv::Mat run(const std::vector<Image<Rgb>>& images) {
     cv::dnn::Net net = take();
     cv::Mat output;
@@ -213,7 +215,7 @@ class Network {
     return text;
   }
 
-  // `channels`: the allowed lists of input channels, such as {{6}, {3, 3}}.
+  // Checks the inputs; `channels` lists the accepted numbers of input channels, such as {{6}, {3, 3}}.
   void check_inputs(const std::vector<std::vector<int>>& channels, const std::string& expected) const {
     const std::vector<OnnxTensor>& inputs = header_.inputs;
     std::string found;
@@ -371,7 +373,7 @@ class NetworkMasks final : public MaskSource {
     return classes;
   }
 
-  // To the image's size, nearest pixel.
+  // Resizes to the image's size, by nearest pixel.
   Image<uint16_t> resized(const Image<uint16_t>& mask) const {
     Image<uint16_t> out(inputs_.width, inputs_.height);
     for (int y = 0; y < out.height(); ++y) {

@@ -1,10 +1,9 @@
 #pragma once
 
-// Flow and depth by ONNX networks, and what the header of an ONNX file says.
+// Flow and masks by ONNX networks, and the header of an ONNX file.
 //
-// Names and shapes of the inputs and outputs of an ONNX file. Source: onnx/onnx.proto
-// (ModelProto.graph = 7; GraphProto.node = 1, initializer = 5, input = 11, output = 12), read by the protobuf
-// wire format.
+// Names and shapes of the inputs and outputs of an ONNX file. Source: onnx/onnx.proto (ModelProto.graph = 7;
+// GraphProto.node = 1, initializer = 5, input = 11, output = 12), read from the protobuf wire format.
 
 #include <string>
 #include <string_view>
@@ -17,7 +16,7 @@ namespace sextant {
 struct OnnxTensor {
   std::string name;
   std::vector<int64_t> shape;  ///< -1: not fixed in the file
-  std::string text() const;    ///< "1x3xHxW", with ? for what is not fixed
+  std::string text() const;    ///< "1x3xHxW", with ? for sizes that are not fixed
 };
 
 struct OnnxHeader {
@@ -26,26 +25,27 @@ struct OnnxHeader {
   int n_nodes = 0;
 };
 
-/// Throws Error "NAME: ..." on bytes that are not an ONNX model.
+/// Reads the header. Throws Error "NAME: ..." if the bytes are not an ONNX model.
 OnnxHeader read_onnx_header(std::string_view bytes, const std::string& name);
 
-// Channels by a network in an ONNX file, run by OpenCV's DNN module on the processor; docs/datasets.md.
+// Channels computed by a network in an ONNX file, which OpenCV's DNN module runs on the CPU; see
+// docs/datasets.md.
 //
 //   flow    input   one of 1x6xHxW (previous, next) or two of 1x3xHxW, in this order: RGB, float, 0..255
 //           output  the first: 1x2xhxw, (u, v) in pixels of the network's input
-//   masks   input   one of 1x3xHxW: RGB, float, 0..255
-//           output  the first: 1x1xhxw or 1xhxw instance ids (whole numbers 0..65535), or scores of classes,
-//                   1xCxhxw, C > 1, class 0 the background: each 8-connected region of one best class is an
-//                   instance, numbered from 1 in order of its first pixel
+//   masks   input   one of 1x3xHxW: RGB, float, 0..255 output  the first: 1x1xhxw or 1xhxw instance ids
+//           (whole numbers 0..65535), or class scores, 1xCxhxw, C > 1, class 0 the background: each
+//           8-connected region of one best class is an instance, numbered from 1 in order of its first pixel
 //
-// Where H or W is not fixed in the file it is the image's. Images are resized to H x W bilinearly; flow is
-// resized back bilinearly and its vectors are scaled, ids are taken from the nearest pixel.
+// If H or W is not fixed in the file, it is that of the image. Images are resized to H x W bilinearly; flow
+// is resized back bilinearly and its vectors are scaled, ids are taken from the nearest pixel.
 
-/// Throw Error that names the file, and the expected and found shapes.
+/// Make the channel sources. Throw Error that names the file, and the expected and found shapes.
 std::unique_ptr<FlowSource> make_network_flow_source(const std::string& path, const ChannelInputs& inputs);
 std::unique_ptr<MaskSource> make_network_mask_source(const std::string& path, const ChannelInputs& inputs);
 
-/// 8-connected regions of equal, positive class: ids from 1 in order of their first pixel, row by row.
+/// Returns the 8-connected regions of equal, positive class: ids from 1 in order of their first pixel, row by
+/// row.
 Image<uint16_t> connected_instances(const Image<uint16_t>& classes, const std::string& name);
 
 }  // namespace sextant

@@ -1,6 +1,6 @@
 #pragma once
 
-// Our images as OpenCV's, and one rule for its threads.
+// Images of this project as OpenCV matrices, and the number of OpenCV's threads.
 
 #include <opencv2/core.hpp>
 
@@ -8,7 +8,7 @@
 
 namespace sextant::internal {
 
-/// The same memory as `image`, which must outlive the view and is not to be written to.
+/// Returns a view of the memory of `image`, which must outlive it and must not be written through it.
 inline cv::Mat view(const Image<uint8_t>& image) {
   return {image.height(), image.width(), CV_8UC1, const_cast<uint8_t*>(image.data())};
 }
@@ -16,8 +16,8 @@ inline cv::Mat view(const Image<Rgb>& image) {
   return {image.height(), image.width(), CV_8UC3, const_cast<Rgb*>(image.data())};
 }
 
-/// OpenCV cuts an image into as many stripes as it has threads, and DIS gives other flow at their borders: it
-/// gets one thread. Frames run in parallel instead.
+/// Limits OpenCV to one thread. OpenCV divides an image into as many stripes as it has threads, and the flow
+/// of DIS differs at their borders. Frames run in parallel instead.
 inline void one_opencv_thread() {
   if (cv::getNumThreads() != 1) cv::setNumThreads(1);
 }

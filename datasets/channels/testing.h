@@ -1,6 +1,6 @@
 #pragma once
 
-// Test helper: ONNX files of a few nodes.
+// Test helper: ONNX files with a few nodes.
 
 #include <cstring>
 
@@ -9,7 +9,7 @@
 
 namespace sextant {
 
-/// A protobuf message under construction: what an ONNX file is made of.
+/// A protobuf message under construction, as in ONNX files.
 class Proto {
  public:
   Proto& number(int field, uint64_t value) {
@@ -37,7 +37,7 @@ class Proto {
 /// An ONNX model (opset 11) of convolutions, concatenations and reshapes.
 class OnnxModel {
  public:
-  /// -1: a size that the file leaves open.
+  /// Adds an input; -1 is a size that is not fixed in the file.
   OnnxModel& input(const std::string& name, const std::vector<int>& shape) {
     graph_.message(11, value(name, shape));
     return *this;
@@ -46,7 +46,7 @@ class OnnxModel {
     graph_.message(12, value(name, shape));
     return *this;
   }
-  /// A convolution with 1x1 kernels: out_i = sum_j weights[i][j] in_j + bias[i].
+  /// Adds a convolution with 1x1 kernels: out_i = sum_j weights[i][j] in_j + bias[i].
   OnnxModel& mix(const std::string& in, const std::string& out,
                  const std::vector<std::vector<float>>& weights, std::vector<float> bias = {}) {
     std::vector<float> flat;
@@ -57,7 +57,7 @@ class OnnxModel {
     tensor(out + "_b", {n}, bias);
     return node("Conv", {in, out + "_w", out + "_b"}, out, ints("kernel_shape", {1, 1}));
   }
-  /// The mean over 2x2 pixels, half the size.
+  /// Adds the mean over 2x2 pixels, at half the size.
   OnnxModel& halve(const std::string& in, const std::string& out) {
     Proto proto = start("AveragePool", {in}, out);
     proto.message(5, ints("kernel_shape", {2, 2})).message(5, ints("strides", {2, 2}));
@@ -70,7 +70,7 @@ class OnnxModel {
   OnnxModel& squeeze(const std::string& in, const std::string& out, int axis) {
     return node("Squeeze", {in}, out, ints("axes", {axis}));
   }
-  /// Any node.
+  /// Adds an arbitrary node.
   OnnxModel& node(const std::string& type, const std::vector<std::string>& in, const std::string& out,
                   const Proto& attribute) {
     graph_.message(1, start(type, in, out).message(5, attribute));

@@ -146,8 +146,8 @@ constexpr size_t flo_header = 12;
 constexpr float unknown_limit = 1e9f;
 constexpr float unknown_value = 1e10f;
 
-// NaN and infinity are above the limit too, seen as integers. Written so that it vectorises: files without
-// an unknown pixel, the rule for networks, cost one pass at memory speed.
+// As integers, NaN and infinity also exceed the limit. Written to vectorise: files without an unknown pixel,
+// as networks produce them, cost one pass at memory speed.
 bool has_unknown(const Flow* row, size_t n) {
   const uint32_t limit = std::bit_cast<uint32_t>(unknown_limit);
   uint32_t above = 0;
@@ -214,8 +214,8 @@ static_assert(std::endian::native == std::endian::little, "four_labels stores it
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// Four labels of one digit, each followed by a blank ("0 0 1 1 "), at once: xor leaves the digit in the low
-// byte of each 16-bit lane and 0 in the high byte, that is the four pixels themselves.
+// Parses four labels of one digit, each followed by a blank ("0 0 1 1 "), at once: xor leaves the digit in
+// the low byte of each 16-bit lane and 0 in the high byte, which is the four pixels.
 bool four_labels(const char* p, uint64_t& lanes) {
   uint64_t word;
   std::memcpy(&word, p, sizeof word);
@@ -230,8 +230,8 @@ class MaskParser {
     line_start_ = at_;
   }
 
-  // Parses one line into out[0..capacity) and steps over its end. Returns how many numbers the line has,
-  // which may be more than capacity.
+  // Parses one line into out[0..capacity) and advances past its end. Returns the number of values in the
+  // line, which may exceed capacity.
   size_t row(uint16_t* out, size_t capacity) {
     ++line_;
     line_start_ = at_;
@@ -303,8 +303,8 @@ Image<uint16_t> decode_mask_text(std::string_view text, const std::string& name)
           name, parser.line(), n, width, column);
     }
   };
-  // A label takes two bytes with its separator: with fewer, some row is short, and no memory is reserved for
-  // the image.
+  // A label takes at least two bytes with its separator: with fewer bytes some row is short, and no memory is
+  // allocated for the image.
   if (width * height > (text.size() + 1) / 2) {
     for (size_t y = 0; y < height; ++y) read_row(nullptr, 0);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
-// Files of flow, depth and masks: PNG as KITTI and TartanAir have it, .flo, mask text.
+// Files of flow, depth and masks: PNG in the formats of KITTI, Virtual KITTI and TartanAir, .flo, and mask
+// text.
 //
 // Encodings of 16-bit depth, disparity and flow images. Invalid pixels are NaN in the decoded image.
 //
@@ -19,55 +20,56 @@
 
 namespace sextant {
 
-/// `bf` = focal length times baseline, px m.
+/// Decode depth; `bf` = focal length times baseline, px m.
 Image<float> depth_from_disparity256(const Image<uint16_t>& disparity, double bf);
 Image<float> depth_from_depth256(const Image<uint16_t>& depth);
 Image<float> depth_from_cm(const Image<uint16_t>& depth_cm);
 Image<Flow> flow_from_kitti(const Image<Rgb16>& image);
 Image<Flow> flow_from_vkitti(const Image<Rgb16>& image);
 
-/// The inverses, rounded to nearest; what cannot be represented becomes invalid.
+/// Encode depth, rounded to nearest; values outside the range of the format become invalid.
 Image<uint16_t> disparity256_from_depth(const Image<float>& depth_m, double bf);
 Image<uint16_t> depth256_from_depth(const Image<float>& depth_m);
 Image<uint16_t> cm_from_depth(const Image<float>& depth_m);
 Image<Rgb16> kitti_from_flow(const Image<Flow>& flow);
 Image<Rgb16> vkitti_from_flow(const Image<Flow>& flow);
 
-// Meaning of the pixels in TartanAir V2's depth and flow images (tartanair.org/modalities.html). Invalid
-// pixels are NaN on our side.
+// Pixel formats of TartanAir V2's depth and flow images (tartanair.org/modalities.html). Invalid pixels are
+// NaN in the decoded image.
 //
 //   depth  8-bit RGBA: the bytes B, G, R, A of a pixel are a little-endian float32, z in m. Values that are
 //          not positive, not finite, or from tartanair_sky_m on (the sky sphere) are invalid
 //   flow   16-bit RGB: u = (B - 2^15) / 64, v = (G - 2^15) / 64 (px); R is the mask, 0 = valid
 
-/// The sky of the renderer's scenes lies on a sphere at 10 to 60 km.
+/// Depths from here on belong to the sky sphere, which has a radius of 10 to 60 km in the rendered scenes.
 inline constexpr float tartanair_sky_m = 5000;
 
 Image<float> depth_from_tartanair(const Image<Rgba>& image);
 Image<Flow> flow_from_tartanair(const Image<Rgb16>& image);
 
-/// The inverses. Depth is exact, invalid depth becomes 0. Flow is rounded to 1/64 px; flow that is invalid or
-/// cannot be represented gets the mask 1.
+/// Encode depth and flow. Depth is exact, invalid depth becomes 0. Flow is rounded to 1/64 px; flow that is
+/// invalid or outside the range of the format gets the mask 1.
 Image<Rgba> tartanair_from_depth(const Image<float>& depth_m);
 Image<Rgb16> tartanair_from_flow(const Image<Flow>& flow);
 
 // Middlebury .flo optical flow: "PIEH" (the float 202021.25), int32 width, int32 height, then width*height
-// pairs of float (u, v), px, row by row; all little-endian. A component beyond 1e9 or NaN means "unknown",
-// which is an invalid Flow here. Source: vision.middlebury.edu/flow/code/flow-code/README.txt
+// pairs of float (u, v), px, row by row; all little-endian. A component above 1e9 in magnitude or NaN means
+// "unknown" and is an invalid Flow here. Source: vision.middlebury.edu/flow/code/flow-code/README.txt
 
-/// Throws Error on another magic number or a number of bytes that does not fit the size in the header.
+/// Decodes a .flo file. Throws Error on another magic number or a number of bytes that does not match the
+/// size in the header.
 Image<Flow> decode_flo(std::string_view bytes, const std::string& name);
 
-/// Invalid pixels are written as 1e10, as the format has it.
+/// Encodes a .flo file; invalid pixels are written as 1e10, as the format specifies.
 std::string encode_flo(const Image<Flow>& flow);
 
 // Instance masks as text (VDO-SLAM folders): one line per image row, integers 0..65535 separated by blanks
 // or tabs, 0 = background. Trailing blanks, CRLF and empty lines at the end are accepted.
 
-/// Throws Error "NAME:LINE:COLUMN: ..." on anything but a full matrix of such integers.
+/// Decodes a mask. Throws Error "NAME:LINE:COLUMN: ..." on anything but a full matrix of such integers.
 Image<uint16_t> decode_mask_text(std::string_view text, const std::string& name);
 
-/// "0 0 1 \n": the layout of VDO-SLAM's own files.
+/// Encodes a mask as "0 0 1 \n", like the files of VDO-SLAM.
 std::string encode_mask_text(const Image<uint16_t>& mask);
 
 }  // namespace sextant

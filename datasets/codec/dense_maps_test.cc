@@ -170,10 +170,11 @@ TEST(MaskTextErrors, NameFileLineAndColumn) {
   error("0 0 0\n0 0 0 0 0 0 0 0 0 0\n",
         "semantic/000002.txt:2: row has 10 instance ids, the first row has 3");
   error("0 0 0\n\n0 0 0\n", "semantic/000002.txt:2: row has 0 instance ids");
-  std::string wide;  // claims 100,000 x 100,000 pixels
+  std::string wide;  // declares 100,000 x 100,000 pixels
   for (int i = 0; i < 100'000; ++i) wide += "0 ";
-  error((wide + std::string(100'000, '\n') + "0").c_str(), "semantic/000002.txt:2: row has 0 instance ids, "
-                                                           "the first");
+  error((wide + std::string(100'000, '\n') + "0").c_str(),
+        "semantic/000002.txt:2: row has 0 instance ids, "
+        "the first");
   error("", "semantic/000002.txt: expected rows of instance ids, the file is empty");
   error(" \n \n", "the file is empty");
 }

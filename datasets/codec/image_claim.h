@@ -1,13 +1,13 @@
 #pragma once
 
-// Limits on the size that an image file declares, checked before memory of that size is reserved.
+// Limits on the declared size of an image file, checked before memory of that size is allocated.
 //
 //   pixels            at most 2^27
-//   decoded bytes     at most 64 MB, or 200 times the file where that is more
+//   decoded bytes     at most 64 MB, or 200 times the size of the file if that is larger
 //
-// The second limit refuses decompression bombs: camera images, depth, flow and masks of more than 64 MB are
-// never compressed that far. Text formats compare the declared size with the values that the file can hold
-// instead.
+// The second limit rejects decompression bombs: camera images, depth, flow and masks of more than 64 MB are
+// never compressed to that degree. Text formats compare the declared size with the number of values that the
+// file can contain instead.
 
 #include <algorithm>
 #include <cstdint>
@@ -19,7 +19,8 @@ namespace sextant {
 
 inline constexpr uint64_t max_image_pixels = uint64_t{1} << 27;
 
-/// `kind` names the format in messages; `decoded_bytes` is the memory that decoding takes, buffers included.
+/// Throws Error if the limits are exceeded. `kind` names the format in messages; `decoded_bytes` is the
+/// memory needed for decoding, including buffers.
 inline void check_image_claim(const char* kind, const std::string& name, uint64_t width, uint64_t height,
                               uint64_t decoded_bytes, uint64_t file_bytes) {
   constexpr uint64_t free_bytes = 64'000'000, max_ratio = 200;

@@ -22,9 +22,9 @@ constexpr int max_scans = 100;  // encoders write about ten; each costs a pass o
 
 static_assert(sizeof(Rgb) == 3, "a row of an image is a row of libjpeg's");
 
-/// libjpeg ends on an error by jumping back to where the step began.
+/// Error handler of libjpeg, which reports errors by a jump back to the beginning of the step.
 struct ErrorTrap {
-  jpeg_error_mgr manager{};  ///< first: libjpeg hands out its address
+  jpeg_error_mgr manager{};  ///< first member: libjpeg passes on its address
   std::jmp_buf step{};
   std::array<char, JMSG_LENGTH_MAX> message{};
 
@@ -32,7 +32,7 @@ struct ErrorTrap {
     jpeg_std_error(&manager);
     manager.error_exit = &jump;
     manager.emit_message = [](j_common_ptr info, int level) {
-      if (level < 0) jump(info);  // a warning: gray would stand for what is damaged
+      if (level < 0) jump(info);  // a warning: damaged parts would be decoded as gray
     };
   }
 
@@ -42,7 +42,8 @@ struct ErrorTrap {
     std::longjmp(trap->step, 1);
   }
 
-  /// False when libjpeg gave up. Nothing in a step has a destructor: a jump would pass it by.
+  /// Returns false if libjpeg reports an error. A step must not have objects with destructors, which a jump
+  /// would skip.
   template <typename Step>
   bool run(const Step& step_of_libjpeg) {
     if (setjmp(step) != 0) return false;
@@ -74,7 +75,7 @@ struct Encoder {
   }
 };
 
-/// Called by libjpeg during each pass: ends it on Ctrl-C, and in a file of more scans than any encoder
+/// Called by libjpeg during each pass: aborts on Ctrl-C, and for a file with more scans than any encoder
 /// writes.
 void watch(j_common_ptr info) {
   auto* trap = reinterpret_cast<ErrorTrap*>(info->err);
@@ -84,8 +85,8 @@ void watch(j_common_ptr info) {
   std::longjmp(trap->step, 1);
 }
 
-/// Refuses a header whose pixels the file cannot hold. A baseline or progressive file has at least one bit
-/// for each block of 8x8 pixels.
+/// Throws Error if the file is too short for the pixels of its header. A baseline or progressive file has at
+/// least one bit for each block of 8x8 pixels.
 void check_claim(const jpeg_decompress_struct& info, const std::string& name, size_t file_bytes) {
   const uint64_t width = info.image_width, height = info.image_height;
   const uint64_t coefficient_bytes = info.progressive_mode != 0 ? 2 * uint64_t(info.num_components) : 0;
@@ -97,10 +98,10 @@ void check_claim(const jpeg_decompress_struct& info, const std::string& name, si
   }
 }
 
-/// The decoder takes a file that was cut off between two scans for a whole one.
+/// Throws Error on a truncated file, since the decoder accepts a file that is cut between two scans.
 void check_complete(std::string_view bytes, const std::string& name) {
   if (!bytes.starts_with(start_marker)) fail("{}: not a JPEG file (it does not start with FF D8)", name);
-  const size_t last = bytes.find_last_not_of('\0');  // padding at the end does no harm
+  const size_t last = bytes.find_last_not_of('\0');  // padding at the end is allowed
   if (last == std::string_view::npos || !bytes.substr(0, last + 1).ends_with(end_marker)) {
     fail("{}: JPEG file is truncated (no end marker FF D9): copy it again", name);
   }

@@ -1,7 +1,7 @@
 #pragma once
 
-// JPEG images (8-bit gray or colour) through libjpeg. JPEG is lossy: what was encoded is not quite what is
-// decoded, not even at quality 100.
+// JPEG images (8-bit gray or colour) through libjpeg. JPEG is lossy: decoded pixels differ slightly from the
+// encoded ones, even at quality 100.
 
 #include <string>
 #include <string_view>
@@ -10,11 +10,11 @@
 
 namespace sextant {
 
-/// Throws Error on bytes that are not a JPEG file, or one that is cut off or damaged. Orientation tags are
-/// ignored.
+/// Decodes an image. Throws Error if the bytes are not a JPEG file, or if it is truncated or damaged.
+/// Orientation tags are ignored.
 Image<Rgb> decode_jpeg_rgb(std::string_view bytes, const std::string& name);
 
-/// `quality` 1..100.
+/// Encodes an image with `quality` 1..100.
 std::string encode_jpeg(const Image<Rgb>& image, int quality = 100);
 
 }  // namespace sextant

@@ -24,7 +24,7 @@ TEST(Jpeg, DamagedFilesAreErrors) {
   const Image<Rgb> again = decode_jpeg_rgb(bytes, "x.jpg");
   EXPECT_EQ(again.width(), 64);
   EXPECT_EQ(again.height(), 48);
-  EXPECT_NEAR(again(30, 20).r, 10, 2);  // and not blue
+  EXPECT_NEAR(again(30, 20).r, 10, 2);  // the channels are not swapped
   EXPECT_NEAR(again(30, 20).g, 200, 2);
   EXPECT_NEAR(again(30, 20).b, 90, 2);
   expect_error([&] { decode_jpeg_rgb(bytes.substr(0, bytes.size() / 2), "x.jpg"); },
@@ -32,7 +32,7 @@ TEST(Jpeg, DamagedFilesAreErrors) {
   expect_error([&] { decode_jpeg_rgb("\x89PNG", "x.jpg"); }, "x.jpg: not a JPEG file");
   expect_error([&] { decode_jpeg_rgb("", "x.jpg"); }, "x.jpg: not a JPEG file");
   expect_error([&] { decode_jpeg_rgb("\xff\xd8\xff\xd9", "x.jpg"); }, "x.jpg: damaged JPEG file");
-  // Gray would stand for the lower half.
+  // The lower half would otherwise be decoded as gray.
   const std::string half = textured_jpeg().substr(0, textured_jpeg().size() / 2) + "\xff\xd9";
   expect_error([&] { decode_jpeg_rgb(half, "x.jpg"); }, "x.jpg: damaged JPEG file (Corrupt JPEG data");
 }

@@ -20,12 +20,12 @@ constexpr const char* spellings =
     "P0 P1 P2 P3 and either R_rect Tr_velo_cam Tr_imu_velo or R0_rect "
     "Tr_velo_to_cam Tr_imu_to_velo, each with or without a colon";
 
-// One quantity of the file under its names in both dialects.
+// One key of the file with its names in both dialects.
 struct Entry {
   std::string tracking, object;
   int columns = 4;
-  int64_t line = 0;      ///< where it was found; 0 = not yet
-  std::string spelling;  ///< as found
+  int64_t line = 0;      ///< line of the key; 0 = not yet found
+  std::string spelling;  ///< spelling in the file
   Eigen::Matrix<double, 3, 4> value = Eigen::Matrix<double, 3, 4>::Zero();
 
   bool differs_by_dialect() const { return tracking != object; }
@@ -212,7 +212,7 @@ std::string encode_kitti_labels(const std::vector<KittiLabel>& labels) {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double earth_radius_m = 6378137;  // as in the devkit
+constexpr double earth_radius_m = 6378137;  // as in the development kit
 constexpr size_t n_values = 30;
 constexpr size_t first_of_rest = 11;
 

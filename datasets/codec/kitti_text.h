@@ -37,21 +37,23 @@ struct KittiCalibration {
   Matrix34d Tr_velo_to_cam = Matrix34d::Identity();
   Matrix34d Tr_imu_to_velo = Matrix34d::Identity();
 
-  /// Intrinsics of camera i.
+  /// Returns the intrinsics of camera i.
   PinholeCamera camera(size_t i) const;
-  /// Where rectified camera 0 lies in camera i: p_i = p_0 + offset (m); K_i^-1 times the last column of P_i.
+  /// Returns the position of rectified camera 0 in camera i: p_i = p_0 + offset (m); K_i^-1 times the last
+  /// column of P_i.
   Eigen::Vector3d offset_m(size_t i) const;
-  /// Focal length times baseline (px m): P2(0,3) - P3(0,3), and P0(0,3) - P1(0,3).
+  /// Return focal length times baseline (px m): P2(0,3) - P3(0,3), and P0(0,3) - P1(0,3).
   double colour_bf() const { return P[2](0, 3) - P[3](0, 3); }
   double grey_bf() const { return P[0](0, 3) - P[1](0, 3); }
 };
 
-/// Throws Error "NAME:LINE: ..." on an unknown or repeated key, another number of values, values that are not
-/// finite, a matrix that is no projection or no rigid motion, and on a mix of dialects; Error "NAME: ..." on
-/// a missing key, with its spellings.
+/// Decodes a calibration. Throws Error "NAME:LINE: ..." on an unknown or repeated key, another number of
+/// values, values that are not finite, a matrix that is not a projection or not a rigid motion, and on a mix
+/// of dialects; Error "NAME: ..." on a missing key, with its spellings.
 KittiCalibration decode_kitti_calibration(std::string_view text, const std::string& name);
 
-/// 17 significant digits, in the dialect of the tracking benchmark or, `object_dialect`, the other.
+/// Encodes with 17 significant digits, in the dialect of the tracking benchmark or, with `object_dialect`, in
+/// the other one.
 std::string encode_kitti_calibration(const KittiCalibration& calibration, bool object_dialect = false);
 
 // Object labels of KITTI tracking (label_02/%04d.txt), 17 columns:
@@ -60,7 +62,7 @@ std::string encode_kitti_calibration(const KittiCalibration& calibration, bool o
 //   left top right bottom  height width length  x y z rotation_y
 //
 // Boxes in px; sizes and positions in m; (x, y, z) is the middle of the box's bottom face in rectified camera
-// 0; angles in rad, rotation_y about the camera's y axis, 0 = drives along +x. Rows of type DontCare have
+// 0; angles in rad, rotation_y about the camera's y axis, 0 = heading along +x. Rows of type DontCare have
 // track id -1 and no pose.
 
 struct KittiLabel {
@@ -78,11 +80,12 @@ struct KittiLabel {
   bool dont_care() const { return type == "DontCare"; }
 };
 
-/// In order of the file. Throws Error "NAME:LINE: ..." on another number of columns, values that are not
-/// finite, negative frames, ids or (except DontCare) sizes, and a track given twice in one frame.
+/// Decodes labels in the order of the file. Throws Error "NAME:LINE: ..." on another number of columns,
+/// values that are not finite, negative frames, ids or (except DontCare) sizes, and a track that is repeated
+/// in a frame.
 std::vector<KittiLabel> decode_kitti_labels(std::string_view text, const std::string& name);
 
-/// 17 significant digits for the pose; boxes and sizes to 1e-6.
+/// Encodes labels with 17 significant digits for the pose; boxes and sizes to 1e-6.
 std::string encode_kitti_labels(const std::vector<KittiLabel>& labels);
 
 // GPS/IMU samples of KITTI (oxts/%04d.txt): one line of 30 values per frame, the sample nearest to the image.
@@ -91,7 +94,8 @@ std::string encode_kitti_labels(const std::vector<KittiLabel>& labels);
 //     t = (s r lon pi/180,  s r ln tan((90 + lat) pi/360),  alt)   (m; Mercator, x east, y north, z up)
 //     r = 6378137 m, s = cos(latitude of the sequence's first sample)
 //   imu: x ahead, y left, z up
-//   velocity: vn, ve, vu by the compass; vf, vl ahead and left, parallel to the ground too, not to the imu
+//   velocity: vn, ve, vu along north, east, up; vf, vl ahead and left, also parallel to the ground instead of
+//     the imu
 //
 // Source: the raw data development kit (Geiger et al., IJRR 2013).
 
@@ -104,26 +108,27 @@ struct KittiOxts {
   double yaw_rad = 0;                     ///< 0 = east, counter-clockwise
   double north_mps = 0;                   ///< vn
   double east_mps = 0;                    ///< ve
-  Eigen::Vector3d velocity_mps{0, 0, 0};  ///< vf vl vu: ahead, left, up; turned by yaw only
-  std::array<double, 19> rest{};  ///< accelerations, turn rates, accuracies and receiver state, as they are
+  Eigen::Vector3d velocity_mps{0, 0, 0};  ///< vf vl vu: ahead, left, up; rotated by yaw only
+  std::array<double, 19> rest{};  ///< accelerations, turn rates, accuracies and receiver state, unchanged
 
-  /// East, north, up: the axes of the positions.
+  /// Returns the velocity in the axes of the positions: east, north, up.
   Eigen::Vector3d map_velocity_mps() const { return {east_mps, north_mps, velocity_mps.z()}; }
 };
 
-/// By frame number 0, 1, ... Throws Error "NAME:LINE: ..." on another number of values than 30, values that
-/// are not finite, a latitude outside (-90, 90) or a longitude outside [-180, 180]; "NAME: ..." when empty.
+/// Decodes samples, by frame number 0, 1, ... Throws Error "NAME:LINE: ..." on another number of values than
+/// 30, values that are not finite, a latitude outside (-90, 90) or a longitude outside [-180, 180]; "NAME:
+/// ..." for an empty file.
 std::vector<KittiOxts> decode_kitti_oxts(std::string_view text, const std::string& name);
 
-/// 17 significant digits: reads back as the same numbers.
+/// Encodes with 17 significant digits, which read back as the same numbers.
 std::string encode_kitti_oxts(const std::vector<KittiOxts>& samples);
 
-/// s above.
+/// Returns the Mercator scale s defined above.
 double mercator_scale(double first_latitude_deg);
 
 SE3 pose_from_oxts(const KittiOxts& sample, double scale);
 
-/// The inverse; velocities are left 0. Angles: roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2].
+/// Inverts the pose of a sample; velocities are 0. Angles: roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2].
 KittiOxts oxts_from_pose(const SE3& T_world_imu, double scale);
 
 }  // namespace sextant

@@ -103,7 +103,8 @@ TEST(KittiOxts, ReadsBackExactly) {
   EXPECT_EQ(back[1].longitude_deg, 8.4229 + 1e-7);
 }
 
-// The devkit's own numbers: at the first sample, a degree of latitude is as long as on the sphere.
+// Agrees with the development kit: at the first sample, a degree of latitude has the length it has on the
+// sphere.
 TEST(KittiOxts, MercatorIsTrueToScaleAtTheFirstLatitude) {
   const KittiOxts a = example_oxts();
   KittiOxts b = a;

@@ -8,12 +8,12 @@ namespace sextant {
 namespace {
 
 constexpr int ignored_class = 10;
-constexpr int64_t max_mask_pixels = int64_t{1} << 25;  // a run length of few characters can claim any number
-constexpr uint16_t ignored_pixel = 65535;              // while painting; larger than any track id + 1
+constexpr int64_t max_mask_pixels = int64_t{1} << 25;  // a short run length can declare any number of pixels
+constexpr uint16_t ignored_pixel = 65535;              // during drawing only; larger than any track id + 1
 
 bool is_class(int class_id) { return class_id == 1 || class_id == 2 || class_id == ignored_class; }
 
-// One number of a run length string.
+// Reads the numbers of a run length string.
 class RleReader {
  public:
   RleReader(std::string_view text, const std::string& where) : text_(text), where_(where) {}
@@ -43,7 +43,7 @@ class RleReader {
   size_t at_ = 0;
 };
 
-// What an object's pixels are to become, and what happens where another object lies.
+// The new value of an object's pixels, and the treatment of pixels of other objects.
 struct Brush {
   uint16_t id = 0;
   int64_t n_overlap = 0;
@@ -80,7 +80,8 @@ int class_of_id(const std::map<int, int>& class_of, int id) {
   const auto it = class_of.find(id);
   const int class_id = it == class_of.end() ? 1 : it->second;
   if (class_id != 1 && class_id != 2) fail("MOTS: object {} has class {}, expected 1 or 2", id, class_id);
-  if (id > 1000) fail("MOTS: object {}: the format has track ids 0 to 999, ours less one", id);
+  if (id > 1000)
+    fail("MOTS: object {}: the format has track ids 0 to 999, which are object ids minus one", id);
   return class_id;
 }
 
@@ -248,7 +249,7 @@ std::string encode_mots_text(const std::map<int, Image<uint16_t>>& masks,
 
 Image<uint16_t> mask_from_mots(const Image<uint16_t>& image, const std::string& name) {
   Image<uint16_t> mask(image.width(), image.height());
-  std::map<uint16_t, uint16_t> number_of;  // by our id
+  std::map<uint16_t, uint16_t> number_of;  // by object id
   uint16_t last_number = 0, last_id = 0;
   for (size_t i = 0; i < image.size(); ++i) {
     const uint16_t number = image.data()[i];
@@ -259,7 +260,7 @@ Image<uint16_t> mask_from_mots(const Image<uint16_t>& image, const std::string& 
         return fmt::format("{}: column {}, row {}", name, i % w, i / w);
       };
       if (number != 0 && !is_class(class_id)) {
-        fail("{}: {} is no MOTS id: expected class * 1000 + track id, class 1, 2 or 10", where(), number);
+        fail("{}: {} is not a MOTS id: expected class * 1000 + track id, class 1, 2 or 10", where(), number);
       }
       const bool object = number != 0 && class_id != ignored_class;
       last_number = number;
@@ -267,7 +268,7 @@ Image<uint16_t> mask_from_mots(const Image<uint16_t>& image, const std::string& 
       if (object) {
         const uint16_t first = number_of.emplace(last_id, number).first->second;
         if (first != number) {
-          fail("{}: track {} is there with two classes, as {} and as {}", where(), last_id - 1, first,
+          fail("{}: track {} has two classes: it appears as {} and as {}", where(), last_id - 1, first,
                number);
         }
       }

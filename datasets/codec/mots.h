@@ -4,14 +4,14 @@
 //
 //   text  one line per object and frame: "frame id class_id height width rle"
 //   PNG   16-bit gray: the same ids, 0 = background
-//   id    class_id * 1000 + track id; class 1 car, 2 pedestrian, 10 ignore (a region nobody labelled)
+//   id    class_id * 1000 + track id; class 1 car, 2 pedestrian, 10 ignore (an unlabelled region)
 //   rle   COCO's compressed run lengths: the image column by column, runs of 0 and 1 in turn, the first of 0.
-//         Each number, from the fourth on less the number two before it, is cut into groups of 5 bits, lowest
-//         first, as two's complement: bit 4 of the last group is the sign. Each group is one character, whose
-//         code is 48 + group, + 32 if another group follows.
+//         Each number, from the fourth on minus the number two before it, is cut into groups of 5 bits,
+//         lowest first, as two's complement: bit 4 of the last group is the sign. Each group is one
+//         character, whose code is 48 + group, + 32 if another group follows.
 //
-// In the masks here, an object's id is its track id + 1 (as in all of our masks of KITTI); ignored regions
-// are background. Detections in the same text form (TrackR-CNN) have ids of their own and may overlap.
+// In decoded masks, an object's id is its track id + 1 (as in all masks of KITTI in this project); ignored
+// regions are background. Detections in the same text format (TrackR-CNN) have arbitrary ids and may overlap.
 
 #include <cstdint>
 #include <map>
@@ -25,12 +25,13 @@
 
 namespace sextant {
 
-/// The runs, in pixels. `where` ("FILE:LINE") stands before messages. Throws Error on a character outside of
-/// the alphabet, a number cut off, a negative run, or runs that do not add up to `width` * `height`.
+/// Decodes the runs, in pixels. `where` ("FILE:LINE") is the prefix of messages. Throws Error on a character
+/// outside the alphabet, a truncated number, a negative run, or runs that do not add up to `width` *
+/// `height`.
 std::vector<uint32_t> decode_rle(std::string_view rle, int width, int height, const std::string& where);
 std::string encode_rle(std::span<const uint32_t> runs);
 
-/// The pixels of `mask` that equal `id`, as run lengths.
+/// Encodes the pixels of `mask` that equal `id` as run lengths.
 std::string encode_rle(const Image<uint16_t>& mask, uint16_t id);
 
 enum class MotsIds {
@@ -38,27 +39,27 @@ enum class MotsIds {
   detections  ///< any id 1..65535; of overlapping objects the earlier line is in front
 };
 
-/// A text file. Its run lengths are decoded when a frame is asked for.
+/// A text file, whose run lengths are decoded per requested frame.
 class MotsText {
  public:
   struct Row {
     int64_t line = 0;
-    int id = 0;  ///< as in the file
+    int id = 0;  ///< id in the file
     int class_id = 0;
     int height = 0;  ///< px
     int width = 0;   ///< px
     std::string rle;
   };
 
-  /// Throws Error "NAME:LINE: ..." on a row of another form, a class or id that MOTS does not have, or an id
-  /// that a frame has twice.
+  /// Parses the file. Throws Error "NAME:LINE: ..." on a malformed row, a class or id outside the range of
+  /// MOTS, or an id that is repeated in a frame.
   MotsText(std::string_view text, std::string name, MotsIds ids = MotsIds::tracks);
 
-  std::set<int> frames() const;                ///< those with an object
-  std::span<const Row> rows(int frame) const;  ///< in order of the file; may be empty
+  std::set<int> frames() const;                ///< frames with at least one object
+  std::span<const Row> rows(int frame) const;  ///< in the order of the file; may be empty
 
-  /// All background for a frame without rows. Throws Error "NAME:LINE: ..." when a row is of another size,
-  /// its run lengths are bad, or two objects overlap. Safe to call from several threads.
+  /// Returns the mask of a frame, all background without rows. Throws Error "NAME:LINE: ..." if a row has
+  /// another size, its run lengths are invalid, or two objects overlap. Safe to call from several threads.
   Image<uint16_t> mask(int frame, int width, int height) const;
 
  private:
@@ -69,12 +70,12 @@ class MotsText {
   std::map<int, std::vector<Row>> rows_;
 };
 
-/// Masks by frame, with our ids (track id + 1; at most 1000); `class_of` gives the class of each id, 1 when
-/// it is absent.
+/// Encodes masks by frame, whose ids are track id + 1 (at most 1000); `class_of` contains the class of each
+/// id, 1 if absent.
 std::string encode_mots_text(const std::map<int, Image<uint16_t>>& masks, const std::map<int, int>& class_of);
 
-/// Between the numbers of a MOTS PNG and our ids. Decoding throws Error, which names the pixel, on a number
-/// that is no MOTS id, and on a track id of two classes.
+/// Convert between the numbers of a MOTS PNG and object ids (track id + 1). Decoding throws Error, which
+/// names the pixel, on a number that is not a MOTS id, and on a track id with two classes.
 Image<uint16_t> mask_from_mots(const Image<uint16_t>& image, const std::string& name);
 Image<uint16_t> mots_from_mask(const Image<uint16_t>& mask, const std::map<int, int>& class_of);
 

@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-// A mask of upright rectangles, so that runs differ by little, and noise, so that they do not.
+// A mask of axis-parallel rectangles, whose runs are similar, with noise, whose runs are not.
 Image<uint16_t> random_mask(int w, int h, uint32_t seed) {
   std::mt19937 rng(seed);
   Image<uint16_t> mask(w, h);
@@ -27,8 +27,8 @@ Image<uint16_t> random_mask(int w, int h, uint32_t seed) {
 
 TEST(Rle, IsTheFormatsOwn) {
   // Worked by hand from the definition: 37 = 5 + 1 * 32 -> 'U' (5 + 32 + 48), '1'; 16 needs a second group,
-  // as bit 4 is the sign: '`' (16 + 32 + 48), '0'; the fourth number is 3 - 16 = -13 -> 19 -> 'C' (19 + 48
-  // with the sign bit set and no further group).
+  // because bit 4 is the sign: '`' (16 + 32 + 48), '0'; the fourth number is 3 - 16 = -13 -> 19 -> 'C' (19 +
+  // 48 with the sign bit set and no further group).
   const std::vector<uint32_t> runs{37, 16, 1, 3, 13};
   const std::string text = "U1`01C<";
   EXPECT_EQ(encode_rle(runs), text);
@@ -115,8 +115,9 @@ TEST(MotsErrors, NameFileLineAndSums) {
         "0003.txt:1: expected frame, id, class_id, height, width and run lengths (6 values), got 5");
   error("0 1000.5 1 2 3 6\n", "expected a whole number for the id, got '1000.5'");
   error("-1 1000 1 2 3 6\n", "frame -1: expected 0 or larger");
-  error("0 1000 1 2000000000 2000000000 6\n", "height 2000000000 and width 2000000000: expected at most "
-                                              "33554432 pixels");
+  error("0 1000 1 2000000000 2000000000 6\n",
+        "height 2000000000 and width 2000000000: expected at most "
+        "33554432 pixels");
   error("0 1000 1 0 3 6\n", "height 0 and width 3: expected positive numbers");
   error("0 3000 3 2 3 6\n", "class_id 3: expected 1 (car), 2 (pedestrian) or 10 (ignore)");
   error("0 2000 1 2 3 6\n", "id 2000 of class 1: expected 1000 to 1999");
@@ -130,17 +131,17 @@ TEST(MotsErrors, Png) {
   Image<uint16_t> image(3, 2);
   image(1, 1) = 3001;
   expect_error([&] { mask_from_mots(image, "i/000001.png"); },
-               "i/000001.png: column 1, row 1: 3001 is no MOTS id");
+               "i/000001.png: column 1, row 1: 3001 is not a MOTS id");
   image(1, 1) = 1007;
   image(2, 1) = 2007;
   expect_error([&] { mask_from_mots(image, "i/000001.png"); },
-               "column 2, row 1: track 7 is there with two classes, as 1007 and as 2007");
+               "column 2, row 1: track 7 has two classes: it appears as 1007 and as 2007");
   expect_error([&] { mots_from_mask(Image<uint16_t>(1, 1, 1001), {}); }, "track ids 0 to 999");
   expect_error([&] { mots_from_mask(Image<uint16_t>(1, 1, 3), {{3, 10}}); }, "object 3 has class 10");
 }
 
-// All labels and detections of the real sequences: every row fills its image, and is encoded to the same
-// string.
+// All labels and detections of the real sequences: the runs of every row fill its image, and encode to the
+// same string.
 class MotsData : public testing::Test {
  protected:
   void SetUp() override {
@@ -152,7 +153,7 @@ class MotsData : public testing::Test {
     int n = 0;
     for (const int frame : mots.frames()) {
       const auto rows = mots.rows(frame);
-      mots.mask(frame, rows.front().width, rows.front().height);  // throws on an overlap
+      mots.mask(frame, rows.front().width, rows.front().height);  // throws Error on an overlap
       for (const MotsText::Row& row : rows) {
         EXPECT_EQ(encode_rle(decode_rle(row.rle, row.width, row.height, "row")), row.rle) << frame;
         ++n;

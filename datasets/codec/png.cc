@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view signature("\x89PNG\r\n\x1a\n", 8);
 constexpr size_t header_end = 33;           // signature + IHDR chunk
-constexpr size_t max_deflate_ratio = 1032;  // what deflate can reach at best
+constexpr size_t max_deflate_ratio = 1032;  // the highest ratio of deflate
 
 constexpr int gray_kind = 0, rgb = 2, palette_kind = 3, gray_alpha = 4, rgb_alpha = 6;
 
@@ -38,13 +38,13 @@ size_t bits_per_pixel(const PngHeader& h) {
   return static_cast<size_t>(h.bit_depth) * static_cast<size_t>(n_channels(h.color_type));
 }
 
-/// Bytes of a row without its filter byte.
+/// Returns the bytes of a row without its filter byte.
 size_t row_bytes(const PngHeader& h) { return (static_cast<size_t>(h.width) * bits_per_pixel(h) + 7) / 8; }
 
-/// Bytes of all rows, each after its filter byte.
+/// Returns the bytes of all rows including their filter bytes.
 size_t raw_bytes(const PngHeader& h) { return (row_bytes(h) + 1) * static_cast<size_t>(h.height); }
 
-/// Refuses a header whose pixels the file cannot hold.
+/// Throws Error if the file is too short for the pixels of its header.
 void check_claim(const PngHeader& h, const std::string& name, size_t file_bytes, size_t pixel_bytes) {
   const auto width = static_cast<uint64_t>(h.width), height = static_cast<uint64_t>(h.height);
   check_image_claim("PNG", name, width, height, raw_bytes(h) + pixel_bytes * width * height, file_bytes);
@@ -75,12 +75,12 @@ bool known_kind(const PngHeader& h) {
 
 using Palette = std::array<Rgb, 256>;
 
-// The compressed pixels and what is needed to understand them.
+// The compressed pixels, and the chunks needed to interpret them.
 struct Chunks {
   PngHeader header;
   Palette palette{};
-  std::string_view first;  // the first IDAT chunk, a view of the file
-  std::string joined;      // all of them, when there are several
+  std::string_view first;  // the first IDAT chunk, as a view of the file
+  std::string joined;      // all IDAT chunks, if there are several
 
   std::string_view data() const { return joined.empty() ? first : joined; }
 };
@@ -134,7 +134,7 @@ struct FreeDecompressor {
   void operator()(libdeflate_decompressor* d) const { libdeflate_free_decompressor(d); }
 };
 
-// All rows, each after its filter byte, still filtered.
+// Inflates all rows, each with its filter byte and still filtered.
 void inflate(std::string_view data, const std::string& name, uint8_t* raw, size_t n_raw) {
   thread_local const std::unique_ptr<libdeflate_decompressor, FreeDecompressor> decompressor(
       libdeflate_alloc_decompressor());
@@ -151,7 +151,7 @@ void inflate(std::string_view data, const std::string& name, uint8_t* raw, size_
   if (n != n_raw) fail("{}: PNG holds {} bytes of pixels, its header says {}", name, n, n_raw);
 }
 
-// The pixels of a file, inflated and still filtered.
+// The inflated, still filtered rows of a file.
 class RawRows {
  public:
   RawRows(const Chunks& chunks, const std::string& name) : header_(chunks.header), name_(name) {
@@ -164,7 +164,7 @@ class RawRows {
     inflate(chunks.data(), name, raw_.get(), n_raw);
   }
 
-  // Calls consume(y, row) for every row in turn, with the row's unfiltered bytes.
+  // Calls consume(y, row) for every row in order, with the row's unfiltered bytes.
   template <typename Consume>
   void for_each(Consume consume) {
     const size_t n_row = row_bytes(header_), bits = bits_per_pixel(header_);
@@ -199,7 +199,7 @@ Chunks open(std::string_view bytes, const std::string& name, bool (*accept)(cons
 
 uint16_t big_endian16(const uint8_t* p) { return static_cast<uint16_t>((p[0] << 8) | p[1]); }
 
-// The index at column x of a row of 1, 2, 4 or 8 bits per pixel.
+// Returns the index at column x of a row with 1, 2, 4 or 8 bits per pixel.
 uint8_t index_at(const uint8_t* row, int x, int bit_depth) {
   if (bit_depth == 8) return row[x];
   const int per_byte = 8 / bit_depth;
@@ -401,7 +401,7 @@ std::string deflate(const std::string& raw, int level) {
   return out;
 }
 
-// `rows` holds height rows of n_row bytes in PNG byte order.
+// Encodes `rows`: height rows of n_row bytes in PNG byte order.
 std::string encode(const std::vector<uint8_t>& rows, int width, int height, int bit_depth, int color_type,
                    int bytes_per_pixel, const PngEncoding& encoding) {
   SEXTANT_CHECK(width > 0 && height > 0);

@@ -5,9 +5,9 @@
 // Read: 1/2/4/8-bit gray, palette, 8-bit gray + alpha, RGB and RGBA (alpha is dropped), 16-bit gray and RGB.
 // Not read: interlaced files, 16-bit with alpha.
 //
-// Every decoder takes the bytes of one file and its name for messages, and throws Error on a file that is
-// not a PNG, is truncated, has a chunk whose CRC-32 or data whose Adler-32 is wrong, or holds another kind
-// of pixels than asked for. A damaged file never gives half an image. Safe to call from several threads.
+// Every decoder takes the bytes of one file and its name for messages. It throws Error if the file is not a
+// PNG, is truncated, has a chunk with a wrong CRC-32 or data with a wrong Adler-32, or contains another kind
+// of pixels than requested. A damaged file is never decoded in part. Safe to call from several threads.
 
 #include <string>
 #include <string_view>
@@ -39,29 +39,32 @@ struct PngHeader {
   bool interlaced = false;
 };
 
-/// Size and kind of pixels, from the header. `bytes` is the whole file: a header that claims more pixels than
-/// the file can hold is an Error.
+/// Returns size and kind of pixels from the header. `bytes` is the whole file: a header that declares more
+/// pixels than the file can contain is an Error.
 PngHeader png_header(std::string_view bytes, const std::string& name);
 
-/// 16-bit gray (depth, disparity, instance ids). Other kinds of pixels are an Error.
+/// Decodes 16-bit gray (depth, disparity, instance ids).
 Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name);
-/// 16-bit RGB (flow).
+/// Decodes 16-bit RGB (flow).
 Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name);
-/// 8-bit RGBA, the four bytes of each pixel as they are.
+/// Decodes 8-bit RGBA, with the four bytes of each pixel unchanged.
 Image<Rgba> decode_png_rgba(std::string_view bytes, const std::string& name);
-/// Up to 8 bit, as colour: palettes are looked up, gray is repeated.
+/// Decodes up to 8 bits as colour: palettes are looked up, gray is repeated.
 Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name);
-/// Up to 8 bit, as luminance: gray as it is (1/2/4 bit stretched to 0..255), colour through rgb_to_gray.
+/// Decodes up to 8 bits as luminance: gray unchanged (1/2/4 bits scaled to 0..255), colour through
+/// rgb_to_gray().
 Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name);
-/// The stored numbers of a palette or gray image of up to 8 bit, without looking them up (label images).
+/// Decodes the stored numbers of a palette or gray image of up to 8 bits, without looking them up (label
+/// images).
 Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name);
 
-/// (9798 R + 19235 G + 3735 B + 2^14) >> 15: BT.601 luminance, the same integers as OpenCV's COLOR_RGB2GRAY.
+/// Returns the BT.601 luminance (9798 R + 19235 G + 3735 B + 2^14) >> 15, the same integers as OpenCV's
+/// COLOR_RGB2GRAY.
 Image<uint8_t> rgb_to_gray(const Image<Rgb>& image);
 
 struct PngEncoding {
-  int level = 6;    ///< deflate level, 1 fast .. 12 small
-  int filter = -1;  ///< 0 none, 1 sub, 2 up, 3 average, 4 Paeth; -1: per row, least sum of magnitudes
+  int level = 6;    ///< deflate level, 1 fastest .. 12 smallest
+  int filter = -1;  ///< 0 none, 1 sub, 2 up, 3 average, 4 Paeth; -1: per row, smallest sum of magnitudes
 };
 
 std::string encode_png(const Image<uint8_t>& image, const PngEncoding& encoding = {});
@@ -70,7 +73,7 @@ std::string encode_png(const Image<Rgb>& image, const PngEncoding& encoding = {}
 std::string encode_png(const Image<Rgb16>& image, const PngEncoding& encoding = {});
 std::string encode_png(const Image<Rgba>& image, const PngEncoding& encoding = {});
 
-/// The same of an image of ids, which may also be of 16 bits.
+/// Decodes the stored numbers of an image of ids with up to 16 bits.
 Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name);
 
 }  // namespace sextant

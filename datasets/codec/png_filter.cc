@@ -26,9 +26,9 @@ void add_row(uint8_t* row, const uint8_t* prior, size_t n) {
 }
 
 #if SEXTANT_X86
-// One pixel per step, its bytes in the lanes of a register: no branches, which no predictor gets right on
-// images, and the left pixel never leaves the register. Loads take 8 bytes, of which BPP count: narrower ones
-// are put together in memory and stall.
+// Processes one pixel per step, with its bytes in the lanes of a register: there are no branches, which would
+// be mispredicted on images, and the left pixel stays in the register. Loads read 8 bytes, of which BPP are
+// used: narrower loads are assembled in memory and stall.
 __m128i load_pixel(const uint8_t* p) { return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)); }
 
 template <int BPP>
@@ -121,7 +121,7 @@ void undo_paeth(uint8_t* row, const uint8_t* prior, size_t n) {
 template <int BPP>
 bool unfilter(int filter, uint8_t* row, const uint8_t* prior, size_t n) {
   const bool as_sub =
-      filter == 1 || (filter == 4 && prior == nullptr);  // without a row above, the nearest is always a
+      filter == 1 || (filter == 4 && prior == nullptr);  // without a row above, Paeth always selects a
   if (as_sub) undo_sub<BPP>(row, n);
   if (filter == 2 && prior != nullptr) add_row(row, prior, n);
   if (filter == 3) undo_average<BPP>(row, prior, n);

@@ -10,15 +10,15 @@
 
 namespace sextant::internal {
 
-/// How many bytes past the end of a row png_unfilter may read (it works on 8 bytes at a time).
+/// Number of bytes past the end of a row that png_unfilter() may read, since it processes 8 bytes at a time.
 constexpr size_t png_row_slack = 8;
 
-/// Undoes `filter` in place; png_row_slack bytes after both rows must be readable. `prior` is the row above,
-/// already undone; nullptr for the first row. `bytes_per_pixel` is 1 to 8. False when there is no such
+/// Inverts `filter` in place; png_row_slack bytes after both rows must be readable. `prior` is the unfiltered
+/// row above; nullptr for the first row. `bytes_per_pixel` is 1 to 8. Returns false if there is no such
 /// filter.
 bool png_unfilter(int filter, uint8_t* row, const uint8_t* prior, size_t n, int bytes_per_pixel);
 
-/// Applies `filter` (0..4) to `row`. `prior` as above, but not filtered.
+/// Applies `filter` (0..4) to `row`; `prior` is the row above, not filtered.
 void png_filter(int filter, const uint8_t* row, const uint8_t* prior, size_t n, int bytes_per_pixel,
                 uint8_t* filtered);
 

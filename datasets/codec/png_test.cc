@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-// Smooth with noise, so that every filter has something to predict and every byte value occurs.
+// Smooth with noise, so that every filter predicts something and every byte value occurs.
 template <typename T>
 T sample(int x, int y, int channel, std::mt19937& rng) {
   constexpr int range = std::numeric_limits<T>::max() + 1;
@@ -47,7 +47,7 @@ std::string opencv_encode(const cv::Mat& image, const std::vector<int>& paramete
   return {bytes.begin(), bytes.end()};
 }
 
-// The same pixels? OpenCV orders colours B, G, R.
+// Compares pixels; OpenCV orders colours B, G, R.
 template <typename Pixel>
 bool equal(const Image<Pixel>& ours, cv::Mat theirs) {
   if (theirs.channels() == 3) cv::cvtColor(theirs, theirs, cv::COLOR_BGR2RGB);
@@ -58,7 +58,7 @@ bool equal(const Image<Pixel>& ours, cv::Mat theirs) {
 
 void set_byte(std::string& bytes, size_t at, int value) { bytes[at] = static_cast<char>(value); }
 
-// filter type, or -1 = chosen per row
+// Parameter: filter type, or -1 = selected per row.
 class PngFilters : public testing::TestWithParam<int> {};
 
 TEST_P(PngFilters, RoundTripsAndAgreesWithOpenCv) {
@@ -179,7 +179,7 @@ TEST(PngErrors, AHeaderThatClaimsMoreThanTheFileHoldsIsRefused) {
     expect_error([&] { decode(claiming(10'000, 10'000)); }, "expected at most 200 times the file");
     expect_error([&] { decode(claiming(3'000, 3'000)); }, "is too short for the 3000x3000 pixels");
   }
-  // Decoded it would be 200 times the file and more than 64 MB.
+  // The decoded image would have more than 64 MB and be 200 times the size of the file.
   expect_error([] { decode_png16(encode_png(Image<uint16_t>(5'000, 5'000)), "a.png"); },
                "expected at most 200 times");
 }

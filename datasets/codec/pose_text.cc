@@ -103,16 +103,16 @@ std::string encode_object_poses(const std::map<std::pair<int, int>, SE3>& poses)
 
 namespace {
 
-// A reader of our own for lines "KEY: number": OpenCV's hangs on damaged files, and wraps large integers
-// around.
+// A separate reader for lines "KEY: number", because OpenCV's reader hangs on damaged files and wraps large
+// integers around.
 
-/// The text behind a key, and its line.
+/// The text after a key, and its line.
 struct Value {
   std::string_view text;
   int line;
 };
 
-/// The value behind each key that begins a line, without comments.
+/// Returns the value after each key at the beginning of a line, without comments.
 std::map<std::string, Value> top_level(std::string_view text, const std::string& name) {
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
   if (!text.starts_with("%YAML"))
@@ -127,7 +127,7 @@ std::map<std::string, Value> top_level(std::string_view text, const std::string&
     const std::string key(trimmed(row.substr(0, colon)));
     const std::string_view value = row.substr(colon + 1);
     if (!values.emplace(key, Value{trimmed(value.substr(0, value.find('#'))), line}).second)
-      fail("{}:{}: key {} is there twice", name, line, key);
+      fail("{}:{}: key {} is repeated", name, line, key);
   }
   return values;
 }

@@ -14,42 +14,46 @@
 
 namespace sextant {
 
-/// By frame number. Throws Error "NAME:LINE: ..." on another number of values, values that are not finite,
-/// a last row other than 0 0 0 1, a rotation that is off orthonormal by more than 1e-3, a frame given twice.
+/// Decodes poses by frame number. Throws Error "NAME:LINE: ..." on another number of values, values that are
+/// not finite, a last row other than 0 0 0 1, a rotation that differs from orthonormal by more than 1e-3, and
+/// a repeated frame.
 std::map<int, SE3> decode_pose_text(std::string_view text, const std::string& name);
 
-/// The 4x4 matrix in fields `first` .. `first + 15` of a row, checked as above; its first three rows where
-/// the fields end there.
+/// Returns the 4x4 matrix in fields `first` .. `first + 15` of a row, with the checks of decode_pose_text();
+/// the last row of the matrix may be missing at the end of the fields.
 SE3 read_pose_fields(const TextRows& rows, size_t first);
 
-/// 17 significant digits: reads back as the same poses.
+/// Encodes with 17 significant digits, which read back as the same poses.
 std::string encode_pose_text(const std::map<int, SE3>& poses);
 
-// ---- Poses of objects as text, an extension of ours to the KITTI layout (training/object_pose/%04d.txt),
-// for what label_02 has no column: roll and pitch. Per line
+// Poses of objects as text, an extension of the KITTI layout by this project (training/object_pose/%04d.txt)
+// for roll and pitch, which label_02 does not contain. Per line
 //
 //   frame track_id  r11 r12 r13 x  r21 r22 r23 y  r31 r32 r33 z  [0 0 0 1]
 //
 // the matrix of T_camera_object row by row (m), in the coordinates of label_02: rectified camera 0, the
 // middle of the box's bottom face, axes x right, y down, z ahead. Lines that start with '#' are comments.
 
-/// By frame and track id. Throws Error "NAME:LINE: ..." on another number of values, negative numbers of
-/// frames or tracks, values that are not finite, what is no rotation, a track given twice in one frame.
+/// Decodes poses by frame and track id. Throws Error "NAME:LINE: ..." on another number of values, negative
+/// frame or track numbers, values that are not finite, a matrix that is not a rotation, and a track that is
+/// repeated in a frame.
 std::map<std::pair<int, int>, SE3> decode_object_poses(std::string_view text, const std::string& name);
 
-/// 17 significant digits: reads back as the same poses. Begins with a comment that explains the columns.
+/// Encodes with 17 significant digits, which read back as the same poses, after a comment that explains the
+/// columns.
 std::string encode_object_poses(const std::map<std::pair<int, int>, SE3>& poses);
 
-// Stereo cameras in OpenCV YAML, as ORB-SLAM2 and VDO-SLAM have them: "%YAML:1.0" and the keys Camera.fx,
-// Camera.fy, Camera.cx, Camera.cy (px), Camera.bf (focal length times baseline, px m); optionally
-// Camera.fps (Hz).
+// Stereo cameras in OpenCV YAML, in the format of ORB-SLAM2 and VDO-SLAM: "%YAML:1.0" and the keys Camera.fx,
+// Camera.fy, Camera.cx, Camera.cy (px), Camera.bf (focal length times baseline, px m); optionally Camera.fps
+// (Hz).
 
 struct YamlCamera {
   StereoCamera camera;
   double rate_hz = 0;  ///< 0 = not given
 };
 
-/// Throws Error that names the missing keys, or the key whose value is not a positive number.
+/// Decodes a camera. Throws Error that names the missing keys, or the key whose value is not a positive
+/// number.
 YamlCamera decode_yaml_camera(std::string_view text, const std::string& name);
 
 std::string encode_yaml_camera(const YamlCamera& camera);

@@ -27,7 +27,7 @@ TextLines::TextLines(const std::string& path, const FileKind& kind, bool whole_l
   whole_lines_ = whole_lines;
   refill();
   const TextLines start(rest_, name_);
-  rest_ = start.rest_;  // without the mark
+  rest_ = start.rest_;  // without the byte order mark
 }
 
 bool TextLines::refill() {
@@ -47,7 +47,7 @@ bool TextLines::next(std::string_view& line) {
     if (end == std::string_view::npos) {
       if (file_ && rest_.size() > longest_line) {
         ++number_;
-        fail_here("a line of more than {} bytes: this is no text file of numbers", longest_line);
+        fail_here("a line of more than {} bytes: expected a text file of numbers", longest_line);
       }
       if (refill()) continue;
       is_cut_ = whole_lines_ && !rest_.empty();

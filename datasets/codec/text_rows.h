@@ -1,20 +1,22 @@
 #pragma once
 
-// Text files of one record a line: numbers and words separated by blanks, tabs or one given separator.
-// Accepts CRLF, a byte order mark, blanks at either end, and empty lines. All messages start "NAME:LINE: ".
+// Text files with one record per line: numbers and words separated by blanks, tabs or one given separator.
+// CRLF, a byte order mark, blanks at either end and empty lines are accepted. All messages start with
+// "NAME:LINE: ".
 //
 //   for (TextRows rows(bytes, path); rows.next();) {
 //     rows.expect(2, "time and value");
 //     series.emplace(rows.finite(0, "time"), rows.finite(1, "value"));
 //   }
 //
-// Where the first row names the columns, they are found by name: their order and further ones do not matter.
+// If the first row names the columns, they are found by name: their order and additional columns do not
+// matter.
 //
 //   for (TextTable rows(bytes, path, {"frame", "speed"}); rows.next();) {
 //     series.emplace(rows.frame(), rows.finite());  // in the order of the names above
 //   }
 //
-// Files of any size that hold numbers alone: eval/logs/number_file.h, over the same lines and fields.
+// Numeric files of any size: eval/logs/number_file.h, which uses the same lines and fields.
 
 #include <Eigen/Core>
 #include <iterator>
@@ -31,20 +33,20 @@
 
 namespace sextant {
 
-/// Lines of a text, trimmed, without the empty ones.
+/// Iterates over the lines of a text, trimmed and without empty ones.
 class TextLines {
  public:
-  /// `bytes` must outlive the reader.
+  /// Reads from memory; `bytes` must outlive the reader.
   TextLines(std::string_view bytes, std::string name);
-  /// Reads the file block by block. `whole_lines`: a last line without its end, which may hold half a number,
-  /// is left out. Throws Error when it cannot be read, and on UTF-16.
+  /// Reads a file block by block. `whole_lines`: a last line without its end of line, which may contain a
+  /// truncated number, is left out. Throws Error if the file cannot be read, and on UTF-16.
   TextLines(const std::string& path, const FileKind& kind, bool whole_lines);
 
-  /// False at the end. `line` is valid until the next call.
+  /// Reads the next line, which is valid until the next call; returns false at the end.
   bool next(std::string_view& line);
   const std::string& name() const { return name_; }
-  int64_t number() const { return number_; }           ///< of the line; 1 for the first of the file
-  bool is_cut() const { return is_cut_; }              ///< at the end: the last line was left out
+  int64_t number() const { return number_; }           ///< line number, from 1
+  bool is_cut() const { return is_cut_; }              ///< at the end: true if the last line was left out
   uint64_t file_bytes() const { return file_bytes_; }  ///< 0: in memory
 
   /// Throws Error "NAME:LINE: " + message.
@@ -57,18 +59,18 @@ class TextLines {
   bool refill();
 
   std::string name_;
-  std::string_view rest_;           // read and not yet used
-  std::optional<FileReader> file_;  // where more comes from
+  std::string_view rest_;           // bytes read but not yet used
+  std::optional<FileReader> file_;  // source of further bytes
   bool whole_lines_ = false;
   uint64_t file_bytes_ = 0;
-  uint64_t at_ = 0;  // of the file, read so far
+  uint64_t at_ = 0;  // position in the file
   std::vector<char> buffer_;
   int64_t number_ = 0;
   bool is_cut_ = false;
 };
 
-/// Calls use(field) for each field of a trimmed line. `separator` ' ': runs of blanks and tabs; any other
-/// character: exactly one between fields, which are trimmed and may be empty.
+/// Calls use(field) for each field of a trimmed line. With the `separator` ' ', fields are separated by runs
+/// of blanks and tabs; with any other character, by exactly one, and they are trimmed and may be empty.
 template <typename Use>
 void for_each_field(std::string_view line, char separator, const Use& use) {
   if (separator != ' ') {
@@ -87,7 +89,7 @@ void for_each_field(std::string_view line, char separator, const Use& use) {
   }
 }
 
-/// Appends a line of values, in the shortest digits that read back the same.
+/// Appends a line of values, with the fewest digits that read back the same.
 template <typename... Values>
 void put_line(std::string& out, Values&&... values) {
   (fmt::format_to(std::back_inserter(out), "{} ", std::forward<Values>(values)), ...);
@@ -96,28 +98,29 @@ void put_line(std::string& out, Values&&... values) {
 
 class TextRows {
  public:
-  /// Lines that start with `comment` are passed over; '\0': there are none. `bytes` must outlive the reader.
+  /// Reads rows from `bytes`, which must outlive the reader. Lines that start with `comment` are skipped;
+  /// '\0': no comments.
   TextRows(std::string_view bytes, std::string name, char separator = ' ', char comment = '\0')
       : lines_(bytes, std::move(name)), separator_(separator), comment_(comment) {}
 
-  /// Steps to the next row; false at the end.
+  /// Advances to the next row; returns false at the end.
   bool next();
 
   int64_t line() const { return lines_.number(); }
   std::span<const std::string_view> fields() const { return fields_; }
   std::string_view field(size_t i) const;
 
-  /// Throws "NAME:LINE: expected WHAT, got N" unless there are `n` fields.
+  /// Throws Error "NAME:LINE: expected WHAT, got N" unless there are `n` fields.
   void expect(size_t n, std::string_view what) const;
 
   double number(size_t i, std::string_view what) const;  ///< may be NaN or infinite
   double finite(size_t i, std::string_view what) const;
   double metres(size_t i,
-                std::string_view what) const;  ///< finite, at most 1e7 from 0: anything else is no pose
-  ImageBox box(size_t first) const;            ///< left, top, right, bottom
-  int integer(size_t i, std::string_view what) const;  ///< also written as "3.0" or "3e0"
-  int frame(size_t i) const;                           ///< a frame number: 0 to 9,999,999
-  int track(size_t i) const;  ///< a track id: 0 to 65534, so that masks can hold it + 1
+                std::string_view what) const;          ///< finite and at most 1e7 in magnitude, as poses are
+  ImageBox box(size_t first) const;                    ///< left, top, right, bottom
+  int integer(size_t i, std::string_view what) const;  ///< also accepts "3.0" and "3e0"
+  int frame(size_t i) const;                           ///< frame number: 0 to 9,999,999
+  int track(size_t i) const;  ///< track id: 0 to 65534, so that masks can contain id + 1
 
   template <typename... Args>
   [[noreturn]] void fail_here(fmt::format_string<Args...> format, Args&&... args) const {
@@ -135,13 +138,14 @@ class TextRows {
 
 class TextTable {
  public:
-  /// Reads the header. Throws Error when the file is empty, or lacks columns (it names every missing one).
+  /// Reads the header. Throws Error if the file is empty, or lacks columns (all missing ones are named).
   TextTable(std::string_view bytes, std::string name, std::vector<std::string> names);
 
-  /// Steps to the next row; false at the end. Throws Error unless it has as many fields as the header.
+  /// Advances to the next row; returns false at the end. Throws Error unless the row has as many fields as
+  /// the header.
   bool next();
 
-  // The fields of the row in the order of `names`, one a call.
+  // Fields of the row in the order of `names`, one per call.
   double finite();
   double metres();
   Eigen::Vector3d vector_m();  ///< three values as metres()
@@ -149,13 +153,13 @@ class TextTable {
   int not_negative();   ///< integer >= 0
   int frame();          ///< as TextRows::frame
   int track();          ///< as TextRows::track
-  uint8_t component();  ///< of a colour
+  uint8_t component();  ///< component of a colour
   bool flag();          ///< 0, 1, True, False
   std::string word();
 
-  // The header and the row itself, for fields that go by position.
+  // Access by position to the header and the row, in addition to access by name.
   size_t n_columns() const { return n_columns_; }
-  size_t column(size_t i) const { return columns_[i]; }  ///< where the i-th of `names` stands
+  size_t column(size_t i) const { return columns_[i]; }  ///< position of the i-th of `names`
   const TextRows& rows() const { return rows_; }
 
   template <typename... Args>
@@ -168,7 +172,7 @@ class TextTable {
 
   TextRows rows_;
   std::vector<std::string> names_;
-  std::vector<size_t> columns_;  // of names_
+  std::vector<size_t> columns_;  // positions of names_
   size_t n_columns_ = 0;
   size_t at_ = 0;
 };

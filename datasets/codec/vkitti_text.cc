@@ -36,7 +36,7 @@ const char* const objects_header =
     "frame tid label truncated occluded alpha l t r b w3d h3d l3d "
     "x3d y3d z3d ry rx rz truncr occupr orig_label moving model color";
 
-// In the order of the columns above.
+// Reads an object in the order of the columns above.
 Vkitti1Object read_object(TextTable& row) {
   Vkitti1Object object;
   object.frame = row.frame();
@@ -59,7 +59,7 @@ Vkitti1Object read_object(TextTable& row) {
   return object;
 }
 
-// "Car:12" or "Building".
+// Parses "Car:12" or "Building".
 void read_category(const std::string& text, const TextTable& table, Vkitti1Color& color) {
   const size_t colon = text.rfind(':');
   color.category = text.substr(0, colon);
@@ -123,7 +123,8 @@ std::string encode_vkitti1_objects(const std::vector<Vkitti1Object>& objects) {
 std::vector<Vkitti1Color> decode_vkitti1_colors(std::string_view text, const std::string& name) {
   TextTable table(text, name, {"Category(:id)", "r", "g", "b"});
   std::vector<Vkitti1Color> colors;
-  std::map<std::tuple<int, int, int>, std::pair<int64_t, bool>> line_of;  // and whether it is a track's
+  // line, and true if it belongs to a track
+  std::map<std::tuple<int, int, int>, std::pair<int64_t, bool>> line_of;
   while (table.next()) {
     Vkitti1Color color;
     read_category(table.word(), table, color);
@@ -161,14 +162,14 @@ const char* const box_header =
     "frame cameraID trackID left right top bottom number_pixels truncation_ratio occupancy_ratio isMoving";
 const char* const info_header = "trackID label model color";
 
-/// Rows seen so far, by frame, camera and track.
+/// Rows read so far, by frame, camera and track.
 class Seen {
  public:
   void add(const TextTable& table, int frame, int camera) {
     if (seen_.emplace(frame, camera, 0).second) return;
     table.fail_here("camera {} appears twice in frame {}", camera, frame);
   }
-  /// A row of an object, of which frame, camera and track are read.
+  /// Reads frame, camera and track of an object's row.
   template <typename Row>
   Row begin(TextTable& table) {
     Row row;
@@ -183,7 +184,7 @@ class Seen {
   std::set<std::tuple<int, int, int>> seen_;
 };
 
-/// All rows below a header that names the columns.
+/// Decodes all rows below a header that names the columns.
 template <typename Read>
 auto decode(std::string_view text, const std::string& name, const char* header, Read read) {
   TextTable table(text, name, split(header, ' '));
@@ -192,7 +193,7 @@ auto decode(std::string_view text, const std::string& name, const char* header, 
   return rows;
 }
 
-/// Writes the header and, by put(text, row), each row.
+/// Encodes the header and, by put(text, row), each row.
 template <typename Row, typename Put>
 std::string encode(const char* header, const std::vector<Row>& rows, const Put& put) {
   std::string text;

@@ -8,8 +8,8 @@ constexpr const char* header_row =
     "frame tid label truncated occluded alpha l t r b w3d h3d l3d x3d "
     "y3d z3d ry rx rz truncr occupr orig_label moving model color\n";
 
-// Two poses and their inverse order of the world: rows as the data set has them, header mangled by a table
-// reader.
+// Two poses, world -> camera: rows in the format of the data set, with a header that a table reader has
+// mangled.
 TEST(Vkitti1Text, ExtrinsicsMapWorldToCamera) {
   const auto poses = decode_vkitti1_extrinsics(
       "\xef\xbb\xbf"
@@ -133,7 +133,7 @@ TEST(VkittiBox, AnglesAreTheInverseOfTheRotation) {
     EXPECT_NEAR(a.rx, b.rx, 1e-12);
     EXPECT_NEAR(a.rz, b.rz, 1e-12);
   }
-  // ry = 0 looks along the camera's x axis.
+  // ry = 0 is heading along the camera's x axis.
   EXPECT_LT((vkitti_rotation({}) * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
 }
 

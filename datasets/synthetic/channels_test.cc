@@ -1,4 +1,4 @@
-// The channels of rendered frames against one another.
+// Consistency of the channels of rendered frames.
 
 #include <algorithm>
 #include <cmath>
@@ -10,16 +10,13 @@
 namespace sextant {
 namespace {
 
-/// Rendered anew: nothing from the cache.
-std::unique_ptr<Sequence> open(const std::string& source) { return open_with(source, {{"cache", ""}}); }
-
 class RenderedChannels : public testing::TestWithParam<std::string> {
  protected:
-  std::unique_ptr<Sequence> sequence_ = open("synthetic:" + GetParam());
+  std::unique_ptr<Sequence> sequence_ = open_uncached("synthetic:" + GetParam());
   const SequenceInfo& info_ = sequence_->info();
 };
 
-/// Bilinear; empty unless all four pixels are valid and of one depth, within 2 %.
+/// Bilinear interpolation; nullopt unless all four pixels are valid and have equal depth within 2 %.
 std::optional<Flow> flow_at(const Frame& frame, const Image<Flow>& flow, double x, double y) {
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
   if (!flow.contains(x0, y0) || !flow.contains(x0 + 1, y0 + 1)) return std::nullopt;
@@ -39,7 +36,7 @@ std::optional<Flow> flow_at(const Frame& frame, const Image<Flow>& flow, double 
 
 TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
   const int k = info_.first_frame + 2;
-  const auto pair = open(fmt::format("synthetic:{}@{}-{}", GetParam(), k, k + 1));
+  const auto pair = open_uncached(fmt::format("synthetic:{}@{}-{}", GetParam(), k, k + 1));
   const Frame here = pair->read(k, {.depth = true, .flow = true, .mask = true, .occlusion = true});
   const Frame next = pair->read(k + 1, {.depth = true, .backward_flow = true, .mask = true});
   int n_visible = 0, n_back = 0, n_hidden = 0, n_covered = 0;
@@ -51,7 +48,7 @@ TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
     const bool inside = to_x >= -0.5 && to_y >= -0.5 && to_x < info_.width - 0.5 && to_y < info_.height - 0.5;
     ASSERT_EQ(state == Occlusion::outside, !inside) << x << " " << y;
     if (!inside) continue;
-    // Whatever is hidden has something nearer in front of it.
+    // Hidden points have a nearer surface in front of them.
     const int i = std::clamp(static_cast<int>(std::lround(to_x)), 0, info_.width - 1);
     const int j = std::clamp(static_cast<int>(std::lround(to_y)), 0, info_.height - 1);
     const int id = here.mask(x, y);
@@ -74,7 +71,7 @@ TEST_P(RenderedChannels, VisiblePixelsComeBackAndHiddenOnesDoNot) {
   EXPECT_GT(n_visible, 100000);
   EXPECT_GT(n_back, 0.99 * n_visible);  // the rest lies on edges between planes
   EXPECT_GT(n_hidden, 20);
-  EXPECT_GT(n_covered, 0.85 * n_hidden);  // at the nearest pixel; what hides it may end there
+  EXPECT_GT(n_covered, 0.85 * n_hidden);  // at the nearest pixel, where the occluding surface may end
   RecordProperty("visible_returning", fmt::format("{:.5f}", 1.0 * n_back / n_visible));
   RecordProperty("hidden", n_hidden);
   RecordProperty("hidden_covered", fmt::format("{:.3f}", 1.0 * n_covered / n_hidden));

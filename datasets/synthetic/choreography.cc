@@ -14,7 +14,7 @@ namespace {
 
 constexpr double camera_height_m = 1.65;
 
-/// By the chord of an arc.
+/// Moves along the chord of an arc.
 Stance moved(Stance at, double ahead_m, double turn_rad) {
   const double half = turn_rad / 2;
   const double chord_m = std::abs(half) < 1e-9 ? ahead_m : ahead_m * std::sin(half) / half;
@@ -121,11 +121,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double usual_camera_height_m = 1.65;  // KITTI's; also that of Virtual KITTI
-constexpr double near_ground_m = 25;    // an object's wheels nearer than that tell the height of the camera
-constexpr double sight_m = 60;          // objects farther away may be hidden by houses
+constexpr double usual_camera_height_m = 1.65;  // camera height of KITTI and Virtual KITTI
+constexpr double near_ground_m = 25;  // the wheels of nearer objects determine the height of the camera
+constexpr double sight_m = 60;        // more distant objects may be hidden by houses
 
-/// Usual width, height, length (m) of what labels name.
+/// Returns the usual width, height, length (m) of a labelled type.
 Vector3d usual_size_m(const std::string& type) {
   static const std::map<std::string, Vector3d> sizes = {
       {"Van", {1.9, 2.2, 5.0}},         {"Truck", {2.6, 3.2, 10.0}},        {"Tram", {2.6, 3.5, 16.0}},
@@ -135,7 +135,7 @@ Vector3d usual_size_m(const std::string& type) {
   return it == sizes.end() ? Vector3d(1.65, 1.5, 3.9) : it->second;
 }
 
-Eigen::Vector3f paint(int id) {
+Eigen::Vector3f paint_of(int id) {
   static const std::vector<Eigen::Vector3f> colours = {
       {0.62F, 0.10F, 0.09F}, {0.52F, 0.54F, 0.56F}, {0.13F, 0.22F, 0.48F}, {0.80F, 0.80F, 0.79F},
       {0.10F, 0.10F, 0.11F}, {0.16F, 0.33F, 0.24F}, {0.75F, 0.62F, 0.16F}, {0.35F, 0.33F, 0.30F}};
@@ -145,7 +145,7 @@ Eigen::Vector3f paint(int id) {
 Actor make_actor(const ObjectTruth& object, int n_frames) {
   const Vector3d size_m = object.size_m.value_or(usual_size_m(object.type));
   Actor actor{.id = object.id, .type = object.type.empty() ? "Car" : object.type};
-  actor.shape = {paint(object.id),    size_m.z(),
+  actor.shape = {paint_of(object.id),    size_m.z(),
                  size_m.x(),          size_m.y(),
                  actor.type != "Car",
                  /*fills_box=*/true,  1000 + static_cast<uint32_t>(object.id)};
@@ -171,7 +171,7 @@ std::vector<Actor> make_actors(const SequenceTruth& truth, int first, int last,
   return list;
 }
 
-/// How high the camera is over the wheels of what drives near it, or the usual height.
+/// Returns the median height of the camera over the wheels of nearby objects, or the usual height.
 double median_camera_height_m(const Scenario& scenario) {
   std::vector<double> heights_m;
   for (const Actor& actor : scenario.actors) {
@@ -185,7 +185,7 @@ double median_camera_height_m(const Scenario& scenario) {
   return std::clamp(middle_of(heights_m), 1.0, 3.0);
 }
 
-/// The middle and the corners of the bottom face.
+/// Returns the middle and the corners of the bottom face.
 std::vector<Vector3d> footprint(const Actor& actor, const SE3& T_world_object) {
   std::vector<Vector3d> points = {T_world_object.translation()};
   for (const double x : {-0.5, 0.5}) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// How the vehicles of scenarios move: on the ground, frame by frame, by parametric rules.
+// Motions of the vehicles of scenarios: on the ground, frame by frame, by parametric rules.
 
 #include <functional>
 #include <numbers>
@@ -14,14 +14,14 @@ namespace sextant::synthetic {
 
 inline constexpr double degree = std::numbers::pi / 180;
 
-/// A place on the ground and a heading: 0 looks along z, positive turns right (towards x).
+/// A position on the ground and a heading: 0 is along z, positive turns right (towards x).
 struct Stance {
   double x_m = 0;
   double z_m = 0;
   double heading_rad = 0;
 };
 
-/// One frame's way of a vehicle.
+/// Motion of a vehicle over one frame.
 struct Advance {
   double ahead_m = 0;
   double turn_rad = 0;
@@ -30,25 +30,26 @@ struct Advance {
 using Drive = std::function<Advance(int frame)>;  ///< from this frame to the next
 std::vector<Stance> drive(Stance at, int n_frames, const Drive& advance);
 
-/// A way of straight lines and arcs.
+/// A path of straight lines and arcs.
 struct Route {
   struct Leg {
     double length_m = 0;
-    double turn_rad = 0;  ///< over its length
+    double turn_rad = 0;  ///< heading change over the length of the leg
   };
   Stance start;
-  std::vector<Leg> legs;  ///< the last one goes on for ever, straight
+  std::vector<Leg> legs;  ///< continues straight after the last one
 
   Stance at(double way_m) const;
 };
 
-/// Speed (m a frame) at some frames, in order; linear in between, constant outside.
+/// Speed (m per frame) at some frames, in order; linear interpolation in between, constant outside.
 using Speeds = std::vector<std::pair<int, double>>;
-/// Along a route from `way_m` on.
+/// Drives along a route, beginning at `way_m`.
 std::vector<Stance> drive(const Route& route, double way_m, int n_frames, const Speeds& speeds);
 
 SE3 pose(const Stance& at, double y_m);
-/// The camera on a car: it also nods and sways a little on its springs, in proportion to `bounce`.
+/// Returns the poses of a camera on a car, which also pitches and rolls slightly on its springs, in
+/// proportion to `bounce`.
 std::vector<SE3> camera_on(const std::vector<Stance>& stances, double bounce);
 
 inline const Eigen::Vector3f red(0.62F, 0.10F, 0.09F), blue(0.13F, 0.22F, 0.48F), white(0.80F, 0.80F, 0.79F),
@@ -59,13 +60,13 @@ CarShape small(const Eigen::Vector3f& colour);
 CarShape wagon(const Eigen::Vector3f& colour);
 CarShape delivery_van(const Eigen::Vector3f& colour);
 
-/// Adds cars to a scenario that has its camera poses already; ids in order from 1.
+/// Adds cars to a scenario with camera poses; ids are assigned in order from 1.
 class Cast {
  public:
   explicit Cast(Scenario& scenario) : scenario_(scenario) {}
 
   void moving(const CarShape& shape, const Stance& start, const Drive& advance);
-  /// There in frames `from`..`to` only.
+  /// Adds a car that exists in frames `from`..`to` only.
   void moving(const CarShape& shape, const std::vector<Stance>& stances, int from = 0, int to = 1 << 30);
   void parked(const CarShape& shape, const Stance& at);
 
@@ -83,12 +84,12 @@ Scenario city();
 Scenario highway();
 Scenario stereo_drive();
 
-// A scenario from true motions: cars in the place of the labelled boxes, on a street along their ways.
+// A scenario from true motions: cars replace the labelled boxes, on a street along their paths.
 
-/// Frames first..last of `truth` become frames 0..last - first. World axes are moved (not turned) so that the
-/// first camera is near the origin; y must point down within 30 degrees. Objects without a size get that of
-/// a usual one of their type. `shape` gives name, camera, image size and rate. Throws Error when a frame has
-/// no camera pose.
+/// Frames first..last of `truth` become frames 0..last - first. World axes are translated (not rotated) so
+/// that the first camera is near the origin; y must point down within 30 degrees. Objects without a size get
+/// the usual one of their type. `shape` provides name, camera, image size and rate. Throws Error if a frame
+/// has no camera pose.
 Scenario replay_scenario(const SequenceTruth& truth, int first, int last, Scenario shape);
 
 }  // namespace sextant::synthetic

@@ -10,7 +10,7 @@
 namespace sextant::synthetic {
 namespace {
 
-/// The bytes of a scenario, one value after the other.
+/// The content of a scenario as bytes, one value after the other.
 class Content {
  public:
   template <typename T>
@@ -138,7 +138,7 @@ void FrameCache::store_bytes(int frame, const char* channel, const std::string& 
     write_file(file(frame, channel), bytes);
     used_bytes_ += bytes.size();
   } catch (const Error&) {
-    // A folder that cannot be written costs time, not results.
+    // A folder that cannot be written costs time and does not affect results.
   }
 }
 

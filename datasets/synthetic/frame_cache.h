@@ -1,10 +1,10 @@
 #pragma once
 
-// Rendered images on disk, found by what they show: folder/<SHA-256 of the scenario and the renderer's
-// version>/<frame>-<channel>.bin. A file is a line of text (kind, size, SHA-256 of the pixels) and the raw
-// pixels; one that is damaged counts as not there. Files are written under another name and renamed, so that
-// several programs may share a folder. Nothing is stored beyond `max_bytes` in the folder; to empty it,
-// delete it.
+// Cache of rendered images on disk, addressed by content: folder/<SHA-256 of the scenario and the renderer's
+// version>/<frame>-<channel>.bin. A file consists of a line of text (kind, size, SHA-256 of the pixels) and
+// the raw pixels; a damaged file is treated as missing. Files are written under another name and renamed, so
+// that several programs may share a folder. Nothing is stored once the folder has `max_bytes`; to empty the
+// cache, delete the folder.
 
 #include <atomic>
 #include <filesystem>
@@ -15,18 +15,19 @@
 
 namespace sextant::synthetic {
 
-/// SHA-256 of all that the images of a scenario depend on, and of `version`.
+/// Returns the SHA-256 of everything that determines the images of a scenario, and of `version`.
 std::string content_key(const Scenario& scenario, const std::string& version);
 
-/// "auto": cache_root()/frames, none where there is no root; otherwise as given; empty = none.
+/// Returns the folder of the option: cache_root()/frames for "auto", empty if there is no root; otherwise
+/// `option` itself; empty = no cache.
 std::filesystem::path cache_folder(const std::string& option);
 
 class FrameCache {
  public:
-  /// An empty folder: nothing is ever found or stored.
+  /// With an empty folder, nothing is found or stored.
   FrameCache(const std::filesystem::path& folder, const std::string& key, uint64_t max_bytes);
 
-  /// False when it is not there, damaged, or of another size.
+  /// Returns false if the image is missing, damaged, or of another size.
   template <typename T>
   bool load(int frame, const char* channel, int width, int height, Image<T>& image) const {
     Image<T> found(width, height);
@@ -37,7 +38,7 @@ class FrameCache {
     image = std::move(found);
     return true;
   }
-  /// Does nothing when the folder is full or cannot be written.
+  /// Stores an image; does nothing if the folder is full or cannot be written.
   template <typename T>
   void store(int frame, const char* channel, const Image<T>& image) const {
     if (image.empty()) return;
@@ -52,7 +53,7 @@ class FrameCache {
   void store_bytes(int frame, const char* channel, const std::string& header, const void* data,
                    size_t size) const;
 
-  std::filesystem::path folder_;  ///< of this scenario
+  std::filesystem::path folder_;  ///< folder of this scenario
   uint64_t max_bytes_;
   mutable std::atomic<uint64_t> used_bytes_ = 0;
 };

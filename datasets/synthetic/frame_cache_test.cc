@@ -50,7 +50,7 @@ void expect_same(const Frame& a, const Frame& b) {
 TEST_F(Cache, GivesBackWhatWasRendered) {
   const Frame rendered = open("")->read(3, all_channels);
   expect_same(open(folder_.string())->read(3, all_channels), rendered);
-  EXPECT_EQ(files().size(), 7U);  // gray follows from rgb
+  EXPECT_EQ(files().size(), 7U);  // gray is derived from rgb
   expect_same(open(folder_.string())->read(3, all_channels), rendered);
 }
 
@@ -58,7 +58,7 @@ TEST_F(Cache, WhatIsFoundIsNotRendered) {
   open(folder_.string())->read(3, {.mask = true});
   const std::vector<fs::path> found = files();
   ASSERT_EQ(found.size(), 1U);
-  // Other pixels with their own checksum, as a program with another renderer would have left them.
+  // Other pixels with a valid checksum, as left by a program with another renderer.
   std::string bytes = read_file(found[0]);
   const size_t start = bytes.find('\n') + 1;
   bytes[start] = 77;
@@ -81,7 +81,7 @@ TEST_F(Cache, DamagedFilesAreRenderedAnew) {
     write_file(path, bytes);
   }
   expect_same(open(folder_.string())->read(3, all_channels), rendered);
-  // And mended.
+  // The files are replaced.
   for (const fs::path& path : files()) EXPECT_GT(fs::file_size(path), 400000U) << path;
 }
 
@@ -101,7 +101,7 @@ TEST_F(Cache, StopsWhenFullAndWithoutAFolder) {
   spec.options["cache"] = folder_.string();
   spec.options["cache_max_mb"] = 1;
   open_source(spec)->read(3, {.depth = true, .mask = true});
-  EXPECT_EQ(files().size(), 1U);  // the mask alone is less than a megabyte
+  EXPECT_EQ(files().size(), 1U);  // the mask alone has less than a megabyte
   EXPECT_FALSE(open("/proc/no/such/folder")->read(3, {.mask = true}).mask.empty());
 }
 

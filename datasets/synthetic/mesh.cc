@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The two axes that span a plane of this normal best: the texture of a blob.
+/// Returns the two axes that are most parallel to a plane with this normal, for the texture of a blob.
 std::pair<Vector3d, Vector3d> dominant_axes(const Vector3d& normal) {
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
@@ -106,7 +106,8 @@ void Mesh::add_box(const Look& sides, const Look& top, const Vector3d& low, cons
   };
   const Vector3d up(0, -1, 0);
   const auto side = [&](int x0, int z0, int x1, int z1) {
-    const Vector3d a = corner(x0, 1, z0), b = corner(x1, 1, z1);  // y = 1 is the bottom: y points down
+    // y = 1 is the bottom, because y points down
+    const Vector3d a = corner(x0, 1, z0), b = corner(x1, 1, z1);
     add_polygon(sides, {a, b, corner(x1, 0, z1), corner(x0, 0, z0)}, a, (b - a).normalized(), up);
   };
   side(0, 0, 1, 0);
@@ -182,9 +183,9 @@ using Eigen::Vector3d;
 /// A cross-section of the body: heights above ground and half widths, as shares of the car's size.
 struct Station {
   double z;       ///< -0.5 rear .. 0.5 front, of the length
-  double bottom;  ///< of the height
-  double belt;    ///< of the height: where the body ends and glass begins
-  double half;    ///< of the width, at the belt
+  double bottom;  ///< share of the height
+  double belt;    ///< share of the height at which the body ends and glass begins
+  double half;    ///< share of the width, at the belt
 };
 
 class CarBuilder {
@@ -211,7 +212,7 @@ class CarBuilder {
     return {material, colour, hash3(shape_.seed, 31, ++parts_), 0};
   }
 
-  /// A panel whose texture runs along the car and up.
+  /// Adds a panel whose texture runs along the car and upwards.
   void side_panel(const Look& panel, const std::vector<Vector3d>& points) {
     mesh_.add_polygon(panel, points, Vector3d::Zero(), Vector3d::UnitZ(), -Vector3d::UnitY());
   }
@@ -226,7 +227,7 @@ class CarBuilder {
     const Look side = look(Material::paint, shape_.colour);
     const Look top = look(Material::paint, shape_.colour);
     const Look under = look(Material::tyre, {0.05F, 0.05F, 0.05F});
-    const double waist = 0.38;  // where the side is widest; below, it bends inwards
+    const double waist = 0.38;  // height of the widest part; below, the side bends inwards
     for (size_t i = 0; i + 1 < stations.size(); ++i) {
       const Station& a = stations[i];
       const Station& b = stations[i + 1];
@@ -254,7 +255,7 @@ class CarBuilder {
     }
   }
 
-  /// Two triangles with a side texture: stations differ, so four corners need not lie in one plane.
+  /// Adds two triangles with a side texture; the four corners need not be coplanar, because stations differ.
   void triangles(const Look& panel, const Vector3d& a, const Vector3d& b, const Vector3d& c,
                  const Vector3d& d) {
     const auto one = [&](const Vector3d& p, const Vector3d& q, const Vector3d& r) {
@@ -283,7 +284,7 @@ class CarBuilder {
                          at(s * top, crown, front_roof), at(s * top, crown, rear_roof)});
       mesh_.add_polygon(roof_look, {at(s * top, crown, rear_roof), at(s * top, crown, front_roof),
                                     at(0, roof, front_roof), at(0, roof, rear_roof)});
-      // Two side windows, a little outside of their frame.
+      // Two side windows, slightly outside their frame.
       const auto pane = [&](double z, double up) {
         return Vector3d(at(s * (foot + (top - foot) * up), belt + (crown - belt) * up, z) +
                         Vector3d(s * 0.012, 0, 0));

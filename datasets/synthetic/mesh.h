@@ -3,9 +3,9 @@
 // Triangle meshes of the synthetic scenes. Axes as in a camera that looks ahead: x right, y down, z forward
 // (m); the ground is y = 0 and heights are negative.
 //
-// A mesh is a list of patches. A patch is one planar (or, for foliage, gently curved) piece of surface with
+// A mesh is a list of patches. A patch is one planar (or, for foliage, slightly curved) piece of surface with
 // one look; its texture coordinates (m) are linear in the position: u = u_axis . (p - origin), v likewise.
-// Surfaces have no inside: the renderer turns normals to the viewer.
+// Surfaces are two-sided: the renderer turns normals towards the camera.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -43,12 +43,12 @@ struct Look {
 struct Patch {
   Look look;
   Eigen::Vector3d origin, u_axis, v_axis;
-  bool curved = false;  ///< may hide parts of itself
+  bool curved = false;  ///< may occlude parts of itself
 };
 
 struct Triangle {
   std::array<uint32_t, 3> vertices;
-  Eigen::Vector3d normal;  ///< unit, of either sign
+  Eigen::Vector3d normal;  ///< unit length, either sign
   uint32_t patch = 0;
 };
 
@@ -57,32 +57,32 @@ struct Mesh {
   std::vector<Triangle> triangles;
   std::vector<Patch> patches;
 
-  /// A convex polygon. u runs along its first edge, v at a right angle to it in the plane.
+  /// Adds a convex polygon. u runs along its first edge, v perpendicular to it in the plane.
   void add_polygon(const Look& look, const std::vector<Eigen::Vector3d>& points);
-  /// The same with given texture axes.
+  /// Overload with given texture axes.
   void add_polygon(const Look& look, const std::vector<Eigen::Vector3d>& points,
                    const Eigen::Vector3d& origin, const Eigen::Vector3d& u_axis,
                    const Eigen::Vector3d& v_axis);
-  /// Upright box from `low` to `high` without its bottom; `sides` and `top` may look different.
+  /// Adds an axis-parallel box from `low` to `high` without its bottom; `sides` and `top` may look different.
   void add_box(const Look& sides, const Look& top, const Eigen::Vector3d& low, const Eigen::Vector3d& high);
-  /// Cylinder or cone frustum between two points, without ends.
+  /// Adds a cylinder or cone frustum between two points, without ends.
   void add_tube(const Look& look, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                 double radius_from_m, double radius_to_m, int sides);
-  /// A lumpy ball; the same seed gives the same lumps.
+  /// Adds an irregular ball; the same seed gives the same shape.
   void add_blob(const Look& look, const Eigen::Vector3d& centre, const Eigen::Vector3d& radii_m);
 
-  /// All of another mesh, given in coordinates b.
+  /// Adds all of another mesh, given in coordinates b.
   void append(const Mesh& other, const SE3& T_this_b);
-  /// A convex polygon with the look of patch `patch`.
+  /// Adds a convex polygon with the look of patch `patch`.
   void add_fan(const std::vector<Eigen::Vector3d>& points, uint32_t patch);
 };
 
-/// Well mixed bits of three numbers: the only randomness of the scenes.
+/// Returns a hash of three numbers, the only source of randomness of the scenes.
 uint32_t hash3(uint32_t a, uint32_t b, uint32_t c);
-/// hash3 as a number in [0, 1).
+/// Returns hash3() as a number in [0, 1).
 double random01(uint32_t a, uint32_t b, uint32_t c);
 
-// A passenger car as a mesh. Its own axes: x right, y down with the wheels' lowest points at 0, z ahead,
+// A passenger car as a mesh. Axes: x right, y down, with the lowest points of the wheels at 0, z ahead;
 // origin in the middle of the ground face.
 
 struct CarShape {
@@ -90,9 +90,9 @@ struct CarShape {
   double length_m = 4.3;
   double width_m = 1.78;
   double height_m = 1.46;
-  bool van = false;  ///< roof to the rear end, no boot
-  /// Wheels and bumpers reach into the corners of the box, as where a label's box is to be filled; the body
-  /// is slimmer in between.
+  bool van = false;  ///< roof up to the rear end, no boot
+  /// Wheels and bumpers extend to the corners of the box, for objects that should fill their label's box; the
+  /// body is slimmer in between.
   bool fills_box = false;
   uint32_t seed = 1;
 };

@@ -13,12 +13,12 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Places in a pixel: a triangle around its centre, turned so that no two share a row or column.
+/// Sample positions in a pixel: a triangle around its centre, rotated so that no two share a row or column.
 constexpr int n_samples = 3;
 constexpr std::array<std::array<double, 2>, n_samples> places = {
     {{0.066, -0.374}, {0.291, 0.244}, {-0.357, 0.130}}};
 
-/// Display curve: a little contrast, highlights roll off. Red is the lowest byte.
+/// Applies the display curve: slightly higher contrast, compressed highlights. Red is the lowest byte.
 SEXTANT_SIMD void tone(const Colours& c, int n, uint32_t* __restrict packed) {
   const auto byte = [](float value) {
     const float x = wide::max(value, 0.0F);
@@ -33,7 +33,7 @@ Rgb unpacked(uint32_t packed) {
           static_cast<uint8_t>(packed >> 16)};
 }
 
-/// Marks pixels of a row whose surface or light is not that of all around; not the first and the last.
+/// Marks pixels of a row whose surface or light differs from a neighbour's; not the first and the last.
 SEXTANT_SIMD void mark_row(const std::array<const uint32_t*, 3>& seen,
                            const std::array<const uint8_t*, 3>& sun, int width, uint8_t* __restrict marked) {
   const uint32_t* up = seen[0];
@@ -80,17 +80,17 @@ class Painter final : private Shader::Sink {
   struct Pixel {
     int x, y;
   };
-  /// A pixel on an edge, and what is seen at its samples.
+  /// A pixel on an edge, and the surfaces at its samples.
   struct Edge {
     Pixel pixel;
     std::array<uint32_t, n_samples> surfaces;
   };
-  /// Samples of an edge that look the same: one of them, and its share of the pixel.
+  /// Samples of an edge with the same look: one of them, and their share of the pixel.
   struct Part {
     uint32_t surface, edge;
     float x, y, sun, share;
   };
-  /// A pixel's sample whose shadow is not known from its neighbours.
+  /// A sample whose shadow does not follow from its neighbours.
   struct Ray {
     size_t edge;
     int sample;
@@ -99,7 +99,7 @@ class Painter final : private Shader::Sink {
   Vector3d sample_ray(const Pixel& p, int i) const {
     return camera_.ray(p.x + places[i][0], p.y + places[i][1]);
   }
-  /// Two surfaces that look the same side by side.
+  /// Returns true if two surfaces have the same look.
   bool same_look(uint32_t a, uint32_t b) const {
     if (a == b) return true;
     if (a == Bodies::sky_surface || b == Bodies::sky_surface) return false;
@@ -108,7 +108,8 @@ class Painter final : private Shader::Sink {
 
   // ---- shadows
 
-  /// A point just off the surface, towards the camera; empty when the surface is turned away from the sun.
+  /// Returns a point just off the surface, towards the camera; nullopt if the surface faces away from the
+  /// sun.
   std::optional<Vector3f> shadow_origin(uint32_t surface, const Vector3d& ray) const {
     Vector3d normal = view_.surfaces.normal(surface);
     if (normal.dot(ray) > 0) normal = -normal;
@@ -117,7 +118,8 @@ class Painter final : private Shader::Sink {
     return (depth_m * ray + (0.003 + 1e-4 * depth_m) * normal).cast<float>();
   }
 
-  /// At every second pixel of every second row first; where those around agree, the others follow them.
+  /// Computes shadows at every second pixel of every second row first; where the surrounding ones agree, the
+  /// others take their value.
   void find_shadows() {
     sun_ = Image<uint8_t>(width_, height_, unknown);
     std::vector<Pixel> ask;
@@ -177,9 +179,9 @@ class Painter final : private Shader::Sink {
 
   // ---- edges
 
-  /// Pixels where something changes, among them those on edges.
+  /// Returns the pixels with a change, including those on edges.
   Image<uint8_t> changes() const {
-    Image<uint8_t> marked(width_, height_, 1);  // the first and the last of each row stay so
+    Image<uint8_t> marked(width_, height_, 1);  // the first and the last of each row stay 1
     for (int y = 0; y < height_; ++y) {
       const int above = std::max(y - 1, 0), below = std::min(y + 1, height_ - 1);
       mark_row({view_.seen.row(above), view_.seen.row(y), view_.seen.row(below)},
@@ -221,7 +223,7 @@ class Painter final : private Shader::Sink {
            (y + 1 < height_ && differs(x, y + 1));
   }
 
-  /// One part of a curved patch before another, or at an angle to it.
+  /// Returns true if one part of a curved patch is in front of the other, or at an angle to it.
   bool folds(uint32_t a, uint32_t b, int x, int y) const {
     const Vector3d ray = camera_.ray(x, y);
     if (bodies_.patch(a).look.material == Material::foliage) {
@@ -231,7 +233,7 @@ class Painter final : private Shader::Sink {
     return std::abs(view_.surfaces.normal(a).dot(view_.surfaces.normal(b))) < 0.97;
   }
 
-  /// Textures are filtered already: every look in a pixel is shaded once.
+  /// Splits edges into parts. Textures are already filtered, so every look in a pixel is shaded once.
   void split_edges() {
     const auto states = edge_states();
     for (uint32_t e = 0; e < edges_.size(); ++e) {
@@ -253,7 +255,7 @@ class Painter final : private Shader::Sink {
     }
   }
 
-  /// Whether the sun shines on every sample of every edge.
+  /// Returns for every sample of every edge whether the sun shines on it.
   std::vector<std::array<uint8_t, n_samples>> edge_states() const {
     std::vector<std::array<uint8_t, n_samples>> states(edges_.size());
     std::vector<Vector3f> points;
@@ -278,7 +280,7 @@ class Painter final : private Shader::Sink {
     return states;
   }
 
-  /// The shadow of the neighbours that show the same triangle, when they agree.
+  /// Returns the shadow of the neighbours that show the same triangle, if they agree.
   uint8_t near_state(const Pixel& p, uint32_t surface) const {
     uint8_t state = unknown;
     for (const auto& [dx, dy] : {std::pair(0, 0), {-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
@@ -322,7 +324,7 @@ class Painter final : private Shader::Sink {
     std::vector<float> xs(n), ys(n), suns(n);
     std::vector<uint32_t> targets(n);
     each_sample([&](uint32_t surface, float x, float y, float sun, uint32_t target) {
-      const uint32_t at = ends[key(surface)]++;  // now the surface's start, in the end its end
+      const uint32_t at = ends[key(surface)]++;  // begins as the surface's start and ends as its end
       xs[at] = x;
       ys[at] = y;
       suns[at] = sun;
@@ -373,13 +375,15 @@ class Painter final : private Shader::Sink {
     }
   }
 
-  static constexpr uint32_t part_vertices = 0x80000000U;  ///< in a target: a part of an edge, not a pixel
-  static constexpr float brightest = 1.5F;  ///< of a part: a highlight does not outshine the rest
+  /// flag of a target: a part of an edge, not a pixel
+  static constexpr uint32_t part_vertices = 0x80000000U;
+  /// limit for a part, so that a highlight does not dominate the pixel
+  static constexpr float brightest = 1.5F;
 
   const Bodies& bodies_;
   const View& view_;
   const PinholeCamera& camera_;
-  Vector3d to_sun_;  ///< camera coordinates
+  Vector3d to_sun_;  ///< in camera coordinates
   SunRays sun_rays_;
   int width_, height_;
   Image<uint8_t> sun_;

@@ -1,7 +1,7 @@
 #pragma once
 
-// The colour image of a view. Textures are filtered analytically; pixels on edges of surfaces and of shadows
-// are the mean of three samples.
+// Colour image of a view. Textures are filtered analytically; pixels on edges of surfaces and of shadows are
+// the mean of three samples.
 
 #include "sextant/datasets/synthetic/shading.h"
 

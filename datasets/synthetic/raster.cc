@@ -12,14 +12,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// First and last columns of rows of a triangle.
+/// First and last columns of the rows of a triangle.
 constexpr int band_rows = 64;
 struct Columns {
   double from[band_rows], to[band_rows];
   int32_t first[band_rows], last[band_rows];
 };
 
-/// For samples at (x + dx, y + dy), `n` rows from y0 on.
+/// Computes the columns for samples at (x + dx, y + dy), for `n` rows from y0 on.
 SEXTANT_INLINED void find_columns(const Surfaces::Scan& scan, int width, int y0, int n, double dx, double dy,
                                   Columns& c) {
   for (int k = 0; k < n; ++k) {
@@ -43,7 +43,8 @@ SEXTANT_INLINED void find_columns(const Surfaces::Scan& scan, int width, int y0,
     }
   }
   for (int k = 0; k < n; ++k) {
-    // from is in [0, width] and to in [-1, width] after this: both fit, and rounding towards 0 rounds down.
+    // Afterwards from is in [0, width] and to in [-1, width]: both fit into integers, and truncation rounds
+    // down.
     const double from = c.from[k] < width ? c.from[k] : width;
     const double to = c.to[k] > -1 ? c.to[k] + 1 : 0;
     const auto down = static_cast<int32_t>(from);
@@ -52,11 +53,11 @@ SEXTANT_INLINED void find_columns(const Surfaces::Scan& scan, int width, int y0,
   }
 }
 
-/// Calls row(y, first, last) for the rows that samples at (x + dx, y + dy) find covered.
+/// Calls row(y, first, last) for the rows with samples at (x + dx, y + dy) inside the triangle.
 template <typename Row>
 SEXTANT_INLINED void each_row(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
                               const Row& row) {
-  constexpr double margin_px = 1e-4;  // the corners' projection is rounded otherwise than the edges
+  constexpr double margin_px = 1e-4;  // projected corners and edges are rounded differently
   const int y0 = std::max(0, static_cast<int>(std::ceil(scan.top - dy - margin_px)));
   const int y1 = std::min(height - 1, static_cast<int>(std::floor(scan.bottom - dy + margin_px)));
   Columns c;
@@ -69,7 +70,7 @@ SEXTANT_INLINED void each_row(const Surfaces::Scan& scan, int width, int height,
   }
 }
 
-/// The nearer of what is there and the triangle.
+/// Updates the z-buffer with the triangle.
 SEXTANT_SIMD void fill(const Surfaces::Scan& scan, int width, int height, float* nearest,
                        uint32_t* surfaces) {
   const std::array<double, 3> inverse = scan.inverse_depth;
@@ -88,7 +89,7 @@ SEXTANT_SIMD void fill(const Surfaces::Scan& scan, int width, int height, float*
   });
 }
 
-/// The same at some columns of the rows only.
+/// Updates the z-buffer at some columns of the rows only.
 SEXTANT_SIMD void fill_at(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
                           const Spots& spots, float* nearest, uint32_t* surfaces) {
   const std::array<double, 3> inverse = scan.inverse_depth;
@@ -174,7 +175,7 @@ void Surfaces::add_triangle(const std::array<Vector3d, 3>& corners, const Vector
   }
   const double distance = normal.dot(corners[0]);
   const double determinant = corners[0].dot(corners[1].cross(corners[2]));
-  if (determinant == 0 || distance == 0) return;  // seen edge-on
+  if (determinant == 0 || distance == 0) return;  // edge-on
   planes_[surface] = {normal, distance, std::max(nearest_m, near_m), farthest_m};
   const double per_fx = 1 / camera_.fx, per_fy = 1 / camera_.fy;
   const auto in_pixels = [&](const Vector3d& n) {

@@ -1,12 +1,12 @@
 #pragma once
 
-// Which triangle is seen at each pixel: a z-buffer over all bodies of a scene.
+// Visible triangle at each pixel: a z-buffer over all bodies of a scene.
 //
 // A triangle with corners a, b, c (camera coordinates) covers the ray r = ((x - cx) / fx, (y - cy) / fy, 1)
-// when (b x c).r, (c x a).r and (a x b).r have the sign of its determinant; that is linear in x and y and
-// needs no clipping (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997).
-// Neighbours share the edge function up to its sign, so no pixel falls between them. Depth is that of the
-// triangle's plane n.p = d: z = d / (n.r), in double precision.
+// if (b x c).r, (c x a).r and (a x b).r have the sign of its determinant. These functions are linear in x and
+// y and need no clipping (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997).
+// Adjacent triangles share the edge function up to its sign, so no pixel is lost between them. Depth is that
+// of the triangle's plane n.p = d: z = d / (n.r), in double precision.
 
 #include <Eigen/Core>
 #include <array>
@@ -20,7 +20,7 @@
 
 namespace sextant::synthetic {
 
-/// The meshes of a scene, with one number for every triangle of all of them: its surface.
+/// The meshes of a scene, with one number, its surface, for every triangle of all meshes.
 class Bodies {
  public:
   static constexpr uint32_t sky_surface = 0xffffffffU;
@@ -40,21 +40,21 @@ class Bodies {
   std::vector<Mesh> meshes_;
   std::vector<uint32_t> first_surface_;
   std::vector<uint16_t> body_of_;
-  std::vector<const Patch*> patches_;  ///< of every surface
+  std::vector<const Patch*> patches_;  ///< patch of every surface
 };
 
-/// Some of the pixels of an image, in order of rows and columns.
+/// A subset of the pixels of an image, ordered by row and column.
 class Spots {
  public:
-  /// Those whose value is not 0.
+  /// Selects the pixels whose value is not 0.
   explicit Spots(const Image<uint8_t>& marked);
 
   size_t size() const { return x_.size(); }
-  /// Where those of row y begin, from 0 to height.
+  /// Returns the index of the first pixel of row y, 0 <= y <= height.
   uint32_t first(int y) const { return first_[y]; }
-  /// How many there are in row y before column x, from 0 to width.
+  /// Returns the number of pixels in row y before column x, 0 <= x <= width.
   uint16_t before(int x, int y) const { return before_[static_cast<size_t>(y) * (width_ + 1) + x]; }
-  /// Columns of all.
+  /// Columns of all pixels.
   const std::vector<float>& x() const { return x_; }
 
  private:
@@ -64,43 +64,44 @@ class Spots {
   std::vector<uint16_t> before_;
 };
 
-/// The bodies in the coordinates of one camera. A body without a pose is not there.
+/// The bodies in the coordinates of one camera. Bodies without a pose are absent.
 class Surfaces {
  public:
   Surfaces(const Bodies& bodies, std::span<const std::optional<SE3>> T_camera_body,
            const PinholeCamera& camera, int width, int height);
 
-  /// Depth (m) of a surface along a ray with z = 1; within the triangle's own range of depths.
+  /// Returns the depth (m) of a surface along a ray with z = 1, clamped to the triangle's range of depths.
   double depth_m(uint32_t surface, const Eigen::Vector3d& ray) const {
     const Plane& p = planes_[surface];
     const double z = p.distance / p.normal.dot(ray);
     return z >= p.nearest_m ? std::min(z, p.farthest_m) : (z > 0 ? p.nearest_m : p.farthest_m);
   }
-  /// The plane of a triangle, camera coordinates: normal . p = distance; the normal is of either sign.
+  /// The plane of a triangle in camera coordinates: normal . p = distance; the normal has either sign.
   struct Plane {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     double distance = 0;
     double nearest_m = 0, farthest_m = 0;
   };
-  /// Covered is x >= slope y + offset (side 1) or x <= it (side -1); side 0: where slope y + offset >= 0.
+  /// A pixel is inside if x >= slope y + offset (side 1) or x <= slope y + offset (side -1); side 0: if slope
+  /// y + offset >= 0.
   struct Edge {
     double slope, offset;
     int side;
   };
-  /// The edges, and the inverse depth a x + b y + c in pixels, of a triangle that may be seen.
+  /// The edges of a triangle that may be visible, and its inverse depth a x + b y + c in pixels.
   struct Scan {
     std::array<Edge, 3> edges;
     std::array<double, 3> inverse_depth;
-    double top, bottom;  ///< y that it may touch
+    double top, bottom;  ///< range of y that it may touch
     uint32_t surface;
   };
-  /// Of a surface that is in view.
+  /// Plane of a visible surface.
   const Plane& plane(uint32_t surface) const { return planes_[surface]; }
   const Eigen::Vector3d& normal(uint32_t surface) const { return planes_[surface].normal; }
 
-  /// The surface seen at every pixel's centre, sky_surface where there is none.
+  /// Returns the visible surface at every pixel's centre, sky_surface if there is none.
   Image<uint32_t> seen() const;
-  /// The surfaces seen at (x + dx, y + dy) for some pixels (x, y).
+  /// Returns the visible surfaces at (x + dx, y + dy) for some pixels (x, y).
   std::vector<uint32_t> seen_at(const Spots& spots, double dx, double dy) const;
 
  private:

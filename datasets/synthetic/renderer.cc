@@ -26,7 +26,7 @@ std::vector<Mesh> meshes_of(const Scenario& scenario) {
 
 }  // namespace
 
-/// The views of the last few frames.
+/// Cache of the views of the last few frames.
 class Views {
  public:
   template <typename Make>
@@ -37,7 +37,7 @@ class Views {
         if (view->frame == frame) return view;
       }
     }
-    std::shared_ptr<const View> view = make();  // two threads may make the same one
+    std::shared_ptr<const View> view = make();  // two threads may make the same view
     const std::lock_guard lock(mutex_);
     views_.push_back(view);
     if (views_.size() > kept) views_.pop_front();
@@ -61,7 +61,7 @@ struct Rays {
   }
 };
 
-/// Surfaces::depth_m for a row of rays.
+/// Computes Surfaces::depth_m() for a row of rays.
 SEXTANT_SIMD void row_depths(const Surfaces::Plane& plane, const double* __restrict ray_x, double ray_y,
                              int n, float* __restrict depth_m) {
   const double nx = plane.normal.x(), nz = plane.normal.z(), y = plane.normal.y() * ray_y;
@@ -74,14 +74,14 @@ SEXTANT_SIMD void row_depths(const Surfaces::Plane& plane, const double* __restr
   }
 }
 
-/// Where the points of a row of an image are for another camera at another time: pixels, and depth. NaN:
-/// there is no such point (sky), or its body is not there then.
+/// Pixels and depths, for another camera at another time, of the points in a row of an image. NaN: there is
+/// no point (sky), or its body does not exist at that time.
 struct Targets {
   std::vector<double> x, y, z_m;
   explicit Targets(int width) : x(width), y(width), z_m(width) {}
 };
 
-/// p -> R p + t, and the camera it is seen by.
+/// Motion p -> R p + t, and the camera after it.
 struct Motion {
   double R[9], t[3];
   double fx, fy, cx, cy;
@@ -120,7 +120,7 @@ class Reprojection {
     }
   }
 
-  /// From the depths of the row, as they are stored.
+  /// Computes the targets from the stored depths of the row.
   void row(int y, const float* depth_m, Targets& targets) const {
     const uint32_t* seen = from_.seen.row(y);
     const int width = from_.seen.width();
@@ -149,7 +149,7 @@ class Reprojection {
   std::vector<std::optional<Motion>> motions_;
 };
 
-/// Flow of a row, none where the targets are behind or not there.
+/// Computes the flow of a row; invalid if the target is behind the camera or does not exist.
 SEXTANT_SIMD void row_flow(const double* __restrict x, const double* __restrict y,
                            const double* __restrict z_m, int row, int n, Flow* __restrict flow) {
   for (int i = 0; i < n; ++i) {

@@ -8,8 +8,8 @@
 namespace sextant::synthetic {
 namespace {
 
-/// A small camera that drives ahead; car 7 crosses the view from left to right and is there in some frames
-/// only, van 3 stands ahead.
+/// A small camera that drives ahead; car 7 crosses the view from left to right in some frames only, van 3
+/// stands ahead.
 Scenario small_scenario() {
   Scenario s;
   s.name = "small";
@@ -48,9 +48,9 @@ TEST(Renderer, ActorsComeAndGo) {
     EXPECT_EQ(ids_of(frame.mask), (there ? std::set{0, 3, 7} : std::set{0, 3})) << k;
     const std::vector<ObjectTruth>& objects = truth.objects.at(k);
     ASSERT_EQ(objects.size(), there ? 2U : 1U) << k;
-    EXPECT_EQ(objects.front().id, 3);  // in order of id
+    EXPECT_EQ(objects.front().id, 3);  // ordered by id
     EXPECT_EQ(truth.find(k, 7) != nullptr, there);
-    // The car's flow is known where it is there in both frames.
+    // The flow of the car is valid if the car exists in both frames.
     if (!there || k == 5) continue;
     const bool there_next = k + 1 != 3;
     for (const auto [x, y] : pixels(frame.mask)) {
@@ -79,7 +79,7 @@ TEST(Renderer, CameraAndSizeAreTheScenarios) {
   const Frame frame = Renderer(s).render(1, {.rgb = true, .depth = true});
   EXPECT_EQ(frame.rgb.width(), 320);
   EXPECT_EQ(frame.depth_m.height(), 96);
-  // A pixel of the road below the camera: its depth follows from the camera's height.
+  // A pixel of the road below the camera, whose depth follows from the camera's height.
   EXPECT_NEAR(frame.depth_m(140, 90), 180 * 1.6 / (90 - 40), 1e-4);
 }
 

@@ -81,11 +81,11 @@ Scenario s01_crossing() {
 namespace {
 
 constexpr double city_crossing_m = 46;
-constexpr double city_lane_m = 1.75;  // middle of a lane from the middle of the road
+constexpr double city_lane_m = 1.75;  // distance from the middle of the road to the middle of a lane
 constexpr int city_n_frames = 160;
 constexpr double north = 0, south = 180 * degree, east = 90 * degree, west = -90 * degree;
 
-/// Up the street in the right lane, left at the crossing, down the arm in the right lane.
+/// Along the street in the right lane, left at the crossing, along the arm in the right lane.
 Route ego_route() {
   const double radius_m = 9;
   return {{city_lane_m, 0, north},
@@ -97,21 +97,21 @@ std::vector<Stance> straight(const Stance& start, const Speeds& speeds) {
 }
 
 void traffic(Cast& cast) {
-  // Ahead in the own lane; it does not stop.
+  // Ahead in the own lane, without stopping.
   cast.moving(saloon(silver), straight({city_lane_m, 13, north}, {{0, 0.64}, {40, 0.60}, {60, 0.85}}));
-  // Coming towards the camera: one passes on the street, one while it stands, one later behind it.
+  // Oncoming: one passes on the street, one while the camera stands, one later behind it.
   cast.moving(wagon(red), straight({-city_lane_m, 62, south}, {{0, 0.80}, {50, 0.85}}), 0, 75);
   cast.moving(small(yellow), straight({-city_lane_m, 112, south}, {{0, 1.10}, {70, 1.02}}), 0, 110);
   // Across the street while the camera stands.
   cast.moving(delivery_van(white), straight({-80, city_crossing_m - city_lane_m, east}, {{0, 1.06}}), 0, 130);
   cast.moving(saloon(blue),
               straight({82, city_crossing_m + city_lane_m, west}, {{0, 1.15}, {76, 1.05}, {110, 0.75}}));
-  // Towards the crossing on the arm: the first stops at its line, the second behind it.
+  // Approaching the crossing on the arm: the first stops at its line, the second behind it.
   cast.moving(saloon(green), straight({-92, city_crossing_m - city_lane_m, east},
                                       {{0, 0.30}, {60, 0.86}, {88, 0.85}, {110, 0.0}}));
   cast.moving(wagon(black), straight({-109, city_crossing_m - city_lane_m, east},
                                      {{0, 0.30}, {60, 0.86}, {96, 0.88}, {116, 0.0}}));
-  // Pulls out of a parking place on the arm when the camera has turned.
+  // Pulls out of a parking space on the arm after the camera has turned.
   cast.moving(small(red),
               drive(Route{{-27, city_crossing_m + 4.7, west}, {{9, -22 * degree}, {9, 22 * degree}, {0, 0}}},
                     0, city_n_frames, {{112, 0.0}, {126, 0.64}}));
@@ -149,7 +149,7 @@ Scenario city() {
   const Speeds speeds = {{0, 0.60}, {20, 0.66}, {46, 0.62},  {60, 0.0},
                          {73, 0.0}, {84, 0.50}, {108, 0.52}, {125, 0.66}};
   s.T_world_camera = camera_on(drive(ego_route(), 0, city_n_frames, speeds), 1.0);
-  // It stands without a sway.
+  // The camera stands without swaying.
   for (int k = 61; k <= 73; ++k) s.T_world_camera[k] = s.T_world_camera[60];
   Cast cast(s);
   traffic(cast);
@@ -167,7 +167,8 @@ constexpr double from_m = -60, to_m = 320;
 const Eigen::Vector3f asphalt_grey(0.36F, 0.36F, 0.37F), concrete_grey(0.58F, 0.57F, 0.54F),
     meadow(0.30F, 0.36F, 0.20F);
 
-/// Three lanes each way, a concrete barrier between them, guard rails, noise walls and trees outside.
+/// Three lanes in each direction, a concrete barrier between them, guard rails, noise walls and trees
+/// outside.
 class Motorway : Furnisher {
  public:
   Motorway() : Furnisher(31) {}
@@ -198,7 +199,7 @@ class Motorway : Furnisher {
     mesh.add_polygon(look, {{x0, y, from_m}, {x1, y, from_m}, {x1, y, to_m}, {x0, y, to_m}}, {u_from, 0, 0},
                      Vector3d::UnitX(), Vector3d::UnitZ());
   }
-  /// Dashes between the lanes, solid lines at the edges.
+  /// Adds dashes between the lanes, and solid lines at the edges.
   void carriageway(double middle_x) {
     const double edge = 1.5 * highway_lane_m;
     for (const double line : {-0.5 * highway_lane_m, 0.5 * highway_lane_m}) {
@@ -223,7 +224,7 @@ class Motorway : Furnisher {
       mesh.add_box(metal, metal, {x - 0.04, -0.46, z - 0.06}, {x + 0.04, 0.1, z + 0.06});
     }
   }
-  /// Panels of several tints between posts.
+  /// Adds panels of several tints between posts.
   void wall(double x, double height_m) {
     const Look post{Material::metal, {0.30F, 0.33F, 0.32F}, next_seed(), 0};
     for (double z = from_m; z < to_m; z += 5) {
@@ -238,7 +239,7 @@ class Motorway : Furnisher {
   }
 };
 
-/// In a lane (-1 left, 0 the camera's, 1 right), with small waves of speed.
+/// Adds a car in a lane (-1 left, 0 the camera's, 1 right), with small variations of speed.
 void car(Cast& cast, const CarShape& shape, double lane, double z_m, double step_m, double phase,
          double heading_rad = 0) {
   const double x_m = lane * highway_lane_m;
@@ -270,7 +271,7 @@ Scenario highway() {
   car(cast, saloon(silver), 0.0, 28.0, 1.02, 2.2);
   car(cast, small(blue), 1.0, 34.0, 1.01, 0.4);
   car(cast, wagon(white), -1.0, 36.0, 1.03, 1.9);
-  // Towards the camera beyond the barrier.
+  // Oncoming traffic beyond the barrier.
   car(cast, saloon(green), -4.0, 55, 2.2, 0.5, std::numbers::pi);
   car(cast, delivery_van(yellow), -5.0, 95, 2.3, 1.5, std::numbers::pi);
   return s;
@@ -284,7 +285,7 @@ constexpr double drive_lane_m = 1.75;
 /// Bends to the right, then to the left.
 Route route() { return {{0, 0, 0}, {{14, 0}, {24, 22 * degree}, {10, 0}, {26, -26 * degree}, {0, 0}}}; }
 
-/// A place beside the route.
+/// Returns a position beside the route.
 Stance beside(double way_m, double right_m, double turn_rad = 0) {
   Stance at = route().at(way_m);
   at.x_m += right_m * std::cos(at.heading_rad);
@@ -341,7 +342,7 @@ std::span<const Entry> entries() {
   return table;
 }
 
-/// m; empty where the actor is missing in one of the frames.
+/// Returns the step length (m); nullopt if the actor is absent in one of the frames.
 std::optional<double> step_length_m(const Actor& actor, int from, int to) {
   const int n = static_cast<int>(actor.T_world_object.size());
   if (from < 0 || to >= n) return std::nullopt;

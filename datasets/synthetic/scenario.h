@@ -1,7 +1,7 @@
 #pragma once
 
-// What happens in a synthetic sequence: the camera, the static scene, the cars and the motions, frame by
-// frame. World axes: x right, y down, z ahead. A scenario may be made by hand, or by name:
+// Content of a synthetic sequence: the camera, the static scene, the cars and all motions, frame by frame.
+// World axes: x right, y down, z ahead. Scenarios are built by code, or selected by name:
 //
 //   s18           11 frames, driving ahead; three moving cars at about 8, 18 and 26 m, and parked ones
 //   s01-turn      16 frames, turning left by 2.6 to 1.5 degrees a frame behind a car 13 m away
@@ -23,13 +23,13 @@ namespace sextant::synthetic {
 
 /// A car. Object axes: x right, y down, z ahead, origin in the middle of the box's bottom face.
 struct Actor {
-  int id = 0;  ///< in masks and truth; 1..65535
+  int id = 0;  ///< id in masks and truth; 1..65535
   CarShape shape;
-  std::string type = "Car";                        ///< the truth's word: "Car", "Van"
-  std::vector<std::optional<SE3>> T_world_object;  ///< one a frame; empty while it is not there
+  std::string type = "Car";                        ///< type in the truth: "Car", "Van"
+  std::vector<std::optional<SE3>> T_world_object;  ///< one per frame; nullopt while the car is absent
 
-  /// The truth's flag, as Virtual KITTI's: a step of 1 cm or more to the next frame; before it leaves, from
-  /// the one before.
+  /// Returns the flag of the truth, as in Virtual KITTI: a step of 1 cm or more to the next frame; in the
+  /// last frame of the car, from the previous one.
   bool moves(int frame) const;
 };
 
@@ -39,18 +39,18 @@ struct Scenario {
   int width = 1242;
   int height = 375;
   double rate_hz = 10;
-  Mesh world;                       ///< all that stands still but the parked cars, world coordinates
-  std::vector<Actor> actors;        ///< no two of one id
-  std::vector<SE3> T_world_camera;  ///< one a frame; frame numbers start at 0
+  Mesh world;                       ///< everything static except the parked cars, world coordinates
+  std::vector<Actor> actors;        ///< with distinct ids
+  std::vector<SE3> T_world_camera;  ///< one per frame; frame numbers start at 0
 
   int n_frames() const { return static_cast<int>(T_world_camera.size()); }
-  /// Throws Error when a frame, a pose or an id is missing or makes no sense.
+  /// Throws Error if a frame, a pose or an id is missing or invalid.
   void check() const;
 
   static StereoCamera virtual_kitti_camera() { return {{725.0, 725.0, 620.5, 187.0}, 725.0 * 0.532725}; }
 };
 
-/// Throws Error on an unknown name, with the nearest one.
+/// Returns the scenario of this name; throws Error with the nearest name if there is none.
 Scenario make_scenario(const std::string& name);
 std::vector<std::string> scenario_names();
 

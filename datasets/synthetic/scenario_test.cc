@@ -1,4 +1,4 @@
-// What the scenarios hold: stops, entries and exits, coverage; no car drives through another.
+// Content of the scenarios: stops, entries and exits, coverage; cars do not intersect.
 
 #include "sextant/datasets/synthetic/scenario.h"
 
@@ -15,12 +15,12 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// A car seen from above.
+/// A car in bird's eye view.
 struct Footprint2d {
   Vector2d middle, ahead;
   double half_length_m, half_width_m;
 
-  /// Largest distance between the two along any of this one's axes: > 0 = apart.
+  /// Returns the largest gap between the two along any of this one's axes; > 0 means that they are disjoint.
   double gap_along_own_axes(const Footprint2d& other) const {
     double gap = -1e9;
     for (const auto& [axis, half] :
@@ -49,7 +49,7 @@ TEST(Scenario, NoCarDrivesThroughAnother) {
   for (const std::string& name : scenario_names()) {
     const Scenario s = make_scenario(name);
     for (int k = 0; k < s.n_frames(); ++k) {
-      // The camera's own car reaches 2 m behind and 1.6 m ahead of it.
+      // The camera's own car extends 2 m behind and 1.6 m ahead of the camera.
       std::vector<Footprint2d> cars = {footprint(s.T_world_camera[k], 3.2, 1.7)};
       std::vector<int> ids = {0};
       for (const Actor& actor : s.actors) {
@@ -124,13 +124,13 @@ TEST(Scenario, CityCarsEnterLeaveAndHideOneAnother) {
   }
   EXPECT_GE(n_enter, 6);
   EXPECT_GE(n_leave, 10);
-  EXPECT_GE(n_gone_for_a_while, 2);  // hidden, then seen again
+  EXPECT_GE(n_gone_for_a_while, 2);  // hidden, then visible again
   EXPECT_GE(n_cut_by_the_border, 30);
   RecordProperty("enter", n_enter);
   RecordProperty("leave", n_leave);
   RecordProperty("hidden_for_a_while", n_gone_for_a_while);
   RecordProperty("cut_by_the_border", n_cut_by_the_border);
-  // Pixels of cars that something hides in the next frame.
+  // Pixels of cars that are occluded in the next frame.
   int n_hidden_px = 0;
   for (int k = 30; k <= 150; k += 20) {
     const Frame frame = renderer.render(k, {.mask = true, .occlusion = true});

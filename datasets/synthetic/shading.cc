@@ -12,7 +12,6 @@
 
 #include "sextant/base/error.h"
 
-
 namespace sextant::synthetic {
 namespace {
 
@@ -40,7 +39,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-/// Which of the rays are blocked, as tfar < 0. They are nearly parallel and begin side by side.
+/// Determines which of the rays are blocked: tfar < 0. They are nearly parallel and have adjacent origins.
 void find_occluded(const int* valid, RTCScene scene, RTCRay8& rays) {
 #if SEXTANT_EMBREE == 3
   RTCIntersectContext context;
@@ -177,7 +176,8 @@ SEXTANT_SIMD void project(const Shader::Facet& facet, const Shader::Rays& rays, 
     const float u_r = at(s.u, x[k], y[k]), v_r = at(s.v, x[k], y[k]);
     f.u[i] = depth_m * u_r + s.u_camera;
     f.v[i] = depth_m * v_r + s.v_camera;
-    // p = z(x, y) r(x, y) with z = d / (n.r): its derivatives by the pixel, along the texture's axes.
+    // p = z(x, y) r(x, y) with z = d / (n.r): derivatives with respect to the pixel, along the texture's
+    // axes.
     const float slant = wide::max(s.distance_m * inverse, 1e-4F);
     const float tilt_x = s.n_x / slant, tilt_y = s.n_y / slant;
     f.u_x[i] = depth_m * (s.u.x + u_r * tilt_x);
@@ -206,7 +206,7 @@ SEXTANT_SIMD void directions(const Shader::Rays& rays, const float* __restrict x
   }
 }
 
-/// Light on the surface, a mirror image of the sky (glass, paint; stronger at grazing angles), and haze.
+/// Adds light on the surface, a reflection of the sky (glass, paint; stronger at grazing angles), and haze.
 SEXTANT_SIMD void illuminate(const Shader::Light& light, float mirroring, int n, Colours& c) {
   for (int i = 0; i < n; ++i) {
     const float grazing = (1 - light.facing[i]) * (1 - light.facing[i]);
@@ -272,7 +272,8 @@ Shader::Facet Shader::facet(uint32_t surface, float x, float y) const {
   const Vector3d normal_world = R_world_camera_ * normal;
   f.normal_y = static_cast<float>(normal_world.y());
   const auto sun = static_cast<float>(std::max(0.0, normal_world.dot(to_sun_)));
-  const auto open = static_cast<float>(0.5 - 0.5 * normal_world.y());  // how much of the sky it faces
+  // share of the sky that the surface faces
+  const auto open = static_cast<float>(0.5 - 0.5 * normal_world.y());
   const Vector3f sky_light = Vector3f(0.36F, 0.40F, 0.47F) * (0.55F + 0.75F * open);
   const Vector3f sun_light = Vector3f(1.02F, 0.96F, 0.86F) * sun;
   for (int i = 0; i < 3; ++i) {

@@ -1,8 +1,8 @@
 #pragma once
 
-// From surfaces to colours: the bodies that a camera sees, the sun with its shadows, and shading.
+// From surfaces to colours: the bodies in a camera's view, the sun with its shadows, and shading.
 //
-// The bodies of a scenario as one of its cameras sees them in one frame.
+// The bodies of a scenario in the view of one of its cameras in one frame.
 
 #include <Eigen/Core>
 #include <memory>
@@ -17,20 +17,20 @@
 namespace sextant::synthetic {
 
 struct View {
-  /// `right_m`: how far to the right of the scenario's left camera.
+  /// `right_m`: distance to the right of the scenario's left camera.
   View(const Scenario& scenario, const Bodies& bodies, int frame_number, double right_m);
 
   int frame;
   SE3 T_world_camera;
-  std::vector<std::optional<SE3>> T_camera_body;  ///< body 0 is the world, body i the actor i - 1
+  std::vector<std::optional<SE3>> T_camera_body;  ///< body 0 is the world, body i is actor i - 1
   Surfaces surfaces;
   Image<uint32_t> seen;  ///< surface at each pixel's centre
 };
 
 // Shadows: rays from surfaces to the sun, by Embree. Deterministic: structures are built by one thread, and
-// what a ray hits does not depend on others.
+// the result of a ray does not depend on other rays.
 
-/// Direction to the sun, world.
+/// Returns the direction to the sun in world coordinates.
 Eigen::Vector3d to_sun();
 
 /// Search structures of the bodies; shared by all frames.
@@ -47,7 +47,7 @@ class ShadowCasters {
   std::unique_ptr<Handles> handles_;
 };
 
-/// The bodies at one instant. Safe to use from one thread; several may share ShadowCasters across threads.
+/// The bodies at one time. For use by one thread; objects of several threads may share ShadowCasters.
 class SunRays {
  public:
   SunRays(const ShadowCasters& casters, std::span<const std::optional<SE3>> T_camera_body,
@@ -56,7 +56,7 @@ class SunRays {
   SunRays(const SunRays&) = delete;
   SunRays& operator=(const SunRays&) = delete;
 
-  /// Whether something hides the sun from each point (camera coordinates, m).
+  /// Sets `shadowed` to 1 for each point (camera coordinates, m) that is hidden from the sun, otherwise to 0.
   void cast(std::span<const Eigen::Vector3f> points, std::span<uint8_t> shadowed) const;
 
  private:
@@ -65,11 +65,10 @@ class SunRays {
   std::unique_ptr<Handle> handle_;
 };
 
-// Colour of what is seen along rays: texture, sun, sky light and haze. Samples of one look are shaded
-// together.
+// Colour along rays: texture, sun, sky light and haze. Samples with one look are shaded together.
 
-/// Samples of one surface (or sky_surface): places in the image (pixels), 1 where the sun shines, else 0, and
-/// numbers that say what each sample is for. All of one length.
+/// Samples of one surface (or sky_surface): positions in the image (pixels), 1 if the sun shines there, else
+/// 0, and the target of each sample. All of equal length.
 struct Samples {
   std::span<const float> x, y, sun;
   std::span<const uint32_t> target;
@@ -77,7 +76,7 @@ struct Samples {
 
 class Shader {
  public:
-  /// Gets the colours (linear, 0..about 1) of targets.
+  /// Receives the colours (linear, 0..about 1) of targets.
   class Sink {
    public:
     virtual void take(std::span<const uint32_t> targets, const Colours& colours) = 0;
@@ -88,34 +87,34 @@ class Shader {
 
   Shader(const Bodies& bodies, const View& view, const PinholeCamera& camera, Sink& sink);
 
-  /// Shades the samples, now or with others of the same look later: after flush() all are done.
+  /// Shades the samples, immediately or later together with others of the same look; flush() completes all.
   void shade(uint32_t surface, const Samples& samples);
   void flush();
 
-  /// A linear function of the place in the image: x, y in pixels.
+  /// A linear function of the position in the image: x, y in pixels.
   struct Linear {
     float x = 0, y = 0, c = 0;
   };
-  /// What does not change over a triangle. The normal is turned to the camera.
+  /// Properties that are constant over a triangle. The normal points towards the camera.
   struct Facet {
     Linear inverse_depth;  ///< 1 / m
-    float distance_m = 0;  ///< of its plane
+    float distance_m = 0;  ///< distance of its plane
     float nearest_m = 0, farthest_m = 0;
-    Linear u, v;                       ///< of the ray, along the texture's axes
+    Linear u, v;                       ///< coordinates of the ray along the texture's axes
     float u_camera = 0, v_camera = 0;  ///< texture coordinates at the camera, m
-    float n_x = 0, n_y = 0;            ///< of the normal, camera, per focal length in pixels
-    float normal_y = 0;                ///< world
+    float n_x = 0, n_y = 0;            ///< normal in camera axes, divided by the focal length in pixels
+    float normal_y = 0;                ///< normal in world axes
     float sky_light[3] = {}, sun_light[3] = {};
   };
   /// World directions of rays, and with (x, y, 1) in focal lengths their lengths.
   struct Rays {
     Linear x, y, world_x, world_y, world_z;
   };
-  /// What is known of a sample besides its texture.
+  /// Lighting of a sample, apart from its texture.
   struct Light {
     Lane range_m;   ///< along the ray
     Lane facing;    ///< cosine of ray and normal
-    Lane mirror_y;  ///< of the mirrored ray, world
+    Lane mirror_y;  ///< reflected ray, world axes
     Lane red, green, blue;
   };
 
@@ -133,8 +132,8 @@ class Shader {
   Rays rays_;
   Sink& sink_;
 
-  const Look* look_ = nullptr;  ///< of what waits; none: the sky
-  int n_ = 0;                   ///< samples that wait
+  const Look* look_ = nullptr;  ///< look of the pending samples; null: the sky
+  int n_ = 0;                   ///< number of pending samples
   Footprints footprints_;
   Light light_;
   Colours colours_;

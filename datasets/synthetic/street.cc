@@ -22,7 +22,7 @@ void Furnisher::house(const Vector3d& low, const Vector3d& high, double height_m
   const Look roof{Material::plaster, {0.35F, 0.22F, 0.18F}, next_seed(), 0};
   const double ground = low.y();
   mesh.add_box(wall, roof, {low.x(), ground - height_m, low.z()}, {high.x(), ground + below_m, high.z()});
-  // A cornice: it throws a shadow and breaks the outline.
+  // A cornice, which casts a shadow and interrupts the outline.
   const Look cornice{Material::plaster, colour * 1.15F, next_seed(), 0};
   const double lip = 0.35;
   mesh.add_box(cornice, roof, {low.x() - lip, ground - height_m - 0.4, low.z() + 0.02},
@@ -59,7 +59,7 @@ using Eigen::Vector3f;
 
 const Vector3f street_grey(0.34F, 0.34F, 0.35F);
 
-/// A block of houses: a rectangle on the ground, and which of its sides face a road.
+/// A block of houses: a rectangle on the ground, and its sides that face a road.
 struct Block {
   double x0, x1, z0, z1;
 };
@@ -106,11 +106,11 @@ class StreetBuilder : Furnisher {
 
   void roads() {
     const double r = plan_.road_half_m;
-    const auto marked = static_cast<float>(r - 2.3);  // a parking strip lies outside of the lanes
+    const auto marked = static_cast<float>(r - 2.3);  // a parking strip lies outside the lanes
     const Look road{Material::road, street_grey, 101, marked};
     const Look plain{Material::asphalt, street_grey, 101, 0};
     const Look stripes{Material::stripes, street_grey, 101, 0};
-    // Far below everything: whatever lies beyond the blocks.
+    // Far below everything, for the area beyond the blocks.
     ground({Material::grass, {0.30F, 0.36F, 0.20F}, 103, 0}, -400, 400, plan_.z_from_m - 300,
            plan_.z_to_m + 300, 0.3);
     if (!plan_.crossing_z_m) {
@@ -118,7 +118,7 @@ class StreetBuilder : Furnisher {
       return;
     }
     const double c = *plan_.crossing_z_m;
-    const double band = 3.0;  // of the pedestrian crossings
+    const double band = 3.0;  // width of the pedestrian crossings
     ground(plain, -r, r, c - r, c + r, 0);
     for (const double side : {-1.0, 1.0}) {
       const auto span = [&](double from, double to) {
@@ -135,7 +135,7 @@ class StreetBuilder : Furnisher {
     }
   }
 
-  /// Pavement, houses, trees and posts of one block. Only sides towards a road are furnished.
+  /// Adds pavement, houses, trees and posts of one block. Only sides that face a road are furnished.
   void furnish(const Block& b) {
     const Look kerb{Material::plaster, {0.55F, 0.54F, 0.52F}, next_seed(), 0};
     const Look slabs{Material::paving, {0.52F, 0.50F, 0.47F}, next_seed(), 0};
@@ -143,7 +143,7 @@ class StreetBuilder : Furnisher {
     const double p = plan_.pavement_m;
     const double depth = 11;
     const bool right = b.x0 > 0;
-    const double front = right ? b.x0 + p : b.x1 - p;  // of the houses along the main road
+    const double front = right ? b.x0 + p : b.x1 - p;  // front of the houses along the main road
     const double back = right ? front + depth : front - depth;
     double z0 = b.z0 + (faces_crossing(b.z0) ? p : 0.0);
     const double z1 = b.z1 - (faces_crossing(b.z1) ? p : 0.0);
@@ -267,7 +267,7 @@ class Builder : Furnisher {
   }
 
  private:
-  /// The way in steps of about step_m, with straight ends.
+  /// Samples the path in steps of about step_m, with straight ends.
   void sample_way() {
     if (way_.points.empty()) fail("street along a way: it has no points");
     const auto heading = [](const StreetWay::Point& point) -> Vector3d {
@@ -282,7 +282,7 @@ class Builder : Furnisher {
       samples_.push_back(way_.points.front().ground + s * back);
     }
     for (const StreetWay::Point& point : way_.points) {
-      heading(point);  // checked
+      heading(point);  // throws Error if the heading is undefined
       if (!samples_.empty()) {
         const Vector3d last = samples_.back();
         const double gap_m = (flat(point.ground) - flat(last)).norm();
@@ -320,7 +320,7 @@ class Builder : Furnisher {
         way_.sight, [&](const StreetWay::Line& line) { return plot.cut_by(flat(line.from), flat(line.to)); });
   }
 
-  /// Below and beyond the terrain.
+  /// Adds ground below and beyond the terrain.
   void far_ground(const std::vector<Terrain::Support>& supports) {
     Vector3d low = supports.front().place, high = low;
     for (const Terrain::Support& support : supports) {

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Up and down a hill, through a narrow left bend.
+/// A path up and down a hill, through a narrow left bend.
 struct Ride {
   Scenario scenario;
   StreetWay way;
@@ -44,19 +44,19 @@ TEST(StreetAlong, TheWayIsOpenAndTheGroundBelowIt) {
     for (const auto [x, y] : PixelRange(320, 96)) {
       const double depth_m = frame.depth_m(x, y);
       if (std::isnan(depth_m)) continue;
-      // Nothing but the ground comes near the camera, and the ground never rises towards it.
+      // Only the ground comes near the camera, and the ground never rises towards it.
       const Vector3d p = ride.scenario.camera.left.backproject(x, y, depth_m);
       if (p.norm() < 3.5) {
         EXPECT_NEAR(p.y(), 1.62, 0.25) << "frame " << k << " at " << x << " " << y;
       }
     }
-    // Ahead, the road lies where the ride goes on: half a metre at most beside the way's own height.
+    // Ahead, the road follows the path: it differs by at most half a metre from the path's own height.
     EXPECT_NEAR(ride.scenario.camera.left.backproject(159, 95, frame.depth_m(159, 95)).y(), 1.62, 0.35) << k;
   }
 }
 
 TEST(StreetAlong, ObjectsAreSeenAlongSightLinesAndNothingStandsInThem) {
-  // A car stands well off the road, where the houses are.
+  // A car stands well off the road, where houses would be.
   Ride ride = hilly_ride();
   Actor car;
   car.id = 1;

@@ -16,10 +16,7 @@ namespace {
 
 constexpr Channels all_channels = Channels::all();
 
-/// Rendered anew: nothing from the cache.
-std::unique_ptr<Sequence> open(const std::string& source) { return open_with(source, {{"cache", ""}}); }
-
-/// NaN equals NaN: compares what is stored.
+/// Compares stored values; NaN equals NaN.
 template <typename T>
 bool same_bytes(const Image<T>& a, const Image<T>& b) {
   return a.width() == b.width() && a.height() == b.height() &&
@@ -41,11 +38,11 @@ std::map<int, double> area_shares(const Image<uint16_t>& mask) {
 
 class SyntheticScenario : public testing::TestWithParam<std::string> {
  protected:
-  /// A few frames alone: the truth of all of a long scenario takes long.
+  /// Opens a few frames only, because the truth of a long scenario takes long.
   static std::unique_ptr<Sequence> open_frames(int first, int last) {
-    return open(fmt::format("synthetic:{}@{}-{}", GetParam(), first, last));
+    return open_uncached(fmt::format("synthetic:{}@{}-{}", GetParam(), first, last));
   }
-  /// `n` frames, evenly spread from the first to the last but `after_last`.
+  /// Returns `n` frames, evenly spaced from the first to the last minus `after_last`.
   std::vector<int> some_frames(int n, int after_last) const {
     const SequenceInfo& info = sequence_->info();
     const int last = info.last_frame - after_last;
@@ -53,7 +50,7 @@ class SyntheticScenario : public testing::TestWithParam<std::string> {
     for (int i = 0; i < n; ++i) frames.push_back(info.first_frame + (last - info.first_frame) * i / (n - 1));
     return frames;
   }
-  std::unique_ptr<Sequence> sequence_ = open("synthetic:" + GetParam());
+  std::unique_ptr<Sequence> sequence_ = open_uncached("synthetic:" + GetParam());
 };
 
 TEST_P(SyntheticScenario, DepthAndPosesExplainTheFlow) {
@@ -76,7 +73,7 @@ TEST_P(SyntheticScenario, DepthAndPosesExplainTheFlow) {
         const Eigen::Vector2d to =
             info.camera.left.project(*motion * info.camera.left.backproject(x, y, depth_m));
         const Eigen::Vector2d flow(frame.flow(x, y).u, frame.flow(x, y).v);
-        // Flow is stored in single precision: near points move by thousands of pixels.
+        // Flow is stored in single precision, and near points move by thousands of pixels.
         const double error_px = (to - Eigen::Vector2d(x, y) - flow).norm() / std::max(1.0, flow.norm() / 500);
         worst_px = std::max(worst_px, error_px);
         ++(id == 0 ? n_static : n_object);
@@ -106,8 +103,8 @@ TEST_P(SyntheticScenario, HasManyCornersOffTheObjects) {
 }
 
 TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
-  // Texture is fixed to the surfaces: the gray value at the end of the flow is that of its start. Shadows of
-  // moving cars, occlusions and filters differ, so the median counts.
+  // Texture is fixed to the surfaces: the gray value at the end of the flow equals that at its start. Shadows
+  // of moving cars, occlusions and filters differ, so the median is tested.
   const SequenceInfo& info = sequence_->info();
   const int k = info.first_frame + 3;
   const Frame prev = sequence_->read(k, {.gray = true, .flow = true});
@@ -129,7 +126,7 @@ TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
 }
 
 TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {
-  const auto again = open("synthetic:" + GetParam());
+  const auto again = open_uncached("synthetic:" + GetParam());
   const int k = sequence_->info().first_frame + 2;
   const Frame expected = again->read(k, all_channels);
   Frame one, two;
@@ -139,7 +136,7 @@ TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {
   second.join();
   EXPECT_TRUE(same_bytes(one, expected));
   EXPECT_TRUE(same_bytes(two, expected));
-  // A channel does not depend on which others are read.
+  // A channel does not depend on which other channels are read.
   EXPECT_TRUE(same_bytes(sequence_->read(k, {.depth = true}).depth_m, expected.depth_m));
   EXPECT_TRUE(same_bytes(sequence_->read(k, {.mask = true}).mask, expected.mask));
   EXPECT_TRUE(same_bytes(*sequence_->true_flow(k), expected.flow));
@@ -165,7 +162,7 @@ TEST_P(SyntheticScenario, TruthHasTheBoxesOfTheMasks) {
   }
 }
 
-/// Largest error of a motion: metres and degrees, whichever is more.
+/// Returns the largest error of a motion in metres or degrees.
 double motion_error(const SE3& truth, const SE3& estimate) {
   const SE3 error = truth.inverse() * estimate;
   return std::max(error.translation().norm(), rotation_angle_rad(error.rotation()) * 57.29577951308232);
@@ -205,7 +202,7 @@ TEST_P(SyntheticScenario, EstimatorsOnExactDataFindTheTruth) {
       }
     }
   }
-  EXPECT_GE(n_objects, n_pairs);  // one in every second pair at least, for each estimator
+  EXPECT_GE(n_objects, n_pairs);  // at least one in every second pair, for each estimator
   RecordProperty("worst_ego", fmt::format("{:.2e}", worst_ego));
   RecordProperty("worst_object", fmt::format("{:.2e}", worst_object));
   RecordProperty("n_objects", n_objects);
@@ -220,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(All, SyntheticScenario, testing::ValuesIn(synthetic::sc
                          });
 
 TEST(Synthetic, S18HasTheCarsOfThePaper) {
-  const auto sequence = open("synthetic:s18");
+  const auto sequence = open_uncached("synthetic:s18");
   EXPECT_EQ(sequence->info().first_frame, 0);
   EXPECT_EQ(sequence->info().last_frame, 10);
   const double distance_m[] = {8.4, 17.8, 26.3};
@@ -247,7 +244,7 @@ TEST(Synthetic, S18HasTheCarsOfThePaper) {
 }
 
 TEST(Synthetic, TurnTurnsAndCrossingStands) {
-  const auto turn = open("synthetic:s01-turn");
+  const auto turn = open_uncached("synthetic:s01-turn");
   for (int k = 1; k <= turn->info().last_frame; ++k) {
     const SE3 step = *turn->truth().camera.motion(k - 1, k);
     const double turn_deg = rotation_angle_rad(step.rotation()) * 57.29577951308232;
@@ -257,7 +254,7 @@ TEST(Synthetic, TurnTurnsAndCrossingStands) {
     EXPECT_LT(step.translation().norm(), 0.74) << k;
     EXPECT_NEAR(turn->truth().find(k, 1)->T_camera_object.translation().norm(), 13.0, 2.6);
   }
-  const auto crossing = open("synthetic:s01-crossing");
+  const auto crossing = open_uncached("synthetic:s01-crossing");
   for (int k = 1; k <= crossing->info().last_frame; ++k) {
     EXPECT_EQ(crossing->truth().camera.motion(k - 1, k)->translation().norm(), 0.0);
     EXPECT_NEAR(crossing->truth().find(k, 1)->T_camera_object.translation().norm(), 14.0, 2.8) << k;
@@ -265,24 +262,26 @@ TEST(Synthetic, TurnTurnsAndCrossingStands) {
 }
 
 TEST(Synthetic, LastFrameOfTheScenarioHasNoFlow) {
-  EXPECT_TRUE(open("synthetic:s18")->read(10, {.flow = true}).flow.empty());
-  EXPECT_FALSE(open("synthetic:s18")->true_flow(10).has_value());
-  EXPECT_FALSE(open("synthetic:s18@2-5")->read(5, {.flow = true}).flow.empty());
+  EXPECT_TRUE(open_uncached("synthetic:s18")->read(10, {.flow = true}).flow.empty());
+  EXPECT_FALSE(open_uncached("synthetic:s18")->true_flow(10).has_value());
+  EXPECT_FALSE(open_uncached("synthetic:s18@2-5")->read(5, {.flow = true}).flow.empty());
 }
 
 TEST(Synthetic, SkyHasNoDepthAndNoFlow) {
-  const Frame frame = open("synthetic:s18")->read(0, {.depth = true, .flow = true, .mask = true});
+  const Frame frame = open_uncached("synthetic:s18")->read(0, {.depth = true, .flow = true, .mask = true});
   EXPECT_TRUE(std::isnan(frame.depth_m(600, 60)));
   EXPECT_FALSE(frame.flow(600, 60).valid());
   EXPECT_EQ(frame.mask(600, 60), 0);
 }
 
 TEST(Synthetic, BadSourcesAreErrors) {
-  expect_error([] { open("synthetic:s01-tun"); }, "unknown scenario 's01-tun': did you mean 's01-turn'");
-  expect_error([] { open("synthetic:s18@3-11"); },
+  expect_error([] { open_uncached("synthetic:s01-tun"); },
+               "unknown scenario 's01-tun': did you mean 's01-turn'");
+  expect_error([] { open_uncached("synthetic:s18@3-11"); },
                "synthetic:s18: frames 3-11 asked for, it has frames 0-10");
-  expect_error([] { open("synthetic:s18#left"); }, "no '#'");
-  expect_error([] { open("synthetic:s18@2-4")->read(5, {.depth = true}); }, "no frame 5: it has frames 2-4");
+  expect_error([] { open_uncached("synthetic:s18#left"); }, "no '#'");
+  expect_error([] { open_uncached("synthetic:s18@2-4")->read(5, {.depth = true}); },
+               "no frame 5: it has frames 2-4");
 }
 
 }  // namespace

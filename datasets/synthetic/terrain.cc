@@ -11,8 +11,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double cell_m = 3;
-constexpr double smooth_m2 = 4;     // of the weights
-constexpr double distances_m = 12;  // distances to the road's edge are exact up to here
+constexpr double smooth_m2 = 4;     // smoothing of the weights
+constexpr double distances_m = 12;  // distances to the road's edge are exact up to this value
 
 }  // namespace
 
@@ -104,7 +104,7 @@ void Terrain::add_to(Mesh& mesh, double pavement_m) const {
 
 void Terrain::add_triangle(const std::vector<Corner>& corners, const std::vector<double>& bands,
                            uint32_t first_patch, Mesh& mesh) const {
-  // The part of a convex polygon on one side of edge_m = limit (Sutherland and Hodgman).
+  // Returns the part of a convex polygon on one side of edge_m = limit (Sutherland and Hodgman).
   const auto clip = [](const std::vector<Corner>& polygon, double limit, double sign) {
     std::vector<Corner> kept;
     for (size_t i = 0; i < polygon.size(); ++i) {
@@ -121,7 +121,7 @@ void Terrain::add_triangle(const std::vector<Corner>& corners, const std::vector
   for (size_t band = 0; band + 1 < bands.size(); ++band) {
     const std::vector<Corner> part = clip(clip(corners, bands[band], 1.0), bands[band + 1], -1.0);
     if (part.size() < 3) continue;
-    // As triangles: those too thin to have a normal cover nothing.
+    // As triangles; those too thin to have a normal have no area.
     for (size_t i = 1; i + 1 < part.size(); ++i) {
       const Vector3d cross = (part[i].at - part[0].at).cross(part[i + 1].at - part[0].at);
       if (cross.norm() < 1e-7) continue;

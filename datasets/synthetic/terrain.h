@@ -1,7 +1,7 @@
 #pragma once
 
-// Ground under a street that follows a way: a grid of heights, cut into bands by the distance to the road's
-// edge. Seen from above, all distances are in the plane of x and z.
+// Ground under a street that follows a path: a grid of heights, cut into bands by the distance to the road's
+// edge. All distances are measured in the plane of x and z.
 
 #include <vector>
 
@@ -11,7 +11,7 @@ namespace sextant::synthetic {
 
 class Terrain {
  public:
-  /// A place that draws the ground towards its height.
+  /// A point that attracts the ground to its height.
   struct Support {
     Eigen::Vector3d place;
     double weight = 1;
@@ -21,12 +21,12 @@ class Terrain {
     Eigen::Vector3d place;
     double radius_m = 0;
   };
-  /// Everything within `margin_m` of the supports, at least one.
+  /// Covers everything within `margin_m` of the supports, of which there must be at least one.
   Terrain(const std::vector<Support>& supports, const std::vector<Disc>& road, double margin_m);
 
-  /// Height of the drawn surface; outside of the grid, of its nearest point.
+  /// Returns the height of the mesh surface; outside the grid, that of the nearest point.
   double height(double x, double z) const;
-  /// Adds road, kerb, pavement and grass.
+  /// Adds road, kerb, pavement and grass to a mesh.
   void add_to(Mesh& mesh, double pavement_m) const;
 
  private:

@@ -12,7 +12,7 @@ namespace {
 constexpr float range = 4.0F;
 constexpr int tile_side = NoiseTile::tile_side;
 
-/// A level of the tile: side texels each way.
+/// A level of the tile with `side` texels in each direction.
 struct Level {
   int side = 0;
   std::vector<float> values;
@@ -54,21 +54,21 @@ Level halved(const Level& finer) {
   return level;
 }
 
-/// Where bilinear look-ups of both levels fall: words of the corners, and shares between them.
+/// Positions of bilinear look-ups on both levels: words of the corners, and weights between them.
 struct Places {
   alignas(32) int32_t index[2][NoiseTile::batch];
   alignas(32) uint32_t word[2][NoiseTile::batch];
   alignas(32) float a[2][NoiseTile::batch];
   alignas(32) float b[2][NoiseTile::batch];
-  alignas(32) float part[NoiseTile::batch];  ///< of the coarser level
+  alignas(32) float part[NoiseTile::batch];  ///< weight of the coarser level
 };
 
 SEXTANT_INLINED void place(Places& p, int which, int i, float x, float y, int32_t level) {
-  // Levels follow each other: 0, 65536, 65536 + 16384, ...
+  // Levels are stored one after the other: 0, 65536, 65536 + 16384, ...
   constexpr int32_t all_channels = 0x15555;
   const int32_t first = all_channels - (all_channels >> 2 * level), mask = (tile_side - 1) >> level;
   const auto scale = std::bit_cast<float>((127 - level) << 23);
-  const float offset = 0.5F * scale - 0.5F;  // texel centres of a level lie between those of the one below
+  const float offset = 0.5F * scale - 0.5F;  // texel centres of a level lie between those of the finer one
   const float at_x = x * scale + offset, at_y = y * scale + offset;
   const int32_t ix = wide::floor_int(at_x), iy = wide::floor_int(at_y);
   p.index[which][i] = first + ((iy & mask) * (mask + 1)) + (ix & mask);
@@ -79,7 +79,7 @@ SEXTANT_INLINED void place(Places& p, int which, int i, float x, float y, int32_
 SEXTANT_SIMD void find(const float* __restrict x, const float* __restrict y, const float* __restrict width,
                        int n, Places& p) {
   for (int i = 0; i < n; ++i) {
-    // The logarithm to base 2, linear between powers of two: enough to choose a level smoothly.
+    // The logarithm to base 2, linear between powers of two: sufficient for a smooth choice of the level.
     const auto bits = std::bit_cast<int32_t>(wide::max(width[i], 1.0F));
     const float level = wide::min(static_cast<float>(bits) * 0x1p-23F - 127.0F, NoiseTile::levels - 1.001F);
     const auto low = static_cast<int32_t>(level);
@@ -147,24 +147,24 @@ using wide::mix;
 constexpr int batch = NoiseTile::batch;
 constexpr int max_samples = 3;
 
-/// Random bits of a cell of a pattern.
+/// Returns random bits of a cell of a pattern.
 SEXTANT_INLINED uint32_t cell_bits(int32_t x, int32_t y, uint32_t seed) {
   uint32_t h = static_cast<uint32_t>(x) * 0x9e3779b1U ^ static_cast<uint32_t>(y) * 0x85ebca77U ^ seed;
   h = (h ^ (h >> 15)) * 0x2c1b3c6dU;
   return h ^ (h >> 14);
 }
-/// In [0, 1).
+/// Maps 16 bits to [0, 1).
 SEXTANT_INLINED float unit(uint32_t bits16) {
   return static_cast<float>(static_cast<int32_t>(bits16)) * 0x1p-16F;
 }
 
-/// Share of [x - w/2, x + w/2] that lies in [low, high].
+/// Returns the share of [x - w/2, x + w/2] that lies in [low, high].
 SEXTANT_INLINED float cover(float x, float width_m, float low, float high) {
   const float w = max(width_m, 1e-6F);
   return clamp((min(x + 0.5F * w, high) - max(x - 0.5F * w, low)) / w, 0.0F, 1.0F);
 }
 
-/// The same for [low, high] repeated with a period, 0 <= low <= high <= period.
+/// Returns the share for [low, high] repeated with a period, 0 <= low <= high <= period.
 SEXTANT_INLINED float cover_periodic(float x, float width_m, float period_m, float low, float high) {
   const float w = max(width_m, 1e-6F);
   const float per_m = 1.0F / period_m;
@@ -175,7 +175,7 @@ SEXTANT_INLINED float cover_periodic(float x, float width_m, float period_m, flo
   return (integral(x + 0.5F * w) - integral(x - 0.5F * w)) / w;
 }
 
-/// Places of the `which`th noise sample of each footprint, in texels, and its weight.
+/// Positions of the `which`th noise sample of each footprint, in texels, and its weight.
 struct NoiseSamples {
   Lane x, y, width, weight;
 };
@@ -196,7 +196,7 @@ SEXTANT_SIMD void fine_samples(const Footprints& f, int n, int which, float shif
 SEXTANT_SIMD void coarse_samples(const Footprints& f, int n, float shift_u, float shift_v, NoiseSamples& s) {
   constexpr float texels_per_m = 1.0F / 0.26F;
   for (int i = 0; i < n; ++i) {
-    // Turned, so that the tiles' edges do not line up.
+    // Rotated, so that the edges of the tiles are not aligned.
     s.x[i] = (0.8F * f.u[i] - 0.6F * f.v[i]) * texels_per_m + shift_v;
     s.y[i] = (0.6F * f.u[i] + 0.8F * f.v[i]) * texels_per_m + shift_u;
     s.width[i] = f.width[i] * texels_per_m;
@@ -204,7 +204,7 @@ SEXTANT_SIMD void coarse_samples(const Footprints& f, int n, float shift_u, floa
   }
 }
 
-/// Noise with cells from 1.2 cm to 4 m, those below the filter width left out.
+/// Computes noise with cells from 1.2 cm to 4 m, except those below the filter width.
 void grain(const Footprints& f, int n, uint32_t seed, Lane& noise) {
   static const NoiseTile tile(1, 16, 1);
   const float shift_u = static_cast<float>(seed & 255U), shift_v = static_cast<float>(seed >> 8 & 255U);
@@ -229,12 +229,12 @@ SEXTANT_SIMD void tint(const Eigen::Vector3f& colour, const Lane& shade, int n, 
   }
 }
 
-/// The colour, lighter and darker by noise.
+/// A plain colour, made lighter and darker by noise.
 SEXTANT_SIMD void plain(float mean, float contrast, float darkest, int n, Lane& noise_to_shade) {
   for (int i = 0; i < n; ++i) noise_to_shade[i] = max(darkest, mean + contrast * noise_to_shade[i]);
 }
 
-/// Smooth noise in [-1, 1) with one random value per cell of 1.7 m: where it crosses zero there are cracks.
+/// Smooth noise in [-1, 1) with one random value per cell of 1.7 m; its zero crossings are cracks.
 SEXTANT_SIMD void asphalt(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
   constexpr float texels_per_m = 1.0F / 1.7F;
   for (int i = 0; i < n; ++i) {
@@ -266,7 +266,7 @@ SEXTANT_SIMD void crossing_bars(const Footprints& f, int n, Lane& white) {
   for (int i = 0; i < n; ++i) white[i] = cover_periodic(f.u[i], f.width_u[i], 1.0F, 0.25F, 0.75F);
 }
 
-/// White paint over the road's surface; it wears off in places.
+/// Blends white paint, worn in places, over the road's surface.
 SEXTANT_SIMD void put_white(const Lane& white, const Lane& noise, int n, Colours& c) {
   for (int i = 0; i < n; ++i) {
     const float share = clamp(white[i] * (0.8F + 0.15F * noise[i]), 0.0F, 1.0F);
@@ -276,7 +276,7 @@ SEXTANT_SIMD void put_white(const Lane& white, const Lane& noise, int n, Colours
   }
 }
 
-/// Slabs, lighter and darker ones, and the joints between them.
+/// Slabs of varying brightness, and the joints between them.
 SEXTANT_SIMD void paving(const Footprints& f, uint32_t seed, int n, Lane& noise_to_shade) {
   for (int i = 0; i < n; ++i) {
     const float joint = max(cover_periodic(f.u[i], f.width_u[i], 0.6F, 0.0F, 0.025F),
@@ -297,7 +297,7 @@ SEXTANT_SIMD void masonry(const Footprints& f, const Lane& noise, int n, Lane& s
   }
 }
 
-/// What covers the wall, shares of [0, 1]; the light of panes.
+/// Elements that cover the wall, with shares in [0, 1]; the light of panes.
 struct Windows {
   Lane sill, frame, pane, red, green, blue;
 };
@@ -316,7 +316,7 @@ SEXTANT_SIMD void window_shares(const Footprints& f, int n, Windows& w) {
   }
 }
 
-/// Every window has its own darkness and curtain.
+/// Gives every window its own darkness and curtain.
 SEXTANT_SIMD void window_light(const Footprints& f, const Lane& noise, uint32_t seed, int n, Windows& w) {
   constexpr float bay_m = 2.7F, storey_m = 3.1F;
   for (int i = 0; i < n; ++i) {
@@ -383,7 +383,7 @@ SEXTANT_SIMD void measure_all(Footprints& f, int n) {
   }
 }
 
-/// Clouds on a plane high above.
+/// Clouds on a high plane.
 SEXTANT_SIMD void cloud_places(Footprints& f, int n, Lane& up) {
   for (int i = 0; i < n; ++i) {
     const float x = f.u[i], y = f.v[i], z = f.u_x[i];
@@ -410,7 +410,7 @@ SEXTANT_SIMD void clouds(const Lane& up, const Lane& noise, int n, Colours& c) {
   }
 }
 
-/// What the materials without a pattern are: mean, contrast, darkest shade.
+/// Parameters of materials without a pattern: mean, contrast, darkest shade.
 struct Plain {
   float mean, contrast, darkest;
 };
@@ -455,13 +455,13 @@ void surface_colours(const Look& look, const Footprints& f, int n, Colours& c) {
   }
   tint(look.colour, shade, whole, c);
   if (look.material != Material::road && look.material != Material::stripes) return;
-  Lane white;
+  Lane lines;
   if (look.material == Material::road) {
-    road_lines(f, look.extent, whole, white);
+    road_lines(f, look.extent, whole, lines);
   } else {
-    crossing_bars(f, whole, white);
+    crossing_bars(f, whole, lines);
   }
-  put_white(white, noise, whole, c);
+  put_white(lines, noise, whole, c);
 }
 
 void sky_colours(Footprints& directions, int n, Colours& c) {

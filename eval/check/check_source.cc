@@ -22,7 +22,7 @@ namespace {
 
 constexpr size_t sample_step = 16;
 
-/// What one frame's channel holds.
+/// Content of one channel in one frame.
 struct ChannelFrame {
   bool present = false;
   int width = 0;
@@ -35,7 +35,7 @@ struct ChannelFrame {
   std::string error;
 };
 
-/// A channel: how to ask for it and how to read a pixel of it (NaN = invalid).
+/// A channel: how to request it and how to read one of its pixels (NaN = invalid).
 struct ChannelKind {
   const char* name;
   const char* unit;
@@ -61,7 +61,7 @@ ChannelFrame measure(const Image<T>& image, const Value& value) {
 
 using FrameContent = std::array<ChannelFrame, channel_kinds.size()>;
 
-/// What is in one channel of a frame.
+/// Summarises one channel of a frame.
 ChannelFrame look_at(const Frame& data, const ChannelKind& kind) {
   const auto as_it_is = [](auto value) { return static_cast<double>(value); };
   if (kind.flag == &Channels::gray) return measure(data.gray, as_it_is);
@@ -71,8 +71,8 @@ ChannelFrame look_at(const Frame& data, const ChannelKind& kind) {
   return measure(data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); });
 }
 
-/// Reads the channels of a frame; what the convention checks need of it goes to `grid`. A channel that cannot
-/// be read does not keep the others from being read.
+/// Reads the channels of a frame; the data for the convention checks are stored in `grid`. A channel that
+/// cannot be read does not prevent reading the others.
 FrameContent read_frame(const Sequence& sequence, int frame, int step, bool sampled, GridFrame& grid) {
   Channels all;
   for (const ChannelKind& kind : channel_kinds) all.*kind.flag = sequence.info().channels.*kind.flag;
@@ -108,7 +108,7 @@ FrameContent read_frame(const Sequence& sequence, int frame, int step, bool samp
   return content;
 }
 
-/// The frames that the convention checks look at, as numbers from 0 to n - 1: check_source.h.
+/// Returns the frames used by the convention checks, as numbers from 0 to n - 1; see check_source.h.
 std::vector<bool> sampled_frames(int n) {
   constexpr int most = 24, run = 4, n_runs = most / run;
   std::vector<bool> sampled(static_cast<size_t>(n), n <= most);
@@ -124,7 +124,7 @@ void set_fail(SourceCheck& line, const std::string& message) {
   line.outcome = CheckOutcome::fail;
 }
 
-/// The objects that a mask could show.
+/// Returns true if there are objects that a mask could show.
 bool any_true_boxes(const Sequence& sequence) {
   const SequenceInfo& info = sequence.info();
   for (const auto& [frame, objects] : sequence.truth().objects) {
@@ -146,7 +146,7 @@ void judge_empty_channel(const Sequence& sequence, const ChannelKind& kind, Sour
   }
 }
 
-/// `frames` by frame number: those decoded.
+/// Summarises a channel over `frames`, the decoded frames by number.
 SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
                           const std::map<int, const ChannelFrame*>& frames) {
   const SequenceInfo& info = sequence.info();
@@ -259,7 +259,7 @@ SourceCheck judge_convention(const Diagnosis& diagnosis) {
   return line;
 }
 
-/// How good computed or replaced channels are, where the data set knows.
+/// Adds the accuracy of computed or replaced channels, if the data set has their ground truth.
 void add_dense_errors(const Sequence& sequence, int jobs, std::vector<SourceCheck>& lines) {
   try {
     const DenseTruthErrors errors = dense_truth_errors(sequence, jobs);
@@ -271,22 +271,22 @@ void add_dense_errors(const Sequence& sequence, int jobs, std::vector<SourceChec
   }
 }
 
-/// What to know beside the checks: the truth's own accuracy, and what the adapter warns of.
+/// Adds notes: the accuracy of the ground truth itself, and the adapter's warnings.
 void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
   if (const auto floor = sequence.truth().camera_step_floor_m) {
     lines.push_back(note("truth floor", fmt::format("the true camera steps scatter by {:.4f} m "
-                                                    "(RMS): no estimator can be measured to be better",
+                                                    "(RMS): measured accuracies cannot be better than that",
                                                     *floor)));
   }
   const TruthFloor floor = truth_floor(sequence);
   if (floor.lateral_m) {
-    lines.push_back(
-        note("lateral floor",
-             fmt::format("the true camera steps lie {:.4f} m (RMS) beside the heading", *floor.lateral_m)));
+    lines.push_back(note(
+        "lateral floor",
+        fmt::format("the true camera steps deviate from the heading by {:.4f} m (RMS)", *floor.lateral_m)));
   }
   if (floor.rotation_timing_deg) {
     std::string text =
-        fmt::format("the true rotations are off by {:.4f} deg (RMS) or more, by their timing alone",
+        fmt::format("the true rotations are off by {:.4f} deg (RMS) or more, from their timing alone",
                     *floor.rotation_timing_deg);
     if (floor.rotation_deg && floor.gyro_deg) {
       const Eigen::Vector3d& apart = *floor.gyro_deg;
@@ -356,7 +356,7 @@ std::string present(const SourceCheck& c) {
   return text;
 }
 
-/// Cause first: what the reader needs; then the numbers behind it.
+/// Puts the cause first, and then the numbers behind it.
 std::string remark(const SourceCheck& c) {
   if (c.cause.empty()) return c.message;
   return c.cause + (c.message.empty() ? "" : " (" + c.message + ")");

@@ -1,12 +1,14 @@
 #pragma once
 
-// Looks at everything a source gives before a run relies on it: opens every file, decodes every frame, and
-// says per channel how many frames have it, its size, the share of valid pixels and the range of values. Then
-// checks that the parts agree with one another (conventions.h), with the likely cause where they do not, and
-// measures flow and depth that are not the data set's truth against it (dense_truth.h).
+// Checks everything that a source provides before a run relies on it. Opens every file, decodes every frame,
+// and reports for each channel the number of frames that have it, its size, the share of valid pixels and the
+// range of values. Then checks that the parts are consistent with each other (conventions.h), reports the
+// likely cause if they are not, and compares flow and depth that are not ground truth with the ground truth
+// (dense_truth.h).
 //
-// The convention checks look at all of up to 24 frames, and of longer sources at 6 runs of 4 successive
-// frames, evenly spread: they take seconds whatever the length. Those of text truth and of the masks'
+// The convention checks use all of up to 24 frames, and for longer sources 6 runs of 4 successive frames,
+// evenly distributed: their duration does not grow with the length. The checks of text truth and of mask
+// outlines use every decoded frame.
 // outlines look at every frame decoded.
 
 #include <optional>
@@ -19,42 +21,43 @@
 
 namespace sextant {
 
-/// One line of the check. Numbers that do not apply are empty.
+/// One line of the report. Numbers that do not apply are nullopt.
 struct SourceCheck {
   std::string
       name;  ///< "files", "gray", "depth", "flow", "mask", "poses", "objects", "static flow", ..., "note"
-  bool convention = false;  ///< one of conventions.h: has value, limit and n, or a message why not
+  /// true for a check of conventions.h: has value, limit and n, or a message why it was not possible
+  bool convention = false;
   CheckOutcome outcome = CheckOutcome::pass;
-  std::optional<int> n_present;  ///< frames (files, channels, poses) or tracks (objects)
+  std::optional<int> n_present;  ///< number of frames (files, channels, poses) or tracks (objects)
   std::optional<int> n_expected;
-  std::string size_px;                     ///< "1242x375"
+  std::string size_px;                     ///< such as "1242x375"
   std::optional<double> valid_share;       ///< 0..1, over all pixels of all frames
-  std::optional<double> min, median, max;  ///< of valid values; the median over every 16th of them
-  std::optional<double> value, limit;      ///< of a convention: passes up to the limit
-  std::optional<int> n;                    ///< what the value was taken over
-  std::string counted;                     ///< what n counts: "points"
-  std::string unit;                        ///< of the range, or of value and limit
-  std::string message;                     ///< what is wrong, or worth knowing
-  std::string cause;  ///< the likely cause, or "no known cause fits"; empty when it passes
+  std::optional<double> min, median, max;  ///< range of valid values; the median is over every 16th of them
+  std::optional<double> value, limit;      ///< result of a convention check, which passes up to the limit
+  std::optional<int> n;                    ///< number of samples behind the value
+  std::string counted;                     ///< unit of n: "points"
+  std::string unit;                        ///< unit of the range, or of value and limit
+  std::string message;                     ///< problem, or other information
+  std::string cause;  ///< likely cause, or "no known cause fits"; empty if the check passes
 };
 
 struct CheckSourceOptions {
   int jobs = 1;
   bool quiet = false;  ///< no progress line
-  bool quick = false;  ///< decode only the frames that the convention checks look at
+  bool quick = false;  ///< decodes only the frames that the convention checks use
 };
 
-/// Bad frames become FAIL lines; only what stops the check altogether throws.
+/// Runs all checks. Bad frames are reported as FAIL; an Error is thrown only if the check cannot continue.
 std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourceOptions& options);
 
-// ---- what check_source() has found, for people and for programs
+// ---- reports of check_source() for people and for programs
 
-/// Two tables, content and conventions, with the likely causes below.
+/// Returns two tables, content and conventions, followed by the likely causes.
 std::string check_page(const std::string& source, const SequenceInfo& info,
                        const std::vector<SourceCheck>& checks);
-/// {"source","failed","suspect","checks":[{"check","outcome",..,"cause","message"}]}
+/// Returns {"source","failed","suspect","checks":[{"check","outcome",..,"cause","message"}]}.
 Json check_json(const std::string& source, const std::vector<SourceCheck>& checks);
-/// Throws Error that names the first failed check, where there is one.
+/// Throws Error that names the first failed check, if there is one.
 void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks);
 
 }  // namespace sextant

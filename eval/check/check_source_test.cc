@@ -1,4 +1,4 @@
-// Clean sources pass every convention check; each seeded mistake fails and is named.
+// Correct sources pass every convention check; each planted mistake fails a check, and is named as its cause.
 
 #include <functional>
 #include <numbers>
@@ -47,7 +47,7 @@ class LoadedSequence final : public MemorySequence, public KnowsTruthFloor {
   TruthFloor floor_;
 };
 
-// ---- what a mistake changes
+// ---- the changes that make up a mistake
 
 using Mistake = std::function<void(LoadedSequence&)>;
 
@@ -104,7 +104,8 @@ Mistake mask(Change change) {
   };
 }
 
-/// Of each frame but the last `channel`, the one of the next frame (backwards for shift = -1).
+/// Replaces `channel` in each frame but the last by that of the next frame (of the previous one for shift =
+/// -1).
 template <typename T>
 Mistake shifted(Image<T> Frame::*channel, int shift) {
   return [channel, shift](LoadedSequence& s) {
@@ -117,7 +118,7 @@ Mistake shifted(Image<T> Frame::*channel, int shift) {
   };
 }
 
-/// Flow from each frame to the one before: of the background and of each object by its true motion.
+/// Computes the flow from each frame to the previous one, from the true motions of background and objects.
 void backward_flow(LoadedSequence& s, int from_offset) {
   const PinholeCamera& camera = s.info_.camera.left;
   const std::vector<Frame> given = s.frames_;
@@ -157,11 +158,11 @@ Mistake yaw(NewYaw new_yaw) {
   });
 }
 
-// ---- the table
+// ---- the table of mistakes
 
 struct Seed {
   const char* name;
-  const char* cause;  ///< part of what the report must say
+  const char* cause;  ///< expected part of the reported cause
   Mistake mistake;
   const char* source = "synthetic:s18@0-3";
 };
@@ -265,7 +266,7 @@ std::string report(const std::vector<SourceCheck>& checks) {
   return text;
 }
 
-/// Some check fails, and the causes of all that do name the mistake or nothing.
+/// Expects that at least one check fails, and that every reported cause names the mistake or is empty.
 void expect_caught(const LoadedSequence& sequence, const std::string& cause) {
   const std::vector<SourceCheck> checks = check_source(sequence, {.jobs = 2, .quiet = true});
   bool failed = false, named = false;
@@ -285,7 +286,7 @@ void expect_clean(const std::vector<SourceCheck>& checks) {
   }
 }
 
-/// Decoded once for all tests.
+/// Returns a source that is decoded once for all tests.
 const LoadedSequence& clean_source(const std::string& source) {
   static std::map<std::string, std::unique_ptr<LoadedSequence>> opened;
   auto& sequence = opened[source];
@@ -301,7 +302,7 @@ LoadedSequence copy_of(const std::string& source) {
   return copy;
 }
 
-// One test for all: each would render the scenes again in a process of its own.
+// A single test, because separate ones would render the scenes again in their own processes.
 TEST(CheckSource, EachSeededMistakeFailsAndIsNamed) {
   for (const Seed& seed : seeds()) {
     SCOPED_TRACE(seed.name);
@@ -391,7 +392,7 @@ TEST(CheckSource, OutcomesDoNotDependOnThreads) {
             report(check_source(sequence, {.jobs = 3, .quiet = true})));
 }
 
-// ---- the real demo: network flow, noisy depth, jittering poses
+// ---- the real demo: flow of a network, noisy depth, jittering poses
 
 std::string demo(const char* frames = "@0-5") {
   return "vdo:" + real_data("kitti_03_demo").string() + frames;
@@ -404,7 +405,8 @@ TEST(CheckRealSource, TheDemoPasses) {
 }
 
 std::vector<Seed> real_seeds() {
-  // What a file holds instead of disparity * 256; the reader turns it into bf / (n / 256).
+  // Returns the depth that results if the files contain n instead of disparity * 256; the reader computes bf
+  // / (n / 256).
   const auto stored = [](double (*n)(double z, double bf)) {
     return depth([n](I i, double z, int, int) { return i.camera.bf * 256 / std::round(n(z, i.camera.bf)); });
   };
@@ -439,7 +441,7 @@ TEST(CheckRealSource, EachSeededMistakeInTheDemoFailsAndIsNamed) {
   }
 }
 
-// The baseline of another camera pair: the first cause told is the factor, not one that looks alike.
+// The baseline of another camera pair: the first reported cause is the factor, not a similar one.
 TEST(CheckRealSource, AWrongBaselineIsToldAsAFactorOnDepth) {
   SEXTANT_NEEDS_DATA("kitti_03_demo");
   for (const char* frames : {"@0-5", "@6-12", "@0-19"}) {
@@ -463,8 +465,8 @@ TEST(CheckRealSource, TartanairAgreesToSixHundredthsOfAPixel) {
   EXPECT_EQ(flow->outcome, CheckOutcome::pass) << report(checks);
 }
 
-// ---- pairs of KITTI scene flow as the tracking frames that they are: stereo depth, flow of DIS, and a
-// camera that moves by 0.3 m (0000) or 0.8 m (0001) while its true steps are good to 0.03 m
+// ---- pairs of KITTI scene flow in the form of tracking frames: stereo depth, flow of DIS, and a camera that
+// moves by 0.3 m (0000) or 0.8 m (0001), with true steps accurate to 0.03 m
 
 struct TrackingPair {
   const char* pair;
@@ -473,11 +475,11 @@ struct TrackingPair {
 };
 constexpr TrackingPair tracking_pairs[] = {{"000002", "0000", 10}, {"000007", "0001", 354}};
 
-/// Laid out below `root`; returns the SOURCE.
+/// Writes the pair below `root`; returns the SOURCE.
 std::string lay_out(const TrackingPair& pair, const fs::path& root) {
   const fs::path training = root / "training", from = real_data("kitti_tracking") / "training";
   for (const char* part : {"calib", "oxts", "label_02", "instances_txt"}) {
-    // MOTS has no masks of the vans and the cyclist of 0000.
+    // MOTS has no masks of the vans and the cyclist in 0000.
     if (std::string_view(part) == "instances_txt" && std::string_view(pair.sequence) == "0000") continue;
     fs::create_directories(training / part);
     const std::string name = std::string(pair.sequence) + ".txt";
@@ -521,8 +523,8 @@ TEST(CheckRealSource, PairsOfSceneFlowPassAsTrackingFrames) {
   }
 }
 
-// The mistakes above that two frames can show: no shifts by a frame, no yaw of cars that drive straight on.
-// Two frames do not tell all causes apart: that a check fails counts.
+// The mistakes above that two frames can reveal: no shifts by a frame, no yaw of cars that drive straight on.
+// Two frames do not distinguish all causes, so the test requires only that a check fails.
 TEST(CheckRealSource, PlantedMistakesFailOnAPairOfSceneFlow) {
   SEXTANT_NEEDS_DATA("kitti_sceneflow_2015");
   SEXTANT_NEEDS_DATA("kitti_tracking");

@@ -12,12 +12,12 @@
 namespace sextant {
 namespace {
 
-// Limits: docs/datasets.md.
+// The limits are explained in docs/datasets.md.
 constexpr double moves_m = 0.1;
 constexpr double moving_flow_px = 1;
-constexpr double never = 1e9;  // the check cannot fail, only be suspect
+constexpr double never = 1e9;  // the check is never FAIL, only SUSPECT
 
-/// How far a ratio is from 1, in factors of `factor`.
+/// Returns the distance of a ratio from 1 as a power of `factor`.
 double factors_off(double ratio, double factor) {
   return ratio > 0 && std::isfinite(ratio) ? std::abs(std::log(ratio)) / std::log(factor) : 100;
 }
@@ -31,7 +31,7 @@ bool moves(const Trajectory& camera, int prev, int curr) {
   return motion && motion->translation().norm() > moves_m;
 }
 
-/// Whether the background's flow from `frame` shows that the camera moved.
+/// Returns true if the background's flow from `frame` shows that the camera moved.
 bool flow_shows_motion(const GridFrame& frame) {
   std::vector<double> lengths;
   for (size_t i = 0; i < frame.flow.size(); ++i) {
@@ -256,20 +256,20 @@ std::vector<Finding> check_conventions(const ConventionData& data) {
 namespace {
 
 constexpr double max_penalty = 6;
-constexpr double lost = 3;      // a check that can no longer be made
-constexpr double alike = 0.25;  // penalties that do not tell two hypotheses apart
+constexpr double lost = 3;      // penalty of a check that is no longer possible
+constexpr double alike = 0.25;  // difference of penalties that does not distinguish two hypotheses
 constexpr size_t max_causes = 3;
-constexpr double negligible = 0.002;  // of the limit: a residual not worth explaining
-constexpr double taken_away = 0.1;    // of its residual is left to a sharp check whose cause is found
+constexpr double negligible = 0.002;  // share of the limit below which a residual needs no explanation
+constexpr double taken_away = 0.1;  // remaining share of the residual of a sharp check whose cause was found
 
-/// A hypothesis and what the checks say under it.
+/// A hypothesis and the results of the checks under it.
 struct Trial {
   std::string cause;
   std::vector<Finding> findings;
   double penalty = 0;
 };
 
-/// Grows from 0 with the distance from passing, slower and slower.
+/// Grows from 0 with the distance from passing, at a decreasing rate.
 double penalty(const Finding& before, const Finding& after) {
   if (!after.checkable()) return before.checkable() ? lost : 0;
   return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));

@@ -12,7 +12,7 @@ std::string share_text(int n, double coverage, int n_frames) {
                      n_frames == 1 ? "frame" : "frames", 100 * coverage);
 }
 
-// Over all frames of `measure(frame)`, in order of frames.
+// Collects measure(frame) over all frames, in order of frames.
 template <typename T, typename Measure>
 std::vector<T> collect(const SequenceInfo& info, int jobs, const Measure& measure) {
   const int n = info.last_frame - info.first_frame + 1;

@@ -6,8 +6,8 @@
 namespace sextant {
 namespace {
 
-// Frames 3 to 5: flow off by (frame, 0) px, disparity by 1 px; truth of flow in all but frame 4, of depth
-// in 3.
+// Frames 3 to 5 with errors of (frame, 0) px in flow and 1 px in disparity; true flow in all frames but 4,
+// true depth in frame 3 only.
 class Crooked final : public MemorySequence {
  public:
   Crooked() {

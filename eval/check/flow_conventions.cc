@@ -8,12 +8,12 @@
 namespace sextant {
 namespace {
 
-// Limits: docs/datasets.md.
-constexpr double still_px = 0.5;          // median flow below which a pair says nothing
+// The limits are explained in docs/datasets.md.
+constexpr double still_px = 0.5;          // pairs with a smaller median flow are not used
 constexpr double static_floor_px = 0.75;  // residual of a good flow network
-constexpr double static_share = 0.25;     // of the parallax
+constexpr double static_share = 0.25;     // share of the parallax
 constexpr double static_fail_factor = 1.6;
-constexpr size_t truth_points = 500;  // enough to know what the accuracy of the truth does to a pair
+constexpr size_t truth_points = 500;  // enough to determine the effect of the truth's accuracy on a pair
 constexpr double scale_limit_percent = 3;
 constexpr double scale_fail_percent = 6;
 constexpr double object_limit_m = 0.3;
@@ -21,12 +21,12 @@ constexpr double object_fail_m = 0.6;
 constexpr double min_parallax_px = 1;
 constexpr int min_points_of_pair = 50;
 constexpr int min_points_of_object = 8;
-constexpr double far_off_px = 1e6;    // stands for a point that ends behind the camera
-constexpr double step_jitter = 0.05;  // of the steps that stereo depth and flow show, relative
+constexpr double far_off_px = 1e6;    // flow of a point that is behind the camera after the motion
+constexpr double step_jitter = 0.05;  // relative scatter of the steps computed from stereo depth and flow
 
 double length(const Flow& flow) { return std::hypot(double{flow.u}, double{flow.v}); }
 
-/// Where the flow of a point goes when it moves by T_to_from; far_off_px when it ends behind the camera.
+/// Returns the flow of a point that moves by T_to_from; far_off_px if it ends behind the camera.
 Eigen::Vector2d predicted_flow(const PinholeCamera& camera, const FlowSample& s, const SE3& T_to_from) {
   const Eigen::Vector3d p = T_to_from * camera.backproject(s.u, s.v, s.z_m);
   if (p.z() <= 0.01) return Eigen::Vector2d::Constant(far_off_px);
@@ -39,7 +39,8 @@ double residual_px(const PinholeCamera& camera, const FlowSample& s, const SE3& 
   return std::isfinite(length) ? std::min(length, far_off_px) : far_off_px;
 }
 
-/// The least value up to which the weights sum to half of all; by bisection of the order, without sorting.
+/// Returns the smallest value up to which the weights sum to at least half of the total; by bisection,
+/// without sorting.
 double weighted_median(std::vector<std::pair<double, double>> value_and_weight) {
   double half = 0;
   for (const auto& [value, weight] : value_and_weight) half += weight / 2;
@@ -59,7 +60,7 @@ double weighted_median(std::vector<std::pair<double, double>> value_and_weight) 
   return begin == end ? NAN : begin->first;
 }
 
-/// The background of flow image k and its true motion; empty without truth or with too few points.
+/// The background of flow image k and its true motion; nullopt without truth or with too few points.
 struct StaticPair {
   SE3 T_to_from;
   std::vector<FlowSample> points;
@@ -74,17 +75,17 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   return pair;
 }
 
-/// Standard deviation of the rotations of true steps: geometric mean of the bounds of dataset.h, or the
-/// one that is known.
+/// Returns the standard deviation of the rotations of true steps: the geometric mean of the bounds of
+/// dataset.h, or the known one of them.
 std::optional<double> likely_rotation_error_deg(const TruthFloor& floor) {
   if (!floor.rotation_deg || !floor.rotation_timing_deg)
     return floor.rotation_deg ? floor.rotation_deg : floor.rotation_timing_deg;
   return std::sqrt(*floor.rotation_deg * *floor.rotation_timing_deg);
 }
 
-/// Motions that are as likely true as that of the pair: each differs from it by one of the truth's own
-/// standard errors (datasets/dataset.h), along the way, sideways, or about one axis of the camera. Empty
-/// where the data set does not know how accurate its truth is.
+/// Returns motions that are as likely true as that of the pair: each differs from it by one standard error of
+/// the truth (datasets/dataset.h), along the path, sideways, or about one axis of the camera. Empty if the
+/// data set does not know the accuracy of its truth.
 std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from) {
   std::vector<Vector6d> errors;
   const auto add = [&](const Eigen::Vector3d& shift_m, const Eigen::Vector3d& turn_rad) {
@@ -100,7 +101,7 @@ std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from
     add(*floor.lateral_m * side.normalized(), none);
   }
   if (const auto rotation_deg = likely_rotation_error_deg(floor)) {
-    // Shares of the axes: pitch, yaw and roll of a car are about the camera's x, y and z axis.
+    // Shares of the axes: pitch, yaw and roll of a car are rotations about the camera's x, y and z axis.
     Eigen::Vector3d shares = Eigen::Vector3d::Ones();
     if (floor.gyro_deg)
       shares = Eigen::Vector3d(floor.gyro_deg->y(), floor.gyro_deg->z(), floor.gyro_deg->x());
@@ -112,8 +113,8 @@ std::vector<SE3> likely_motions(const ConventionData& data, const SE3& T_to_from
   return motions;
 }
 
-/// Calls use(point, predicted flow, its change) for points of the pair, once for each motion that is as
-/// likely true, and end() after each of these.
+/// Calls use(point, predicted flow, its change) for the points of the pair, once for each equally likely
+/// motion, and end() after each of these.
 template <typename Use, typename End>
 void for_each_likely_change(const ConventionData& data, const StaticPair& pair, const Use& use,
                             const End& end) {
@@ -129,8 +130,7 @@ void for_each_likely_change(const ConventionData& data, const StaticPair& pair, 
   }
 }
 
-/// Median length by which the predicted flow of the pair's points changes within the accuracy of the truth,
-/// px.
+/// Returns the median change of the predicted flow of the pair's points within the accuracy of the truth, px.
 double truth_error_px(const ConventionData& data, const StaticPair& pair) {
   double squares = 0;
   std::vector<double> changes;
@@ -146,7 +146,7 @@ double truth_error_px(const ConventionData& data, const StaticPair& pair) {
   return std::sqrt(squares);
 }
 
-/// Why there is nothing to compare; `otherwise` where all that it takes is there.
+/// Returns why there is nothing to compare; `otherwise` if all inputs exist.
 std::string nothing_to_compare(const ConventionData& data, bool poses, bool objects,
                                const std::string& otherwise) {
   const auto any = [&](auto channel) {
@@ -198,9 +198,9 @@ Finding check_static_flow(const ConventionData& data) {
 
 namespace {
 
-/// The step length that flow and depth show, as a share of the true one; NaN without parallax. Near points
-/// count most: weights are the parallax. Parallax is proportional to step / depth up to the step along the
-/// axis, which a few rounds settle.
+/// Returns the step length computed from flow and depth, as a share of the true one; NaN without parallax.
+/// The weights are the parallax, so that near points dominate. Parallax is proportional to step / depth only
+/// to first order, which a few iterations correct.
 double step_share(const PinholeCamera& camera, const StaticPair& pair) {
   const SE3 rotation(pair.T_to_from.rotation(), Eigen::Vector3d::Zero());
   double share = 1;
@@ -223,7 +223,7 @@ double step_share(const PinholeCamera& camera, const StaticPair& pair) {
   return share;
 }
 
-/// Variance of step_share() within the accuracy of the truth, to first order.
+/// Returns the first-order variance of step_share() from the accuracy of the truth.
 double truth_variance(const ConventionData& data, const StaticPair& pair) {
   const SE3 rotation(pair.T_to_from.rotation(), Eigen::Vector3d::Zero());
   double variance = 0;
@@ -260,8 +260,8 @@ DepthFactor fit_depth_factor(const ConventionData& data) {
     truth += truth_variance(data, *pair);
   }
   if (fit.n == 0) return fit;
-  // Few pairs do not show how far steps scatter: step_jitter and the accuracy of the truth are assumed as
-  // firmly as two pairs would show them.
+  // Few pairs do not determine the scatter of the steps: step_jitter and the accuracy of the truth are used
+  // as a prior with the weight of two pairs.
   const double n = fit.n, mean = sum / n;
   const double spread = std::max(0.0, squares - n * mean * mean);
   const double assumed = step_jitter * step_jitter + truth / n;
@@ -289,7 +289,7 @@ std::optional<double> range_share(const ConventionData& data) {
     }
     const double inner_step = step_share(camera, inner), outer_step = step_share(camera, outer);
     if (!std::isfinite(inner_step) || !std::isfinite(outer_step)) continue;
-    // Depth that is too large shows steps that are too large.
+    // A depth that is too large leads to steps that are too large.
     share += std::log(outer_step / inner_step);
     expected += std::log(median(outer_rays) / median(inner_rays));
     ++n;

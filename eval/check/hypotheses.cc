@@ -7,13 +7,13 @@
 
 namespace sextant {
 
-// The hypotheses are a table in terms of functions that undo a mistake in sampled data.
+// Table of hypotheses, composed of functions that undo a mistake in sampled data.
 namespace undo {
 namespace {
 
 using Undo = std::function<bool(ConventionData&, double&)>;
 
-// ---- what a hypothesis may change
+// ---- the changes of a hypothesis
 
 template <typename Change>  // z, u, v -> z
 Undo depth(Change change) {
@@ -60,7 +60,7 @@ Undo poses(Change change) {
   };
 }
 
-/// The pose of frame k stands in the files at k + shift.
+/// The pose of frame k is found in the files at k + shift.
 Undo shifted_poses(int shift) {
   return [shift](ConventionData& data, double&) {
     Trajectory moved;
@@ -99,7 +99,7 @@ Undo shifted_objects(int shift) {
   };
 }
 
-/// New yaw about the camera's y axis from the given one.
+/// Computes a new yaw about the camera's y axis from the given one.
 template <typename Change>
 Undo yaw(Change change) {
   return objects([change](ObjectTruth& object, const std::optional<SE3>&) {
@@ -138,7 +138,7 @@ Undo mask_ids(Change change) {
   };
 }
 
-/// The mask (or depth) of frame k stands in the files at k + shift.
+/// The mask (or depth) of frame k is found in the files at k + shift.
 template <typename Take>
 Undo shifted_channel(int shift, Take take) {
   return [shift, take](ConventionData& data, double&) {
@@ -162,9 +162,9 @@ Undo camera(Change change) {
   };
 }
 
-// ---- numbers that are fitted
+// ---- fitted numbers
 
-/// Every third sample of every third: enough for one number.
+/// Returns every third sample of every third frame, which is enough for one number.
 ConventionData thinned(const ConventionData& data) {
   ConventionData few = data;
   few.step = 3 * data.step;
@@ -176,8 +176,8 @@ ConventionData thinned(const ConventionData& data) {
   return few;
 }
 
-/// The factor in [1/limit, limit] that brings the static flow's residual down most, and it applied; for depth
-/// (steps = 1) and camera positions (steps = -1) polished by the step lengths.
+/// Finds the factor in [1/limit, limit] that reduces the residual of the static flow most, and applies it;
+/// for depth (steps = 1) and camera positions (steps = -1) it is refined from the step lengths.
 template <typename MakeUndo>  // factor -> Undo
 Undo fitted_factor(double limit, MakeUndo make_undo, int steps = 0) {
   return [limit, make_undo, steps](ConventionData& data, double& fitted) {
@@ -201,7 +201,7 @@ Undo fitted_factor(double limit, MakeUndo make_undo, int steps = 0) {
     }
     double ignored = 0;
     make_undo(std::exp(best))(data, ignored);
-    // Far points outvote the near ones in a median; the step lengths know better.
+    // Distant points dominate the median; the step lengths are more accurate.
     if (const DepthFactor fit = fit_depth_factor(data); steps != 0 && fit.n > 0) {
       const double polish = std::pow(fit.factor, steps);
       make_undo(polish)(data, ignored);
@@ -216,7 +216,7 @@ Undo fitted_factor(double limit, MakeUndo make_undo, int steps = 0) {
 
 constexpr double pi = std::numbers::pi;
 constexpr double min_range_share = 0.5;
-constexpr double fit_price = 0.6;  // a number that is fitted explains more than it should
+constexpr double fit_price = 0.6;  // penalty of a fitted number, which explains more than it should
 
 struct Table {
   std::vector<Hypothesis<ConventionData>> lines;
@@ -228,7 +228,7 @@ struct Table {
 
 double bf(const ConventionData& data) { return data.camera.bf; }
 
-/// What a depth image's integers n may mean, as depth in m.
+/// Possible meanings of the integers n of a depth image, as depth in m.
 struct Meaning {
   const char* name;
   double (*z_m)(double n, double bf);
@@ -243,7 +243,7 @@ constexpr Meaning meanings[] = {
     {"whole metres", [](double n, double) { return n; }},
 };
 
-/// How a reader of a kind of files (SequenceInfo::depth_kind) gets depth from n, turned round.
+/// The inverse of a reader of a kind of files (SequenceInfo::depth_kind): from depth to n.
 struct Reader {
   const char* kind;
   const char* meaning;
@@ -255,7 +255,7 @@ constexpr Reader readers[] = {
     {"depth256", "depth * 256 (KITTI depth)", [](double z, double) { return 256 * z; }},
 };
 
-/// Back through the reader to the integers of the file, and forth with another meaning of them.
+/// Adds hypotheses that invert the reader to the integers of the file, and decode them with another meaning.
 void add_codings(const Reader& reader, Table& table) {
   for (const Meaning& meaning : meanings) {
     if (std::string_view(reader.meaning) == meaning.name) continue;
@@ -287,12 +287,12 @@ void add_depth(const ConventionData& data, Table& table) {
     add("depth is 256 times too small: KITTI depth divided by 256 twice?",
         [](D, double z, double, double) { return z * 256; });
   }
-  // What is computed by stereo matching has no files to be misread.
+  // Depth computed by stereo matching is not read from files that could be misinterpreted.
   for (const Reader& reader : readers) {
     const bool usual = std::string_view(reader.kind) != "depth256";
     if (data.depth_kind == reader.kind || (data.depth_kind.empty() && usual)) add_codings(reader, table);
   }
-  // On noisy data a plain factor looks like a range, unless one asks where in the image it is.
+  // On noisy data a plain factor resembles range, unless its variation over the image is tested.
   table.add(
       "depth looks like the range along the ray, not z",
       [](ConventionData& d, double& ignored) {
@@ -413,7 +413,7 @@ void add_objects(const ConventionData& data, Table& table) {
   }
 }
 
-/// Each mask id replaced by the true id whose boxes it fills most often, if that is clear for all.
+/// Replaces each mask id by the true id whose boxes it fills most often, if that is unambiguous for all.
 Undo renumbered_masks() {
   return [](ConventionData& data, double& ignored) {
     std::map<int, std::map<int, int>> counts;  // mask id -> track id -> boxes that agree
@@ -446,7 +446,7 @@ Undo renumbered_masks() {
   };
 }
 
-/// Takes the class off ids that have one.
+/// Removes the class from ids that contain one.
 Undo with_class(int offset) {
   return [offset](ConventionData& data, double& ignored) {
     const auto has_class = [](const GridFrame& f) {

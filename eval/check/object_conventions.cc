@@ -9,15 +9,15 @@
 namespace sextant {
 namespace {
 
-// Limits: docs/datasets.md.
+// The limits are explained in docs/datasets.md.
 constexpr double max_distance_m = 50;
 constexpr double min_box_px = 12;
 constexpr double nearest_m = 0.5;
 constexpr double border_px = 3;
 constexpr double min_overlap = 0.3;
 constexpr double hidden_share = 0.1;
-constexpr double box_quantile = 0.4;  // in the first frames of the demo half of the boxes are off
-constexpr double full_share = 0.5;    // of its box: what the mask of a car that is seen in full has at least
+constexpr double box_quantile = 0.4;  // in the first frames of the demo half of the boxes are wrong
+constexpr double full_share = 0.5;    // smallest share of its box that the mask of a fully visible car covers
 constexpr double min_displacement_m = 1;
 constexpr int max_steps = 5;
 constexpr size_t min_mask_samples = 6;
@@ -33,7 +33,7 @@ bool cut_by_border(const ImageBox& box, const ConventionData& data) {
          box.bottom > data.height - 1 - border_px;
 }
 
-/// Whether a nearer object's box covers more than a tenth of this one: its mask is smaller, and rightly so.
+/// Returns true if a nearer object's box covers more than a tenth of this one, whose mask is then smaller.
 bool hidden(const ObjectTruth& object, const ImageBox& box, const std::vector<ObjectTruth>& others) {
   return std::ranges::any_of(others, [&](const ObjectTruth& other) {
     if (other.id == object.id || !other.box) return false;
@@ -55,19 +55,20 @@ bool any_masks(const ConventionData& data) {
   return std::ranges::any_of(data.frames, [](const GridFrame& f) { return !f.mask.empty(); });
 }
 
-/// The mask whose outline fits the box best; 0 when none fits.
+/// Returns the mask whose outline fits the box best; 0 if none fits.
 int id_in_box(const GridFrame& frame, const ImageBox& box) {
   int best = 0;
   double most = min_overlap;
   for (const auto& [id, outline] : frame.outlines) {
-    const auto& [left, top, right, bottom] = outline.box;  // of pixels' centres
+    const auto& [left, top, right, bottom] = outline.box;  // of pixel centres
     const double o = overlap(box, {left - 0.5, top - 0.5, right + 0.5, bottom + 0.5});
     if (o > most) best = id, most = o;
   }
   return best;
 }
 
-/// The eight corners projected; empty when one is not clearly ahead of the camera.
+/// Returns the bounding box of the eight projected corners; nullopt if one is not clearly in front of the
+/// camera.
 std::optional<ImageBox> projected_box(const PinholeCamera& camera, const ObjectTruth& object) {
   const Eigen::Vector3d size = object.size_m.value_or(typical_car_m);
   ImageBox box;
@@ -88,7 +89,7 @@ std::optional<ImageBox> projected_box(const PinholeCamera& camera, const ObjectT
 struct BoxOffsets {
   std::vector<double> sideways_m, upright_m;
   bool sizes_known = true;
-  int n_boxes = 0;  ///< label boxes that were candidates
+  int n_boxes = 0;  ///< number of candidate label boxes
 };
 
 BoxOffsets box_offsets(const ConventionData& data) {
@@ -103,7 +104,7 @@ BoxOffsets box_offsets(const ConventionData& data) {
     const auto box = projected_box(camera, object);
     if (z > max_distance_m && box) return;
     const double label_x = (label->left + label->right) / 2;
-    // An object behind the camera cannot have a box: as wrong as can be, rather than left out.
+    // An object behind the camera cannot have a box: counts as a very large error instead of being left out.
     out.sideways_m.push_back(box ? ((box->left + box->right) / 2 - label_x) * z / camera.fx : 1e3);
     out.upright_m.push_back(box ? (box->bottom - label->bottom) * z / camera.fy : 1e3);
   });
@@ -125,7 +126,7 @@ void judge_offsets(const BoxOffsets& offsets, const std::vector<double>& metres,
   finding.fail_limit = std::numeric_limits<double>::infinity();
 }
 
-/// Where the ray through (u, v) enters the object's box: z in the camera frame; NaN when it misses.
+/// Returns the depth at which the ray through (u, v) enters the object's box; NaN if it misses the box.
 double box_depth_m(const PinholeCamera& camera, const ObjectTruth& object, double u, double v) {
   const Eigen::Vector3d size = object.size_m.value_or(typical_car_m);
   const SE3 T_object_camera = object.T_camera_object.inverse();
@@ -139,7 +140,7 @@ double box_depth_m(const PinholeCamera& camera, const ObjectTruth& object, doubl
     enter = std::max(enter, a);
     leave = std::min(leave, b);
   }
-  return enter < leave && enter > 0 ? enter : NAN;  // the ray's z is 1: its parameter is the depth
+  return enter < leave && enter > 0 ? enter : NAN;  // the ray has z = 1, so its parameter is the depth
 }
 
 }  // namespace
@@ -180,7 +181,7 @@ Finding check_mask_boxes(const ConventionData& data) {
     const auto found = outlines.find(object.id);
     if (!box || found == outlines.end()) return;
     const auto& [mask, n_pixels] = found->second;
-    // A mask may lack what is hidden, but not stick out.
+    // A mask may lack occluded parts, but must not exceed the box.
     const bool may_lack =
         n_pixels < full_share * box->area() || hidden(object, *box, data.truth.objects.at(frame));
     const auto off = [&](double outwards) { return may_lack ? std::max(outwards, 0.0) : std::abs(outwards); };
@@ -235,7 +236,7 @@ Finding check_object_depth(const ConventionData& data) {
     }
     if (given.size() < min_mask_samples) return;
     sizes_known &= object.size_m.has_value();
-    // Where the mask misses the box altogether, the box is as far as its middle says.
+    // If the mask misses the box completely, the depth of the box's centre is used.
     const double z =
         expected.size() < min_mask_samples / 2 ? object.T_camera_object.translation().z() : median(expected);
     ratios.push_back(median(given) / std::max(z, 1e-3));

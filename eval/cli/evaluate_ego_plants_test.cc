@@ -14,16 +14,6 @@
 namespace sextant {
 namespace {
 
-Outcome sextant(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), {"sextant", "evaluate", "ego"});
-  std::vector<const char*> pointers;
-  for (const std::string& a : arguments) pointers.push_back(a.c_str());
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  const int code = program(static_cast<int>(pointers.size()), pointers.data());
-  return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
-}
-
 /// A drive of 200 poses at 10 Hz from t0 on, as TUM lines with the time printed as asked for.
 std::string drive(double t0, const std::function<std::string(double t)>& time, double noise = 0,
                   double scale = 1, bool rotations = true) {
@@ -53,7 +43,7 @@ class EvaluateEgoPlants : public testing::Test {
 };
 
 TEST_F(EvaluateEgoPlants, ACleanEvaluationIsOneTableWithoutWarnings) {
-  const Outcome r = sextant({gt, est});
+  const Outcome r = evaluate_ego_command({gt, est});
   EXPECT_EQ(r.code, 0);
   EXPECT_EQ(r.err, "");
   const auto rules = [](const std::string& text) {
@@ -65,7 +55,7 @@ TEST_F(EvaluateEgoPlants, ACleanEvaluationIsOneTableWithoutWarnings) {
   };
   EXPECT_EQ(rules(r.out), 1) << r.out;
   EXPECT_THAT(r.out, Not(HasSubstr("in floats")));
-  const Outcome all = sextant({gt, est, "--columns", "all"});
+  const Outcome all = evaluate_ego_command({gt, est, "--columns", "all"});
   EXPECT_EQ(rules(all.out), 2) << all.out;
   EXPECT_THAT(all.out, AllOf(HasSubstr("in floats"), HasSubstr("drift"), HasSubstr("stretches")));
 }
@@ -87,7 +77,7 @@ TEST_F(EvaluateEgoPlants, StampsInAnotherUnitAreAnErrorThatNamesIt) {
         std::vector<std::string> all = arguments;
         if (plant.t0 > 0 && plant.unit == "ns") all.insert(all.end(), {"--format", "tum"});
         all.insert(all.end(), more.begin(), more.end());
-        const Outcome r = sextant(all);
+        const Outcome r = evaluate_ego_command(all);
         EXPECT_EQ(r.code, 2) << r.out;
         EXPECT_EQ(r.out, "");
         EXPECT_THAT(r.err, HasSubstr(plant.unit));
@@ -99,22 +89,23 @@ TEST_F(EvaluateEgoPlants, StampsInAnotherUnitAreAnErrorThatNamesIt) {
 
 TEST_F(EvaluateEgoPlants, AnOffsetAndFewMatchesAreAnError) {
   const std::string late = write("late.tum", drive(1.5e9, times(1)));
-  EXPECT_THAT(sextant({gt, late}).err, HasSubstr("--offset -1500000000.0"));
-  EXPECT_EQ(sextant({gt, late, "--offset", "-1500000000"}).code, 0);
+  EXPECT_THAT(evaluate_ego_command({gt, late}).err, HasSubstr("--offset -1500000000.0"));
+  EXPECT_EQ(evaluate_ego_command({gt, late, "--offset", "-1500000000"}).code, 0);
   const std::string two = write("two.tum", "0 0 0 0 0 0 0 1\n0.1 0 0 0.8 0 0 0 1\n");
-  const Outcome r = sextant({gt, two});
+  const Outcome r = evaluate_ego_command({gt, two});
   EXPECT_EQ(r.code, 2);
   EXPECT_THAT(r.err, HasSubstr("only 2 of 2 poses match"));
   const std::string overlaps = write("overlap.tum", drive(18.9, times(1)));
-  EXPECT_THAT(sextant({gt, overlaps}).err, HasSubstr("only 11 of 200 poses match"));
+  EXPECT_THAT(evaluate_ego_command({gt, overlaps}).err, HasSubstr("only 11 of 200 poses match"));
   const std::string between = write("between.tum", drive(0.05, times(1)));
-  EXPECT_THAT(sextant({gt, between}).err, testing::AnyOf(HasSubstr("--interpolate"), HasSubstr("--offset")));
+  EXPECT_THAT(evaluate_ego_command({gt, between}).err,
+              testing::AnyOf(HasSubstr("--interpolate"), HasSubstr("--offset")));
 }
 
 TEST_F(EvaluateEgoPlants, PrintedPrecisionThatCollapsesStampsIsAnError) {
   for (const double t0 : {1.4e9, 4.0e6}) {
     const std::string text = drive(t0, [](double t) { return fmt::format("{:.6e}", t); });
-    const Outcome r = sextant({write("s.tum", drive(t0, times(1))), write("e.tum", text)});
+    const Outcome r = evaluate_ego_command({write("s.tum", drive(t0, times(1))), write("e.tum", text)});
     EXPECT_EQ(r.code, 2);
     EXPECT_THAT(r.err, AllOf(HasSubstr("e.tum:2: "), HasSubstr("%.6e")));
   }
@@ -122,7 +113,7 @@ TEST_F(EvaluateEgoPlants, PrintedPrecisionThatCollapsesStampsIsAnError) {
 
 TEST_F(EvaluateEgoPlants, OneBadSystemAmongGoodOnesIsAnErrorThatNamesItAlone) {
   const std::string bad = write("bad.tum", drive(0, times(1e3)));
-  const Outcome r = sextant({gt, "good=" + est, "bad=" + bad, "worse=/nowhere.tum"});
+  const Outcome r = evaluate_ego_command({gt, "good=" + est, "bad=" + bad, "worse=/nowhere.tum"});
   EXPECT_EQ(r.code, 2);
   EXPECT_EQ(r.out, "");
   EXPECT_THAT(r.err, AllOf(HasSubstr("bad.tum"), HasSubstr("/nowhere.tum"), Not(HasSubstr("est.tum"))));
@@ -130,31 +121,32 @@ TEST_F(EvaluateEgoPlants, OneBadSystemAmongGoodOnesIsAnErrorThatNamesItAlone) {
 
 TEST_F(EvaluateEgoPlants, AbsurdTruthIsAnErrorWithItsLine) {
   const std::string mm = write("mm.tum", "# truth\n" + drive(0, times(1), 0, 100));
-  const Outcome r = sextant({mm, est});
+  const Outcome r = evaluate_ego_command({mm, est});
   EXPECT_EQ(r.code, 2);
   EXPECT_THAT(r.err, AllOf(HasSubstr("mm.tum:3: the true step is absurd"), HasSubstr("m/s")));
-  EXPECT_EQ(sextant({mm, est, "--max-speed", "2000"}).code, 0);
+  EXPECT_EQ(evaluate_ego_command({mm, est, "--max-speed", "2000"}).code, 0);
   const std::string kitti =
       write("kitti.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 60\n1 0 0 0 0 1 0 0 0 0 1 61\n");
-  EXPECT_THAT(sextant({kitti, kitti}).err,
+  EXPECT_THAT(evaluate_ego_command({kitti, kitti}).err,
               HasSubstr("kitti.txt:2: the true step is absurd: 60 m in 1 frame"));
 }
 
 TEST_F(EvaluateEgoPlants, TwoFilesAreTwoSystemsAndIntervalsNeedFiveRuns) {
   const std::string other = write("other.tum", drive(0, times(1), 0.05));
-  const Outcome r = sextant({gt, est, other});
+  const Outcome r = evaluate_ego_command({gt, est, other});
   EXPECT_EQ(r.code, 0);
   EXPECT_THAT(r.out,
               AllOf(Not(HasSubstr("pooled")), Not(HasSubstr("interval over runs")), HasSubstr("est.tum"),
                     HasSubstr("other.tum"), Not(HasSubstr(folder.path().string() + "/est.tum"))));
-  EXPECT_EQ(Json::parse(sextant({gt, est, other, "--json"}).out)["systems"].size(), 2);
+  EXPECT_EQ(Json::parse(evaluate_ego_command({gt, est, other, "--json"}).out)["systems"].size(), 2);
   std::vector<std::string> runs = {gt};
   for (int n = 1; n <= 5; ++n) {
     runs.push_back("mine=" + (n % 2 ? est : other));
-    const Outcome pooled = sextant(runs);
+    const Outcome pooled = evaluate_ego_command(runs);
     EXPECT_EQ(pooled.out.find("interval over runs") != std::string::npos, n >= 5) << n;
   }
-  EXPECT_THAT(sextant({gt, "orb=" + est}).out, AllOf(HasSubstr("orb "), Not(HasSubstr("est.tum"))));
+  EXPECT_THAT(evaluate_ego_command({gt, "orb=" + est}).out,
+              AllOf(HasSubstr("orb "), Not(HasSubstr("est.tum"))));
 }
 
 TEST_F(EvaluateEgoPlants, PositionsWithoutRotations) {
@@ -164,41 +156,42 @@ TEST_F(EvaluateEgoPlants, PositionsWithoutRotations) {
     std::ranges::replace(text, ' ', ',');
     return "t [s],x [m],y [m],z [m]\n" + text;
   }());
-  const Json whole = Json::parse(sextant({gt, est, "--json", "--align", "se3"}).out);
+  const Json whole = Json::parse(evaluate_ego_command({gt, est, "--json", "--align", "se3"}).out);
   for (const std::string& file : {gnss, prism}) {
     for (const char* relation : {"trans_part", "point_distance"}) {
-      const Outcome r = sextant({file, est, "--json", "--align", "se3", "--relation", relation});
+      const Outcome r = evaluate_ego_command({file, est, "--json", "--align", "se3", "--relation", relation});
       ASSERT_EQ(r.code, 0) << r.err;
       EXPECT_NEAR(Json::parse(r.out)["stats"]["rmse"].get<double>(), whole["stats"]["rmse"].get<double>(),
                   1e-9);
       EXPECT_EQ(Json::parse(r.out)["warnings"].size(), 0);
     }
     for (const char* relation : {"angle_deg", "rot_part", "full"}) {
-      const Outcome r = sextant({file, est, "--relation", relation});
+      const Outcome r = evaluate_ego_command({file, est, "--relation", relation});
       EXPECT_EQ(r.code, 2);
       EXPECT_THAT(r.err, HasSubstr("the reference has positions alone"));
     }
-    EXPECT_EQ(sextant({file, est, "--rpe", "5m", "--relation", "point_distance"}).code, 0);
-    EXPECT_THAT(sextant({file, est, "--rpe", "5m"}).err, HasSubstr("use --relation point_distance"));
-    EXPECT_EQ(sextant({file, est, "--estimate-offset", "--interpolate", "0.3", "--out",
-                       (folder.path() / "o").string()})
+    EXPECT_EQ(evaluate_ego_command({file, est, "--rpe", "5m", "--relation", "point_distance"}).code, 0);
+    EXPECT_THAT(evaluate_ego_command({file, est, "--rpe", "5m"}).err,
+                HasSubstr("use --relation point_distance"));
+    EXPECT_EQ(evaluate_ego_command({file, est, "--estimate-offset", "--interpolate", "0.3", "--out",
+                                    (folder.path() / "o").string()})
                   .code,
               0);
-    EXPECT_THAT(sextant({file, est, "--align", "origin"}).err, HasSubstr("needs rotations"));
+    EXPECT_THAT(evaluate_ego_command({file, est, "--align", "origin"}).err, HasSubstr("needs rotations"));
   }
 }
 
 TEST_F(EvaluateEgoPlants, RelativeErrorsOverSeveralLengths) {
   const std::string out = (folder.path() / "out").string();
-  const Outcome r = sextant({gt, est, "--rpe", "1m,5m,10m,500m", "--out", out});
+  const Outcome r = evaluate_ego_command({gt, est, "--rpe", "1m,5m,10m,500m", "--out", out});
   ASSERT_EQ(r.code, 0) << r.err;
   for (const char* length : {"1m", "5m", "10m", "500m"}) EXPECT_THAT(r.out, HasSubstr(length));
   EXPECT_THAT(r.out, HasSubstr("no pair of poses is that far apart"));
-  const Json several = Json::parse(sextant({gt, est, "--rpe", "1m,5m,10m", "--json"}).out);
+  const Json several = Json::parse(evaluate_ego_command({gt, est, "--rpe", "1m,5m,10m", "--json"}).out);
   ASSERT_EQ(several["rpe"].size(), 3);
   for (int i = 0; i < 3; ++i) {
     const std::string delta = several["rpe"][static_cast<size_t>(i)]["delta"];
-    const Json one = Json::parse(sextant({gt, est, "--rpe", delta, "--json"}).out);
+    const Json one = Json::parse(evaluate_ego_command({gt, est, "--rpe", delta, "--json"}).out);
     EXPECT_EQ(several["rpe"][static_cast<size_t>(i)]["stats"], one["stats"]) << delta;
   }
   for (const char* file : {"figures/rpe_lengths.svg", "tables/lengths.csv"})
@@ -216,12 +209,13 @@ TEST_F(EvaluateEgoPlants, InverseIsUndoneByItsFlag) {
                            q.x(), q.y(), q.z(), q.w());
   }
   const std::string file = write("inverse.tum", inverse);
-  EXPECT_THAT(sextant({gt, file}).err,
+  EXPECT_THAT(evaluate_ego_command({gt, file}).err,
               AllOf(HasSubstr("inverse"), HasSubstr("--inverse"), Not(HasSubstr("opengl"))));
-  const Outcome right = sextant({gt, file, "--inverse", "--json"});
+  const Outcome right = evaluate_ego_command({gt, file, "--inverse", "--json"});
   const Json json = Json::parse(right.out);
   EXPECT_NEAR(json["stats"]["rmse"].get<double>(),
-              Json::parse(sextant({gt, est, "--json"}).out)["stats"]["rmse"].get<double>(), 1e-5);
+              Json::parse(evaluate_ego_command({gt, est, "--json"}).out)["stats"]["rmse"].get<double>(),
+              1e-5);
   EXPECT_EQ(json["warnings"].size(), 0);
 }
 

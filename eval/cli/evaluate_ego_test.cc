@@ -12,15 +12,6 @@ namespace {
 
 using testing::HasSubstr;
 
-/// In this process, which starts no program.
-Outcome sextant(std::vector<const char*> arguments) {
-  arguments.insert(arguments.begin(), {"sextant", "evaluate", "ego"});
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  const int code = program(static_cast<int>(arguments.size()), arguments.data());
-  return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
-}
-
 class EvaluateEgo : public testing::Test {
  protected:
   std::string write(const std::string& name, const std::string& text) const {
@@ -33,7 +24,7 @@ class EvaluateEgo : public testing::Test {
 };
 
 TEST_F(EvaluateEgo, PrintsItsJson) {
-  const Outcome r = sextant({"--format", "tum", gt.c_str(), est.c_str(), "--json"});
+  const Outcome r = evaluate_ego_command({"--format", "tum", gt, est, "--json"});
   ASSERT_EQ(r.code, 0) << r.err;
   const Json json = Json::parse(r.out);
   EXPECT_EQ(json["metric"], "ape");
@@ -47,19 +38,19 @@ TEST_F(EvaluateEgo, PrintsItsJson) {
 }
 
 TEST_F(EvaluateEgo, RelativeErrorsAndText) {
-  const Outcome json = sextant({gt.c_str(), est.c_str(), "--rpe", "1f", "--json"});
+  const Outcome json = evaluate_ego_command({gt, est, "--rpe", "1f", "--json"});
   EXPECT_EQ(Json::parse(json.out)["metric"], "rpe");
   EXPECT_EQ(Json::parse(json.out)["n"], 3);
-  const Outcome text = sextant({gt.c_str(), est.c_str(), "--columns", "all"});
+  const Outcome text = evaluate_ego_command({gt, est, "--columns", "all"});
   EXPECT_EQ(text.code, 0);
   EXPECT_THAT(text.out, HasSubstr("APE trans_part [m]"));
   EXPECT_THAT(text.out, HasSubstr("need 100 m of path"));
-  EXPECT_EQ(sextant({gt.c_str(), est.c_str(), "--quiet"}).out, "");
+  EXPECT_EQ(evaluate_ego_command({gt, est, "--quiet"}).out, "");
 }
 
 TEST_F(EvaluateEgo, SeveralSystems) {
   const std::string orb = "orb=" + est, vdo = "vdo=" + gt;
-  const Json json = Json::parse(sextant({gt.c_str(), orb.c_str(), orb.c_str(), vdo.c_str(), "--json"}).out);
+  const Json json = Json::parse(evaluate_ego_command({gt, orb, orb, vdo, "--json"}).out);
   EXPECT_EQ(json["systems"].size(), 2);
   EXPECT_EQ(json["systems"][0]["n"], 8);
   EXPECT_EQ(json["runs"].size(), 3);
@@ -68,29 +59,29 @@ TEST_F(EvaluateEgo, SeveralSystems) {
 TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
   const std::string nan = write("nan.tum", "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n");
   const std::string topic_of_no_recording = est + ":/topic";
-  for (const std::vector<const char*>& arguments :
-       std::vector<std::vector<const char*>>{{gt.c_str(), nan.c_str()},
-                                             {gt.c_str()},
-                                             {gt.c_str(), "/nowhere.txt"},
-                                             {gt.c_str(), est.c_str(), "--align", "sim4"},
-                                             {gt.c_str(), est.c_str(), "--relation", "x"},
-                                             {gt.c_str(), est.c_str(), "--rpe", "1x"},
-                                             {gt.c_str(), est.c_str(), "--all-pairs"},
-                                             {gt.c_str(), est.c_str(), "--t-start", "3", "--t-end", "2"},
-                                             {gt.c_str(), est.c_str(), "--format", "kitti"},
-                                             {gt.c_str(), est.c_str(), "--save-zip", "/nowhere/x.zip"},
-                                             {gt.c_str(), est.c_str(), "--align", "yaw"},
-                                             {gt.c_str(), est.c_str(), "--up", "z"},
-                                             {gt.c_str(), est.c_str(), "--align", "yaw", "--up", "q"},
-                                             {gt.c_str(), est.c_str(), "--axes", "enu"},
-                                             {gt.c_str(), est.c_str(), "--ref-axes", "x"},
-                                             {gt.c_str(), est.c_str(), "--body-from-camera", "1 2"},
-                                             {gt.c_str(), est.c_str(), "--ref-body-from-camera", "/nowhere"},
-                                             {gt.c_str(), est.c_str(), "--interpolate", "0"},
-                                             {gt.c_str(), est.c_str(), "--interpolate", "inf"},
-                                             {gt.c_str(), est.c_str(), "--estimate-offset"},
-                                             {gt.c_str(), topic_of_no_recording.c_str()}}) {
-    const Outcome r = sextant(arguments);
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{gt, nan},
+                                             {gt},
+                                             {gt, "/nowhere.txt"},
+                                             {gt, est, "--align", "sim4"},
+                                             {gt, est, "--relation", "x"},
+                                             {gt, est, "--rpe", "1x"},
+                                             {gt, est, "--all-pairs"},
+                                             {gt, est, "--t-start", "3", "--t-end", "2"},
+                                             {gt, est, "--format", "kitti"},
+                                             {gt, est, "--save-zip", "/nowhere/x.zip"},
+                                             {gt, est, "--align", "yaw"},
+                                             {gt, est, "--up", "z"},
+                                             {gt, est, "--align", "yaw", "--up", "q"},
+                                             {gt, est, "--axes", "enu"},
+                                             {gt, est, "--ref-axes", "x"},
+                                             {gt, est, "--body-from-camera", "1 2"},
+                                             {gt, est, "--ref-body-from-camera", "/nowhere"},
+                                             {gt, est, "--interpolate", "0"},
+                                             {gt, est, "--interpolate", "inf"},
+                                             {gt, est, "--estimate-offset"},
+                                             {gt, topic_of_no_recording}}) {
+    const Outcome r = evaluate_ego_command(arguments);
     EXPECT_EQ(r.code, 2) << r.out;
     EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
     EXPECT_EQ(r.out, "");
@@ -101,7 +92,7 @@ TEST_F(EvaluateEgo, FramesUpAndInterpolationAreInTheJson) {
   const std::string ned =
       write("ned.tum", "1 0 0 0 0 0 0 1\n1.5 0 0.5 0 0 0 0 1\n3 0 2 -1 0 0 0 1\n4 1 3 -1 0 0 0 1\n");
   const Json json =
-      Json::parse(sextant({gt.c_str(), ned.c_str(), "--axes", "ned", "--body-from-camera", "0 0 -0.5",
+      Json::parse(evaluate_ego_command({gt, ned, "--axes", "ned", "--body-from-camera", "0 0 -0.5",
                            "--align", "yaw", "--up", "-y", "--interpolate", "1.5", "--json"})
                       .out);
   EXPECT_EQ(json["align"], "yaw");
@@ -111,13 +102,13 @@ TEST_F(EvaluateEgo, FramesUpAndInterpolationAreInTheJson) {
   EXPECT_FALSE(json["frames"].contains("ref_axes")) << "what was not given is left out";
   EXPECT_EQ(json["interpolation"]["largest_gap_s"], 1);
   EXPECT_EQ(json["n"], 4);
-  EXPECT_FALSE(Json::parse(sextant({gt.c_str(), est.c_str(), "--json"}).out).contains("frames"));
+  EXPECT_FALSE(Json::parse(evaluate_ego_command({gt, est, "--json"}).out).contains("frames"));
 }
 
 TEST_F(EvaluateEgo, WritesAReport) {
   const std::filesystem::path out = folder.path() / "report";
   const std::string a = "one=" + est, b = "two=" + gt;
-  const Outcome r = sextant({gt.c_str(), a.c_str(), b.c_str(), "--out", out.c_str(), "--quiet"});
+  const Outcome r = evaluate_ego_command({gt, a, b, "--out", out, "--quiet"});
   ASSERT_EQ(r.code, 0) << r.err;
   for (const char* file : {"report.html", "report.md", "tables/errors.csv", "tables/steps.tex",
                            "figures/error_cdf.svg", "figures/error_boxes.pdf", "figures/step_Et_cdf.png"}) {

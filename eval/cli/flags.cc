@@ -50,6 +50,14 @@ void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
       ->check(CLI::Range(1, 1024));
 }
 
+void add_case_flags(CLI::App& command, CaseChoice& choice) {
+  add_value(command, "--source", choice.source, "SOURCE", "Which source of the folder; default: its first");
+  add_value(command, "--estimator", choice.estimator, "NAME",
+            "Which estimator, by its label; default: the first");
+  add_value(command, "--level", choice.level, "NUMBER", "Which noise level; default: the first");
+  add_value(command, "--seed", choice.seed, "N", "Which seed; default: the first");
+}
+
 SourceSpec source_of(const std::string& text, const CommonFlags& flags) {
   SourceSpec spec = find_source(text, flags.data_root);
   const Json options = options_tree(flags.options, flags.sets);

@@ -19,6 +19,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/experiment/run_options.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/view/viewed_run.h"
 
 namespace sextant {
 
@@ -81,6 +82,9 @@ void add_data_flag(CLI::App& command, CommonFlags& flags);
 void add_cache_flag(CLI::App& command, std::string& folder);
 void add_option_flags(CLI::App& command, CommonFlags& flags);
 void add_jobs_flag(CLI::App& command, CommonFlags& flags);
+
+/// --source, --estimator, --level and --seed: one case of a folder with many.
+void add_case_flags(CLI::App& command, CaseChoice& choice);
 
 /// SOURCE below --data, with the options below "source" of the tree; others are an Error.
 SourceSpec source_of(const std::string& text, const CommonFlags& flags);

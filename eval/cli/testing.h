@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "sextant/base/files.h"
 #include "sextant/datasets/vdo_folder_testing.h"
+#include "sextant/eval/cli/command.h"
 
 namespace sextant {
 
@@ -25,6 +27,17 @@ inline Outcome sextant_program(const std::string& arguments) {
   const int status =
       std::system(fmt::format("{} {} > {} 2> {}", SEXTANT_PROGRAM, arguments, out, err).c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
+}
+
+/// `sextant evaluate ego` in this process, which starts no program.
+inline Outcome evaluate_ego_command(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"sextant", "evaluate", "ego"});
+  std::vector<const char*> pointers;
+  for (const std::string& a : arguments) pointers.push_back(a.c_str());
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  const int code = program(static_cast<int>(pointers.size()), pointers.data());
+  return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
 }
 
 /// Exit code 2 and exactly one line on stderr that names `named`.

@@ -13,17 +13,13 @@ namespace {
 
 struct ViewFlags : CommonFlags {
   std::string first, second;
-  double level = 0;
-  uint64_t seed = 0;
   ViewRequest request;
 };
 
-void view(ViewFlags& flags, bool with_level, bool with_seed) {
+void view(ViewFlags& flags) {
   ViewRequest& request = flags.request;
   request.folders = {flags.first};
   if (!flags.second.empty()) request.folders.emplace_back(flags.second);
-  if (with_level) request.choice.level = flags.level;
-  if (with_seed) request.choice.seed = flags.seed;
   request.data_root = flags.data_root;
   request.page.jobs = flags.jobs;
   request.page.quiet = flags.quiet;
@@ -50,7 +46,7 @@ struct OverlayFlags : CommonFlags {
   ShowcaseRequest request;
 };
 
-void draw(OverlayFlags& flags) {
+void draw_overlays(OverlayFlags& flags) {
   ShowcaseRequest& request = flags.request;
   request.source = find_source(flags.source, flags.data_root);
   request.options = options_tree(flags.options, flags.sets);
@@ -73,15 +69,7 @@ void add_view_command(CLI::App& app) {
   add_value(*command, "--out", flags->request.out, "DIR|FILE.html",
             "FILE.html (up to 50 MB), or a folder for index.html and, if larger, frames/")
       ->required();
-  command
-      ->add_option("--source", flags->request.choice.source, "Which source of the folder; default: its first")
-      ->type_name("SOURCE");
-  add_value(*command, "--estimator", flags->request.choice.estimator, "NAME",
-            "Which estimator, by its label; default: the first");
-  CLI::Option* level = command->add_option("--level", flags->level, "Which noise level; default: the first")
-                           ->type_name("NUMBER")
-                           ->check(finite_number());
-  CLI::Option* seed = add_value(*command, "--seed", flags->seed, "N", "Which seed; default: the first");
+  add_case_flags(*command, flags->request.choice);
   add_value(*command, "--images", flags->request.images, "SOURCE",
             "For folders of `evaluate objects`: the SOURCE that they are about");
   command->add_option("--quality", flags->request.page.jpeg_quality, "JPEG quality of the images")
@@ -94,7 +82,7 @@ void add_view_command(CLI::App& app) {
       "Examples:\n  sextant run synthetic:city --out city && sextant view city --out city.html\n"
       "  sextant view joint_flow joint_flow_depth --out both.html      # two runs of one source\n"
       "  sextant view sweep --estimator joint_flow --level 0.2 --seed 3 --out case.html");
-  command->callback([flags, level, seed] { view(*flags, level->count() > 0, seed->count() > 0); });
+  command->callback([flags] { view(*flags); });
 }
 
 void add_overlay_command(CLI::App& app) {
@@ -115,7 +103,7 @@ void add_overlay_command(CLI::App& app) {
   add_data_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress and no output");
   command->footer("Example:\n  sextant overlay synthetic:s18 --frame 5 --out overlay.png");
-  command->callback([flags] { draw(*flags); });
+  command->callback([flags] { draw_overlays(*flags); });
 }
 
 }  // namespace sextant

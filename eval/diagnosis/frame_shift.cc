@@ -99,8 +99,9 @@ Vector6d step_numbers(const SE3& error) {
 }
 
 Explanation FrameShift::explanation(Reading read, double declared) const {
-  read.cause += fmt::format("; of the change over these frames the errors hold {:.2f} +- {:.2f}, shifted ones 1, right ones 0",
-                            share, standard_error);
+  read.cause += fmt::format(
+      "; of the change over these frames the errors hold {:.2f} +- {:.2f}, shifted ones 1, right ones 0",
+      share, standard_error);
   return {std::move(read), {}, declared};
 }
 
@@ -126,8 +127,10 @@ std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
       stretch_of_frame.emplace(frame, rank * n_stretches / frames.size());
     }
     auto found = fit.fit(stretch_of_frame);
-    if (!found || std::abs(found->share - 1) > near_one || found->share - half < sure * found->standard_error) continue;
-    // Shifts have different numbers of steps with a change: what each step gains against right numbers decides.
+    if (!found || std::abs(found->share - 1) > near_one || found->share - half < sure * found->standard_error)
+      continue;
+    // Shifts have different numbers of steps with a change: what each step gains against right numbers
+    // decides.
     const double gain = (fit.cost(1) - fit.cost(0)) / static_cast<double>(fit.steps.size());
     if (best && gain >= least) continue;
     least = gain;

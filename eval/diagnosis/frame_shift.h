@@ -3,16 +3,18 @@
 // A shift of frame numbers that errors hide from the rule of hypothesis.h.
 //
 // With b_k the reference step of frame k in the body frame and g_k the given one, the error of a step is
-// e_k = log(inverse(b_k) g_k). Where the motion of frame k stands at frame k + n, g_k is b_{k-n} up to noise, and
+// e_k = log(inverse(b_k) g_k). Where the motion of frame k stands at frame k + n, g_k is b_{k-n} up to noise,
+// and
 //
 //   e_k = a d_k + noise,   d_k = log(inverse(b_k) b_{k-n}),   with a = 1; right frame numbers have a = 0
 //
-// The share a is fitted over the steps of all bodies at once, robustly (Huber), each of six components (translation,
-// rotation) of each body weighed by its own scatter. Its standard error is a jackknife over ten stretches of frames,
-// as errors of neighbouring frames depend on each other. Independent noise of the reference from frame to frame is in both
-// e and d, and pulls a to 1/2. A shift is reported where a is above 1/2 by four standard errors, and within 0.3 of 1. Steps
-// whose changes over the shift are small against their noise, or against that of the reference, do not determine a:
-// nothing is reported, whatever the frame numbers are.
+// The share a is fitted over the steps of all bodies at once, robustly (Huber), each of six components
+// (translation, rotation) of each body weighed by its own scatter. Its standard error is a jackknife over ten
+// stretches of frames, as errors of neighbouring frames depend on each other. Independent noise of the
+// reference from frame to frame is in both e and d, and pulls a to 1/2. A shift is reported where a is above
+// 1/2 by four standard errors, and within 0.3 of 1. Steps whose changes over the shift are small against
+// their noise, or against that of the reference, do not determine a: nothing is reported, whatever the frame
+// numbers are.
 
 #include <array>
 #include <map>

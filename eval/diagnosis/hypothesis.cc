@@ -32,8 +32,9 @@ std::optional<Explanation> explain(double declared, const std::vector<Reading>& 
 
 std::string message(const Explanation& explanation, const std::string& subject, const std::string& unit) {
   const Reading& best = explanation.best;
-  std::string text = fmt::format("{}: {} (RMS residual {:.3g} {} read so, {:.3g} {} as declared)", subject, best.cause,
-                                 std::sqrt(best.residual), unit, std::sqrt(explanation.declared), unit);
+  std::string text =
+      fmt::format("{}: {} (RMS residual {:.3g} {} read so, {:.3g} {} as declared)", subject, best.cause,
+                  std::sqrt(best.residual), unit, std::sqrt(explanation.declared), unit);
   if (!best.remedy.empty()) text += ": " + best.remedy;
   for (size_t i = 0; i < explanation.alike.size() && i + 1 < max_causes; ++i)
     text += "; or: " + explanation.alike[i].cause;

@@ -1,17 +1,19 @@
 #pragma once
 
-// Diagnosis of data that can be read but look wrong: inverse poses, centimetres, quaternions in another order.
+// Diagnosis of data that can be read but look wrong: inverse poses, centimetres, quaternions in another
+// order.
 //
-// A hypothesis is another reading of the same data: a name, how to read the data that way, and the flag or edit
-// that corrects them. The residual r of a reading measures how badly the data, read that way, agree with a
-// reference or with themselves (the unit is the caller's, e.g. m^2). With r_0 the residual of the declared
+// A hypothesis is another reading of the same data: a name, how to read the data that way, and the flag or
+// edit that corrects them. The residual r of a reading measures how badly the data, read that way, agree with
+// a reference or with themselves (the unit is the caller's, e.g. m^2). With r_0 the residual of the declared
 // reading and r_h that of a hypothesis, the hypothesis is reported when
 //
-//   explains_times * r_h <= r_0        and        explains_times * r_h <= r_null, where there is a null reading
+//   explains_times * r_h <= r_0    and    explains_times * r_h <= r_null, where there is a null reading
 //
-// The null reading claims nothing, as "the body does not move". It keeps a hypothesis that merely shrinks the data, as
-// "these are centimetres", from explaining noise about zero. Residuals are squared errors where errors are of
-// independent samples: a hypothesis leaves at most a fifth of the error's energy, 45 % of the RMS.
+// The null reading claims nothing, as "the body does not move". It keeps a hypothesis that merely shrinks the
+// data, as "these are centimetres", from explaining noise about zero. Residuals are squared errors where
+// errors are of independent samples: a hypothesis leaves at most a fifth of the error's energy, 45 % of the
+// RMS.
 //
 //   const auto readings = read_as(hypotheses, data, residual);
 //   if (const auto found = explain(residual(data), readings)) warn(message(*found, "estimate"));
@@ -32,8 +34,9 @@ inline constexpr double explains_times = 5;
 /// A reading of `Data` that the declaration does not claim.
 template <typename Data>
 struct Hypothesis {
-  std::string code;    ///< for programs: "inverse"
-  std::string cause;   ///< "motions are inverted, from frame k to k-1"; "{}" becomes the number that undo() found
+  std::string code;  ///< for programs: "inverse"
+  std::string
+      cause;  ///< "motions are inverted, from frame k to k-1"; "{}" becomes the number that undo() found
   std::string remedy;  ///< the flag or edit that corrects the data: "invert each motion"; may be empty
   /// Reads the data this way. False: the hypothesis does not apply to them. A fitted number goes to `fitted`.
   std::function<bool(Data& data, double& fitted)> undo;
@@ -77,18 +80,18 @@ std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, co
 
 /// Conditions under which a reading is reported, besides being better than the declared one.
 struct ExplanationRule {
-  double negligible = 0;                     ///< a declared residual up to here needs no explanation
+  double negligible = 0;                      ///< a declared residual up to here needs no explanation
   std::optional<double> null = std::nullopt;  ///< residual of the null reading
   double times = explains_times;
 };
 
-/// The reading with the lowest residual, if it explains the data by the rule above. Of those within a factor of
-/// two of the lowest residual, the one with the lowest price, then the first.
+/// The reading with the lowest residual, if it explains the data by the rule above. Of those within a factor
+/// of two of the lowest residual, the one with the lowest price, then the first.
 std::optional<Explanation> explain(double declared, const std::vector<Reading>& readings,
                                    const ExplanationRule& rule = {});
 
-/// "SUBJECT: CAUSE (RMS residual 0.03 m read so, 1.2 m as declared): REMEDY; or: CAUSE" for squared residuals in
-/// the square of `unit`.
+/// "SUBJECT: CAUSE (RMS residual 0.03 m read so, 1.2 m as declared): REMEDY; or: CAUSE" for squared residuals
+/// in the square of `unit`.
 std::string message(const Explanation& explanation, const std::string& subject, const std::string& unit);
 
 }  // namespace sextant

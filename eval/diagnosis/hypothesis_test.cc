@@ -40,7 +40,8 @@ TEST(Hypothesis, TheCheaperOfTwoThatExplainAlikeIsFirst) {
 TEST(Hypothesis, UndoChangesACopy) {
   const std::vector<Hypothesis<double>> hypotheses = {
       {"inverse", "the sign is wrong", "turn it", [](double& x, double&) { return x = -x, true; }},
-      {"factor", "a factor of {:.0f}", "", [](double& x, double& f) { return f = x, x = 1, true; }, 0.5, true},
+      {"factor", "a factor of {:.0f}", "", [](double& x, double& f) { return f = x, x = 1, true; }, 0.5,
+       true},
       {"never", "", "", [](double&, double&) { return false; }}};
   const double x = -1;
   const auto residual = [](double v) { return std::optional((v - 1) * (v - 1)); };

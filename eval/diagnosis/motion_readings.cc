@@ -8,15 +8,16 @@
 namespace sextant {
 namespace {
 
-constexpr size_t fewest_steps = 3;
 constexpr size_t fewest_of_shift = 8;  // different frames: smooth motions resemble their neighbours
 constexpr double kept_share = 0.8;
-// Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as well.
-constexpr double price_of_two = 0.5, price_of_lag = 0.2, price_of_fit = 0.1;
+// Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as
+// well.
+constexpr double price_of_two = 0.5, price_of_fit = 0.1;
 
-/// Applies `change`, SE3 and sample -> std::optional<SE3>, to every sample; those without a result are dropped.
+/// Applies `change`, SE3 and sample -> std::optional<SE3>, to every sample; those without a result are
+/// dropped.
 template <typename Change>
-auto each(Change change) {
+auto change_motions(Change change) {
   return [change](MotionData& data, double&) {
     std::vector<MotionSample> kept;
     for (MotionSample& sample : data.samples) {
@@ -37,9 +38,12 @@ Eigen::Quaterniond w_last(const Eigen::Quaterniond& q) { return {q.z(), q.w(), q
 
 const char* words(MotionFrame frame) {
   switch (frame) {
-    case MotionFrame::world: return "the world frame";
-    case MotionFrame::body: return "the object's own (body) frame";
-    case MotionFrame::camera: return "the camera frame (T_curr_prev)";
+    case MotionFrame::world:
+      return "the world frame";
+    case MotionFrame::body:
+      return "the object's own (body) frame";
+    case MotionFrame::camera:
+      return "the camera frame (T_curr_prev)";
   }
   return "";
 }
@@ -47,7 +51,8 @@ const char* words(MotionFrame frame) {
 /// inverse(C_{k-1}) H C_{k-1} to the declared frame.
 std::optional<SE3> from_camera_axes(const SE3& motion, MotionFrame declared, const MotionSample& at) {
   if (!at.T_world_prev) return std::nullopt;
-  return change_frame(*at.T_world_prev * motion * at.T_world_prev->inverse(), MotionFrame::world, declared, at);
+  return change_frame(*at.T_world_prev * motion * at.T_world_prev->inverse(), MotionFrame::world, declared,
+                      at);
 }
 
 MotionData of_objects(const MotionData& data, const std::set<int>& ids) {
@@ -87,7 +92,8 @@ SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(N);
     t.setZero();
     for (int i = 0; i < 3; ++i) {
-      if (solver.eigenvalues()[i] <= 1e-3 * solver.eigenvalues()[2] || !(solver.eigenvalues()[2] > 0)) continue;
+      if (solver.eigenvalues()[i] <= 1e-3 * solver.eigenvalues()[2] || !(solver.eigenvalues()[2] > 0))
+        continue;
       const Eigen::Vector3d direction = solver.eigenvectors().col(i);
       t += direction * (direction.dot(b) / solver.eigenvalues()[i]);
     }
@@ -106,8 +112,8 @@ struct BodyStep {
   }
 };
 
-/// Minimises the errors of steps in the body frame, where a rotation has no lever arm as it has in the world, with
-/// Huber's weights from `L0` on.
+/// Minimises the errors of steps in the body frame, where a rotation has no lever arm as it has in the world,
+/// with Huber's weights from `L0` on.
 SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
   constexpr int n_rounds = 15;
   constexpr double delta = 1e-6, damping = 1e-6, huber = 1.5;
@@ -138,7 +144,8 @@ SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
 
 }  // namespace
 
-void fit_object_poses(MotionData& data, const std::function<std::optional<SE3>(const MotionSample&)>& in_world) {
+void fit_object_poses(MotionData& data,
+                      const std::function<std::optional<SE3>(const MotionSample&)>& in_world) {
   constexpr size_t fewest_of_stretch = 10;
   for (size_t first = 0; first < data.samples.size();) {
     std::vector<SE3> P = {SE3()};  // L_{k-1} = L_0 P
@@ -177,8 +184,8 @@ double squared_residual(const SE3& given, const SE3& reference) {
 std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest) {
   if (values.size() < fewest) return std::nullopt;
   std::ranges::sort(values);
-  const auto kept = std::max<size_t>(static_cast<size_t>(std::ceil(kept_share * static_cast<double>(values.size()))),
-                                     fewest);
+  const auto kept = std::max<size_t>(
+      static_cast<size_t>(std::ceil(kept_share * static_cast<double>(values.size()))), fewest);
   double sum = 0;
   for (size_t i = 0; i < kept; ++i) sum += values[i] / static_cast<double>(kept);
   return sum;
@@ -227,8 +234,9 @@ std::optional<double> null_of_motions(MotionData data) {
 
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   std::vector<Hypothesis<MotionData>> table;
-  const auto add = [&](std::string code, std::string cause, std::string remedy, auto change, double price = 0) {
-    table.push_back({std::move(code), std::move(cause), std::move(remedy), each(change), price});
+  const auto add = [&](std::string code, std::string cause, std::string remedy, auto change,
+                       double price = 0) {
+    table.push_back({std::move(code), std::move(cause), std::move(remedy), change_motions(change), price});
   };
   using S = const MotionSample&;
   using Result = std::optional<SE3>;
@@ -248,15 +256,18 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
     };
     table.back().price = price_of_fit;
   }
-  add("frame_camera_axes",
-      fmt::format("the motions look like those in the axes of the camera at frame k-1, not in {}", words(declared)),
+  add(
+      "frame_camera_axes",
+      fmt::format("the motions look like those in the axes of the camera at frame k-1, not in {}",
+                  words(declared)),
       "write C H inverse(C) with C = T_world_camera at frame k-1",
       [=](const SE3& m, S s) { return from_camera_axes(m, declared, s); }, 0.1);
   add("inverse", "the motions look inverted, from frame k to k-1", "invert each motion",
       [](const SE3& m, S) { return Result(m.inverse()); });
   for (const MotionFrame frame : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
     if (frame == declared) continue;
-    add("inverse_frame_" + std::string(to_string(frame)),
+    add(
+        "inverse_frame_" + std::string(to_string(frame)),
         fmt::format("the motions look inverted, and like those in {}", words(frame)),
         fmt::format("invert each motion and give --frame {}", to_string(frame)),
         [=](const SE3& m, S s) { return change_frame(m.inverse(), frame, declared, s); }, price_of_two);
@@ -264,8 +275,10 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   const auto scaled = [](double factor) {
     return [factor](const SE3& m, S) { return Result(SE3(m.rotation(), factor * m.translation())); };
   };
-  add("centimetres", "the translations look like centimetres, not metres", "divide them by 100", scaled(0.01));
-  add("millimetres", "the translations look like millimetres, not metres", "divide them by 1000", scaled(0.001));
+  add("centimetres", "the translations look like centimetres, not metres", "divide them by 100",
+      scaled(0.01));
+  add("millimetres", "the translations look like millimetres, not metres", "divide them by 1000",
+      scaled(0.001));
   add("too_small_100", "the translations are 100 times too small", "multiply them by 100", scaled(100));
   add("too_small_1000", "the translations are 1000 times too small (kilometres?)", "multiply them by 1000",
       scaled(1000));
@@ -278,38 +291,38 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
       "reorder the columns", turned(w_last));
   add("transposed", "the rotations look transposed (the inverse rotation beside the right translation)",
       "transpose each rotation", turned([](const Eigen::Quaterniond& q) { return q.conjugate(); }));
-  table.push_back({"absolute",
-                   "the values look like poses or motions since the first frame, not from frame k-1 to k",
-                   "write the motion of each step", [declared](MotionData& data, double& ignored) {
-                     const auto logged = data.logged;
-                     return each([&](const SE3& m, S s) -> Result {
-                       const auto before = logged.find({s.key.first, s.key.second - 1});
-                       if (before == logged.end()) return std::nullopt;
-                       return declared == MotionFrame::body ? before->second.inverse() * m
-                                                            : m * before->second.inverse();
-                     })(data, ignored);
-                   }});
+  table.push_back(
+      {"absolute", "the values look like poses or motions since the first frame, not from frame k-1 to k",
+       "write the motion of each step", [declared](MotionData& data, double& ignored) {
+         const auto logged = data.logged;
+         return change_motions([&](const SE3& m, S s) -> Result {
+           const auto before = logged.find({s.key.first, s.key.second - 1});
+           if (before == logged.end()) return std::nullopt;
+           return declared == MotionFrame::body ? before->second.inverse() * m : m * before->second.inverse();
+         })(data, ignored);
+       }});
   for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
     if (lag == 0) continue;
-    table.push_back({fmt::format("lag_{}", lag),
-                     fmt::format("the frame numbers look shifted: the motion of frame k stands at frame k{:+d}", lag),
-                     fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
-                                 lag > 0 ? "from" : "to"),
-                     [lag](MotionData& data, double& ignored) {
-                       const auto logged = data.logged;
-                       size_t n_known = 0;
-                       std::set<int> frames;
-                       // Steps whose other one is not logged stay as they are: both readings have the same steps.
-                       return each([&](const SE3& m, S s) -> Result {
-                                const auto other = logged.find({s.key.first, s.key.second + lag});
-                                if (other == logged.end()) return m;
-                                ++n_known;
-                                frames.insert(s.key.second);
-                                return other->second;
-                              })(data, ignored) &&
-                              frames.size() >= fewest_of_shift && 2 * n_known >= data.samples.size();
-                     },
-                     price_of_lag});
+    table.push_back(
+        {fmt::format("lag_{}", lag),
+         fmt::format("the frame numbers look shifted: the motion of frame k stands at frame k{:+d}", lag),
+         fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
+                     lag > 0 ? "from" : "to"),
+         [lag](MotionData& data, double& ignored) {
+           const auto logged = data.logged;
+           size_t n_known = 0;
+           std::set<int> frames;
+           // Steps whose other one is not logged stay as they are: both readings have the same steps.
+           return change_motions([&](const SE3& m, S s) -> Result {
+                    const auto other = logged.find({s.key.first, s.key.second + lag});
+                    if (other == logged.end()) return m;
+                    ++n_known;
+                    frames.insert(s.key.second);
+                    return other->second;
+                  })(data, ignored) &&
+                  frames.size() >= fewest_of_shift && 2 * n_known >= data.samples.size();
+         },
+         price_of_lag});
   }
   return table;
 }
@@ -320,12 +333,15 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
   std::vector<StepError> steps;
   for (const MotionSample& sample : data.samples) {
     const SE3 back = in_body_frame(sample.reference, data.declared, sample).inverse();
-    StepError step{sample.key.first, sample.key.second,
-                   step_numbers(back * in_body_frame(sample.given, data.declared, sample)), {}};
+    StepError step{sample.key.first,
+                   sample.key.second,
+                   step_numbers(back * in_body_frame(sample.given, data.declared, sample)),
+                   {}};
     for (int n = -longest_shift; n <= longest_shift; ++n) {
       const auto other = samples.find({sample.key.first, sample.key.second - n});
       if (other == samples.end()) continue;
-      step.of_shift.emplace(n, step_numbers(back * in_body_frame(other->second->reference, data.declared, sample)));
+      step.of_shift.emplace(
+          n, step_numbers(back * in_body_frame(other->second->reference, data.declared, sample)));
     }
     steps.push_back(std::move(step));
   }
@@ -343,15 +359,17 @@ std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   const std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
   std::set<int> ids;
   for (const MotionSample& sample : data.samples) ids.insert(sample.key.first);
-  std::vector<ObjectExplanation> out = explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
-    const MotionData some = of_objects(data, of);
-    const std::optional<double> declared = motion_residual(some);
-    if (!declared) return std::nullopt;
-    return explain(*declared, read_as(table, some, motion_residual),
-                   {.null = null_of_motions(some), .times = explains_times_of(some.samples.size())});
-  });
+  std::vector<ObjectExplanation> out =
+      explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
+        const MotionData some = of_objects(data, of);
+        const std::optional<double> declared = motion_residual(some);
+        if (!declared) return std::nullopt;
+        return explain(*declared, read_as(table, some, motion_residual),
+                       {.null = null_of_motions(some), .times = explains_times_of(some.samples.size())});
+      });
   if (out.empty()) {
-    if (const auto shift = explain_hidden_shift(data)) out.push_back({{ids.begin(), ids.end()}, true, *shift});
+    if (const auto shift = explain_hidden_shift(data))
+      out.push_back({{ids.begin(), ids.end()}, true, *shift});
   }
   return out;
 }
@@ -359,7 +377,8 @@ std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
 std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& motions) {
   const auto mean_square = [](const std::map<ObjectFrame, SE3>& read) {
     std::vector<double> squares;
-    for (const auto& [key, motion] : read) squares.push_back(squared_residual(SE3(motion.rotation(), {0, 0, 0}), {}));
+    for (const auto& [key, motion] : read)
+      squares.push_back(squared_residual(SE3(motion.rotation(), {0, 0, 0}), {}));
     return trimmed_mean(std::move(squares), fewest_steps);
   };
   const auto turned = [](auto change) {

@@ -1,6 +1,7 @@
 #pragma once
 
-// Readings of rigid motions of objects that somebody else has logged: in another frame, inverse, in centimetres.
+// Readings of rigid motions of objects that somebody else has logged: in another frame, inverse, in
+// centimetres.
 //
 // A motion from frame k-1 to k is written in one of three frames (geometry/object_motion.h), with L =
 // T_world_object at k-1 and C = T_world_camera:
@@ -9,15 +10,15 @@
 //   body     inverse(L) H L
 //   camera   inverse(C_k) H C_{k-1}       p_k = X p_{k-1} in camera coordinates
 //
-// A reading is compared with reference motions: the truth, or the steps of a path of poses, which a log must agree
-// with as well. The residual of one motion is the mean squared distance by which it moves points of the
+// A reading is compared with reference motions: the truth, or the steps of a path of poses, which a log must
+// agree with as well. The residual of one motion is the mean squared distance by which it moves points of the
 // object to other places than the reference does, for points rms_radius_m around the object's origin:
 //
 //   e^2 = |t|^2 + (2 r sin(theta / 2))^2        [R(theta) t] = inverse(M) M_reference, in the body frame
 //
-// The residual of an object is the trimmed mean of e^2 over its steps (the largest fifth is left out: outliers
-// say nothing about conventions). The rule of hypothesis.h applies to each object and to all together; the null
-// reading is an object that does not move.
+// The residual of an object is the trimmed mean of e^2 over its steps (the largest fifth is left out:
+// outliers say nothing about conventions). The rule of hypothesis.h applies to each object and to all
+// together; the null reading is an object that does not move.
 
 #include <map>
 #include <optional>
@@ -31,6 +32,11 @@
 #include "sextant/geometry/se3.h"
 
 namespace sextant {
+
+/// Objects of fewer steps have no residual.
+inline constexpr size_t fewest_steps = 3;
+/// A shift of the clock is reported only where no single other mistake does as well.
+inline constexpr double price_of_lag = 0.2;
 
 enum class MotionFrame { world, body, camera };
 constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
@@ -53,25 +59,26 @@ std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest);
 /// Motion and poses known at one step, in one world.
 struct MotionSample {
   ObjectFrame key;
-  SE3 given;                                       ///< as logged, in the declared frame
-  SE3 reference;                                   ///< in the declared frame
-  std::optional<SE3> T_world_object;               ///< at k-1
+  SE3 given;                                      ///< as logged, in the declared frame
+  SE3 reference;                                  ///< in the declared frame
+  std::optional<SE3> T_world_object;              ///< at k-1
   std::optional<SE3> T_world_prev, T_world_curr;  ///< of the camera
 };
 
 struct MotionData {
   MotionFrame declared = MotionFrame::world;
-  std::vector<MotionSample> samples;      ///< those with a reference
-  std::map<ObjectFrame, SE3> logged;      ///< all motions of the log, for readings that need neighbours
+  std::vector<MotionSample> samples;  ///< those with a reference
+  std::map<ObjectFrame, SE3> logged;  ///< all motions of the log, for readings that need neighbours
 };
 
 /// `motion` of the frame `from`, in the frame `to`; empty where a pose that this needs is not known.
 std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at);
 
-/// Finds the poses of objects that are not known: with motions H of an object in the world and its reference motions B
-/// in the body frame, L_0 with H_k L_{k-1} = L_{k-1} B_k and L_k = L_{k-1} B_k, in least squares over each stretch of
-/// ten steps or more. Other samples keep no pose. `in_world` returns H of a sample.
-void fit_object_poses(MotionData& data, const std::function<std::optional<SE3>(const MotionSample&)>& in_world);
+/// Finds the poses of objects that are not known: with motions H of an object in the world and its reference
+/// motions B in the body frame, L_0 with H_k L_{k-1} = L_{k-1} B_k and L_k = L_{k-1} B_k, in least squares
+/// over each stretch of ten steps or more. Other samples keep no pose. `in_world` returns H of a sample.
+void fit_object_poses(MotionData& data,
+                      const std::function<std::optional<SE3>(const MotionSample&)>& in_world);
 
 /// Residual over all samples of `data`, m^2; empty for fewer than three.
 std::optional<double> motion_residual(const MotionData& data);
@@ -95,12 +102,13 @@ std::vector<ObjectExplanation> explain_motions(const MotionData& data);
 /// A shift of the frame numbers of all objects by frame_shift.h: where explain_motions() finds nothing else.
 std::optional<Explanation> explain_hidden_shift(const MotionData& data);
 
-/// An explanation from the motions alone, by their rotations: motions between successive frames turn an object by far
-/// less than 90 degrees. Quaternions in another order turn it by about 180.
+/// An explanation from the motions alone, by their rotations: motions between successive frames turn an
+/// object by far less than 90 degrees. Quaternions in another order turn it by about 180.
 std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& motions);
 
-/// Bodies whose motions in their own frames point backwards, against one of the axes `forward` within 30 degrees, in all but
-/// a twentieth of at least ten steps of 0.1 m or more; empty where one of the others moves at all.
+/// Bodies whose motions in their own frames point backwards, against one of the axes `forward` within 30
+/// degrees, in all but a twentieth of at least ten steps of 0.1 m or more; empty where one of the others
+/// moves at all.
 std::vector<int> bodies_that_reverse(const std::map<ObjectFrame, SE3>& body_motions,
                                      const std::vector<Eigen::Vector3d>& forward);
 

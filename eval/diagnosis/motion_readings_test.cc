@@ -48,7 +48,8 @@ MotionData data_of(const Scene& scene, MotionFrame declared, double noise, unsig
     MotionSample s{key, {}, {}, scene.L.at(before), scene.C.at(key.second - 1), scene.C.at(key.second)};
     const SE3 body = scene.L.at(before).inverse() * pose;
     Vector6d xi;
-    for (int i = 0; i < 6; ++i) xi[i] = noise * body.translation().norm() * normal(random) * (i < 3 ? 0.6 : 0.1);
+    for (int i = 0; i < 6; ++i)
+      xi[i] = noise * body.translation().norm() * normal(random) * (i < 3 ? 0.6 : 0.1);
     s.reference = *change_frame(body, MotionFrame::body, declared, s);
     s.given = *change_frame(body * SE3::exp(xi), MotionFrame::body, declared, s);
     data.logged[key] = s.given;
@@ -76,8 +77,12 @@ std::map<std::string, Plant> plants(MotionFrame declared) {
       };
   }
   all["inverse"] = [](const SE3& m, const MotionSample&) { return m.inverse(); };
-  all["centimetres"] = [](const SE3& m, const MotionSample&) { return SE3(m.rotation(), 100 * m.translation()); };
-  all["millimetres"] = [](const SE3& m, const MotionSample&) { return SE3(m.rotation(), 1000 * m.translation()); };
+  all["centimetres"] = [](const SE3& m, const MotionSample&) {
+    return SE3(m.rotation(), 100 * m.translation());
+  };
+  all["millimetres"] = [](const SE3& m, const MotionSample&) {
+    return SE3(m.rotation(), 1000 * m.translation());
+  };
   all["quaternion_w_first"] = [](const SE3& m, const MotionSample&) {
     const Eigen::Quaterniond& q = m.rotation();  // written w x y z, read as x y z w
     return SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), m.translation());
@@ -156,11 +161,13 @@ TEST(MotionReadings, ShiftsThatNoiseHidesAreNamedByTheChangeOfTheMotion) {
 TEST(MotionReadings, ShiftsBelowTheNoiseOfEstimatesOrTruthAreLeftOpen) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const MotionData right = data_of(scene(3, 60, 0.8), MotionFrame::world, 3, seed);
-    for (const int lag : {-1, 0, 1}) EXPECT_FALSE(explain_hidden_shift(shifted(right, lag))) << lag << ", seed " << seed;
+    for (const int lag : {-1, 0, 1})
+      EXPECT_FALSE(explain_hidden_shift(shifted(right, lag))) << lag << ", seed " << seed;
     // A truth that is noise from frame to frame, as labels by hand are.
     MotionData labelled = data_of(scene(3, 60, 0.8), MotionFrame::world, 0.05, seed);
     const MotionData noise = data_of(scene(3, 60, 0.8), MotionFrame::world, 1, seed + 100);
-    for (size_t i = 0; i < labelled.samples.size(); ++i) labelled.samples[i].reference = noise.samples[i].given;
+    for (size_t i = 0; i < labelled.samples.size(); ++i)
+      labelled.samples[i].reference = noise.samples[i].given;
     EXPECT_FALSE(explain_hidden_shift(labelled)) << seed;
   }
 }
@@ -172,7 +179,9 @@ TEST(MotionReadings, MotionsInTheWorldAreNamedWithoutPosesOfObjects) {
   for (auto& [key, pose] : far.L) pose = away * pose;
   for (auto& [k, pose] : far.C) pose = away * pose;
   MotionData data = data_of(far, MotionFrame::body, 0.2);
-  plant(data, [](const SE3& m, const MotionSample& s) { return *change_frame(m, MotionFrame::body, MotionFrame::world, s); });
+  plant(data, [](const SE3& m, const MotionSample& s) {
+    return *change_frame(m, MotionFrame::body, MotionFrame::world, s);
+  });
   for (MotionSample& s : data.samples) s.T_world_object.reset();
   const auto found = explain_motions(data);
   ASSERT_FALSE(found.empty());
@@ -246,7 +255,8 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     }
     right.given = right.reference;
     for (auto& [key, pose] : right.given)  // 1 cm
-      pose = pose * SE3(Eigen::Quaterniond::Identity(), 0.01 * Eigen::Vector3d(std::sin(17.0 * key.second), 0, 0));
+      pose = pose *
+             SE3(Eigen::Quaterniond::Identity(), 0.01 * Eigen::Vector3d(std::sin(17.0 * key.second), 0, 0));
     EXPECT_TRUE(explain_poses(right).empty());
     for (const auto& [code, change] : plants) {
       if (code == "frame_camera" && shared == SharedFrame::body) continue;

@@ -31,9 +31,10 @@ std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_ob
 
 std::string ObjectExplanation::text(const std::string& subject) const {
   if (of_all) return message(explanation, subject, "m");
-  return message(explanation,
-                 fmt::format("{} of object{} {}", subject, objects.size() > 1 ? "s" : "", fmt::join(objects, ", ")),
-                 "m");
+  return message(
+      explanation,
+      fmt::format("{} of object{} {}", subject, objects.size() > 1 ? "s" : "", fmt::join(objects, ", ")),
+      "m");
 }
 
 }  // namespace sextant

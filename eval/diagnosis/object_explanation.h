@@ -23,12 +23,12 @@ struct ObjectExplanation {
   std::string text(const std::string& subject) const;
 };
 
-/// Groups explanations of single objects: those that one reading explains come together, the reading of the most
-/// objects first. `n_all`: objects of the data.
+/// Groups explanations of single objects: those that one reading explains come together, the reading of the
+/// most objects first. `n_all`: objects of the data.
 std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_object, size_t n_all);
 
-/// Applies the rule of hypothesis.h to all objects `ids` together, then to each object that the hypothesis about
-/// all does not explain. `explain_of(ids)` returns the explanation of the data of these objects.
+/// Applies the rule of hypothesis.h to all objects `ids` together, then to each object that the hypothesis
+/// about all does not explain. `explain_of(ids)` returns the explanation of the data of these objects.
 template <typename ExplainOf>
 std::vector<ObjectExplanation> explain_objects(const std::set<int>& ids, const ExplainOf& explain_of) {
   std::vector<ObjectExplanation> out;
@@ -54,7 +54,8 @@ std::vector<ObjectExplanation> explain_objects(const std::set<int>& ids, const E
   }
   of_log.of_all = of_log.objects.size() == ids.size();
   if (!of_log.objects.empty()) out.push_back(std::move(of_log));
-  for (ObjectExplanation& group : group_by_reading(std::move(open), ids.size())) out.push_back(std::move(group));
+  for (ObjectExplanation& group : group_by_reading(std::move(open), ids.size()))
+    out.push_back(std::move(group));
   return out;
 }
 

@@ -5,14 +5,11 @@
 namespace sextant {
 namespace {
 
-constexpr size_t fewest_steps = 3;
-constexpr double price_of_lag = 0.2;
-
 using Poses = std::map<ObjectFrame, SE3>;
 
 /// Applies `change`, SE3 and frame -> std::optional<SE3>, to every pose; those without a result are dropped.
 template <typename Change>
-auto each(Change change) {
+auto change_poses(Change change) {
   return [change](PoseData& data, double&) {
     Poses read;
     for (const auto& [key, pose] : data.given) {
@@ -66,7 +63,9 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
   using Result = std::optional<SE3>;
   const auto add = [&](std::string code, std::string cause, std::string remedy, auto change) {
     table.push_back({std::move(code), std::move(cause), std::move(remedy),
-                     each([change](const PoseData&, const SE3& pose, ObjectFrame) { return Result(change(pose)); })});
+                     change_poses([change](const PoseData&, const SE3& pose, ObjectFrame) {
+                       return Result(change(pose));
+                     })});
   };
   add("inverse", "the poses look inverted (world to body)", "invert each pose",
       [](const SE3& pose) { return pose.inverse(); });
@@ -76,15 +75,16 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
   add("centimetres", "the positions look like centimetres, not metres", "divide them by 100", scaled(0.01));
   add("millimetres", "the positions look like millimetres, not metres", "divide them by 1000", scaled(0.001));
   add("too_small_100", "the positions are 100 times too small", "multiply them by 100", scaled(100));
-  add("too_small_1000", "the positions are 1000 times too small (kilometres?)", "multiply them by 1000", scaled(1000));
+  add("too_small_1000", "the positions are 1000 times too small (kilometres?)", "multiply them by 1000",
+      scaled(1000));
   const auto turned = [](auto change) {
     return [change](const SE3& pose) { return SE3(change(pose.rotation()), pose.translation()); };
   };
   using Q = Eigen::Quaterniond;
   add("quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
       "reorder the columns to qx,qy,qz,qw", turned([](const Q& q) { return Q(q.x(), q.y(), q.z(), q.w()); }));
-  add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z", "reorder the columns",
-      turned([](const Q& q) { return Q(q.z(), q.w(), q.x(), q.y()); }));
+  add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
+      "reorder the columns", turned([](const Q& q) { return Q(q.z(), q.w(), q.x(), q.y()); }));
   add("transposed", "the rotations look transposed (the inverse rotation beside the right position)",
       "transpose each rotation", turned([](const Q& q) { return q.conjugate(); }));
   table.push_back({"per_step", "the values look like motions from frame to frame, not poses", "chain them",
@@ -106,7 +106,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
                    "write T_world_camera times each pose",
                    [](PoseData& data, double& ignored) {
                      if (data.T_world_camera.empty()) return false;
-                     return each([](const PoseData& all, const SE3& pose, ObjectFrame key) -> Result {
+                     return change_poses([](const PoseData& all, const SE3& pose, ObjectFrame key) -> Result {
                        const auto camera = all.T_world_camera.find(key.second);
                        if (camera == all.T_world_camera.end()) return std::nullopt;
                        return camera->second * pose;
@@ -115,15 +115,16 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
                    0.1});
   for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
     if (lag == 0) continue;
-    table.push_back({fmt::format("lag_{}", lag),
-                     fmt::format("the frame numbers look shifted: the pose of frame k stands at frame k{:+d}", lag),
-                     fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
-                                 lag > 0 ? "from" : "to"),
-                     each([lag](const PoseData& all, const SE3&, ObjectFrame key) -> Result {
-                       const auto other = all.given.find({key.first, key.second + lag});
-                       return other == all.given.end() ? std::nullopt : Result(other->second);
-                     }),
-                     price_of_lag});
+    table.push_back(
+        {fmt::format("lag_{}", lag),
+         fmt::format("the frame numbers look shifted: the pose of frame k stands at frame k{:+d}", lag),
+         fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
+                     lag > 0 ? "from" : "to"),
+         change_poses([lag](const PoseData& all, const SE3&, ObjectFrame key) -> Result {
+           const auto other = all.given.find({key.first, key.second + lag});
+           return other == all.given.end() ? std::nullopt : Result(other->second);
+         }),
+         price_of_lag});
   }
   return table;
 }
@@ -132,15 +133,17 @@ std::vector<ObjectExplanation> explain_poses(const PoseData& data) {
   std::set<int> ids;
   for (const auto& [key, pose] : data.given) ids.insert(key.first);
   const std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
-  std::vector<ObjectExplanation> out = explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
-    const PoseData some = of_objects(data, of);
-    const std::optional<double> declared = pose_residual(some);
-    if (!declared) return std::nullopt;
-    return explain(*declared, read_as(table, some, pose_residual),
-                   {.null = null_of_poses(some), .times = explains_times_of(some.given.size())});
-  });
+  std::vector<ObjectExplanation> out =
+      explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
+        const PoseData some = of_objects(data, of);
+        const std::optional<double> declared = pose_residual(some);
+        if (!declared) return std::nullopt;
+        return explain(*declared, read_as(table, some, pose_residual),
+                       {.null = null_of_poses(some), .times = explains_times_of(some.given.size())});
+      });
   if (out.empty()) {
-    if (const auto shift = explain_hidden_shift(data)) out.push_back({{ids.begin(), ids.end()}, true, *shift});
+    if (const auto shift = explain_hidden_shift(data))
+      out.push_back({{ids.begin(), ids.end()}, true, *shift});
   }
   return out;
 }
@@ -149,15 +152,19 @@ std::optional<Explanation> explain_hidden_shift(const PoseData& data) {
   const auto step_of = [&](const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) -> std::optional<SE3> {
     const auto p0 = poses.find({key.first, key.second - 1}), p1 = poses.find(key);
     if (p0 == poses.end() || p1 == poses.end()) return std::nullopt;
-    return data.shared == SharedFrame::body ? p0->second.inverse() * p1->second : p1->second * p0->second.inverse();
+    return data.shared == SharedFrame::body ? p0->second.inverse() * p1->second
+                                            : p1->second * p0->second.inverse();
   };
   std::vector<StepError> steps;
   for (const auto& [key, pose] : data.given) {
     const auto given = step_of(data.given, key), expected = step_of(data.reference, key);
     if (!given || !expected) continue;
     // Steps in one world are compared at the reference's place.
-    const SE3 place = data.shared == SharedFrame::body ? SE3() : data.reference.at({key.first, key.second - 1});
-    const auto difference = [&](const SE3& step) { return step_numbers(place.inverse() * expected->inverse() * step * place); };
+    const SE3 place =
+        data.shared == SharedFrame::body ? SE3() : data.reference.at({key.first, key.second - 1});
+    const auto difference = [&](const SE3& step) {
+      return step_numbers(place.inverse() * expected->inverse() * step * place);
+    };
     StepError step{key.first, key.second, difference(*given), {}};
     for (int n = -longest_shift; n <= longest_shift; ++n) {
       if (const auto other = step_of(data.reference, {key.first, key.second - n}))

@@ -1,8 +1,8 @@
 #pragma once
 
-// Readings of recorded poses T_world_object, or T_world_camera, by frame: inverse, in centimetres, in the camera frame.
-// The steps between successive frames are compared with those of reference poses, as drift hides every mistake
-// in positions; the residual is that of motion_readings.h. Two kinds of poses:
+// Readings of recorded poses T_world_object, or T_world_camera, by frame: inverse, in centimetres, in the
+// camera frame. The steps between successive frames are compared with those of reference poses, as drift
+// hides every mistake in positions; the residual is that of motion_readings.h. Two kinds of poses:
 //
 //   one body    the same body and origin on both sides, worlds may differ (cameras):  inverse(P_{k-1}) P_k
 //   one world   the same world, bodies may have other axes and origins (objects):     P_k inverse(P_{k-1})

@@ -40,7 +40,8 @@ void transpose_rotations(PoseSeries& series) {
   for (Eigen::Matrix3d& R : series.rotations) R.transposeInPlace();
 }
 
-/// Whether the extents of both paths agree within a factor of 3: otherwise a smaller unit merely shrinks noise.
+/// Whether the extents of both paths agree within a factor of 3: otherwise a smaller unit merely shrinks
+/// noise.
 bool has_same_extent(const TrajectoryPair& pair) {
   constexpr double factor = 3;
   const auto extent_m = [](const PoseSeries& poses) {
@@ -68,9 +69,11 @@ class Table {
   explicit Table(const Side& side) : side_(side) {}
 
   template <typename Change>
-  void add_of_pair(std::string code, std::string cause, std::string remedy, double price, const Change& change) {
+  void add_of_pair(std::string code, std::string cause, std::string remedy, double price,
+                   const Change& change) {
     list_.push_back({std::move(code), "the " + side_.name + " " + std::move(cause), std::move(remedy),
-                     [change](TrajectoryPair& pair, double&) { return change(pair); }, price + side_.price, false});
+                     [change](TrajectoryPair& pair, double&) { return change(pair); }, price + side_.price,
+                     false});
   }
   template <typename Change>
   void add(std::string code, std::string cause, std::string remedy, double price, const Change& change) {
@@ -122,12 +125,14 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
   table.add("inverse", "holds inverse poses, T_camera_world instead of T_world_camera",
             "give --" + side.prefix + "inverse", 0, of_rotations([](PoseSeries& poses) { invert(poses); }));
   for (const bool w_first : {true, false}) {
-    table.add("columns", fmt::format("'s quaternions seem to have w {}", w_first ? "first" : "last"),
-              "check the order of its columns; a header with a name each decides it (--format table), or --format",
-              0.1, of_rotations([w_first](PoseSeries& poses) { reorder_quaternions(poses, w_first); }));
+    table.add(
+        "columns", fmt::format("'s quaternions seem to have w {}", w_first ? "first" : "last"),
+        "check the order of its columns; a header with a name each decides it (--format table), or --format",
+        0.1, of_rotations([w_first](PoseSeries& poses) { reorder_quaternions(poses, w_first); }));
   }
   table.add("transposed", "'s rotation matrices are transposed, or its quaternions conjugate",
-            "transpose the rotation of each line and keep the position", 0.2, of_rotations(transpose_rotations));
+            "transpose the rotation of each line and keep the position", 0.2,
+            of_rotations(transpose_rotations));
   for (const bool inverse : {false, true}) {
     table.add("steps",
               fmt::format("holds the step of each frame ({}) instead of poses in one world",
@@ -157,7 +162,8 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
     }
     for (const Eigen::Matrix3d& B : axis_rotations()) {
       if (B.isIdentity()) continue;
-      table.add("body", fmt::format("is of a body whose axes are {} of the camera", directions(B.transpose())),
+      table.add("body",
+                fmt::format("is of a body whose axes are {} of the camera", directions(B.transpose())),
                 "give --" + side.prefix + "body-from-camera " + body_from_camera_numbers(B), 0.5,
                 of_rotations([B](PoseSeries& poses) { turn_body(poses, B); }));
     }
@@ -284,14 +290,16 @@ std::optional<Explanation> explain_alone(const PoseSeries& poses) {
   const double path_m = length_m(poses, pieces_of(poses));
   std::vector<Reading> readings;
   for (const Hypothesis<TrajectoryPair>& hypothesis : trajectory_hypotheses({})) {
-    if (hypothesis.code != "inverse" && hypothesis.code != "columns" && hypothesis.code != "transposed") continue;
+    if (hypothesis.code != "inverse" && hypothesis.code != "columns" && hypothesis.code != "transposed")
+      continue;
     TrajectoryPair pair{{}, poses};
     double ignored = 0;
     if (hypothesis.cause.starts_with("the reference") || !hypothesis.undo(pair, ignored)) continue;
     const auto pieces = pieces_of(pair.estimate);
     const auto left = scatter_deg(pair.estimate, pieces);
     if (!left || *left > most_deg || length_m(pair.estimate, pieces) > 1.01 * path_m) continue;
-    readings.push_back({hypothesis.code, hypothesis.cause, hypothesis.remedy, *left * *left, hypothesis.price});
+    readings.push_back(
+        {hypothesis.code, hypothesis.cause, hypothesis.remedy, *left * *left, hypothesis.price});
   }
   return explain(*declared * *declared, readings);
 }

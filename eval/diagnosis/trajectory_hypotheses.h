@@ -12,10 +12,10 @@
 //   body        of a body with other axes: turned from the right    the pair
 //   world       in a world with other axes: turned from the left    the pair, without an alignment that turns
 //
-// "Each alone": a vehicle moves along one direction of its own axes. With u_i the direction of a piece of path in
-// the body's axes at its middle, the scatter is the RMS angle between u_i and their principal axis, either way:
-// small for a vehicle read right, large in its turns where the poses are inverse. Cameras held in a hand or
-// flying sideways scatter in every reading, and nothing is concluded.
+// "Each alone": a vehicle moves along one direction of its own axes. With u_i the direction of a piece of
+// path in the body's axes at its middle, the scatter is the RMS angle between u_i and their principal axis,
+// either way: small for a vehicle read right, large in its turns where the poses are inverse. Cameras held in
+// a hand or flying sideways scatter in every reading, and nothing is concluded.
 
 #include <Eigen/Core>
 #include <optional>
@@ -50,9 +50,9 @@ void invert(PoseSeries& poses);
 /// See "each alone"; empty without turns or with fewer than 20 pieces of path.
 std::optional<double> direction_scatter_deg(const PoseSeries& poses);
 
-/// "inverse", "columns" or "transposed" where that reading of the poses alone has a scatter below 10 deg, at least
-/// five times smaller in its square than that of the declared reading, which is above 20 deg, and the path does
-/// not become longer.
+/// "inverse", "columns" or "transposed" where that reading of the poses alone has a scatter below 10 deg, at
+/// least five times smaller in its square than that of the declared reading, which is above 20 deg, and the
+/// path does not become longer.
 std::optional<Explanation> explain_alone(const PoseSeries& poses);
 
 /// Whether the rotation is within an angle of one that maps axes to axes, the identity among them.

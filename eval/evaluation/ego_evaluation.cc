@@ -252,12 +252,13 @@ std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const Alig
     if (frames[i] != frames[i - 1] + 1) return std::nullopt;
   }
   if (!stamped)
-    return warning_of_rows_shifted(r.reference, r.estimate, choice, [](int frames) {
-      return fmt::format("add {} to its frame numbers (a frame number may stand before the 12 values)", frames);
+    return warning_of_rows_shifted(r.reference, r.estimate, choice, [](int n_rows) {
+      return fmt::format("add {} to its frame numbers (a frame number may stand before the 12 values)",
+                         n_rows);
     });
   const double step_s = median_step(r.reference.stamps_s);
-  return warning_of_rows_shifted(r.reference, r.estimate, choice, [&](int frames) {
-    return fmt::format("give --offset {:.6g}, or --estimate-offset", offset_s + frames * step_s);
+  return warning_of_rows_shifted(r.reference, r.estimate, choice, [&](int n_rows) {
+    return fmt::format("give --offset {:.6g}, or --estimate-offset", offset_s + n_rows * step_s);
   });
 }
 

@@ -29,7 +29,7 @@ Json per_frame_json(const PerFrameErrors& e, const EgoReference& reference) {
   return json;
 }
 
-void put(Json& json, const KittiOdometryError& e) {
+void put_odometry_error(Json& json, const KittiOdometryError& e) {
   json["n"] = e.n;
   if (e.translation_percent) json["translation_percent"] = *e.translation_percent;
   if (e.rotation_deg_per_m) json["rotation_deg_per_m"] = *e.rotation_deg_per_m;
@@ -37,14 +37,14 @@ void put(Json& json, const KittiOdometryError& e) {
 
 Json kitti_json(const KittiOdometryErrors& errors) {
   Json json;
-  put(json, errors.all);
+  put_odometry_error(json, errors.all);
   json["path_m"] = errors.path_m;
   json["by_length"] = Json::array();
   for (const KittiOdometryError& e : errors.by_length) {
     if (e.n == 0) continue;
     Json row;
     row["length_m"] = e.length_m;
-    put(row, e);
+    put_odometry_error(row, e);
     json["by_length"].push_back(row);
   }
   return json;

@@ -9,8 +9,8 @@ namespace sextant {
 namespace {
 
 /// Of the pose change errors per frame.
-std::vector<RunErrors> step_errors(const std::vector<EgoResult>& runs,
-                                   std::vector<double> PerFrameErrors::*which) {
+std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
+                                           std::vector<double> PerFrameErrors::*which) {
   std::vector<RunErrors> out = run_errors(runs);
   for (size_t i = 0; i < runs.size(); ++i) {
     out[i].errors = runs[i].per_frame.*which;
@@ -76,8 +76,8 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
 
   const Table steps = ego_step_table(runs, reference);
   ReportSection per_frame{"per_frame", steps.title, {}, {{"steps", steps}}, {}, {}};
-  const auto Et = by_system(step_errors(runs, &PerFrameErrors::Et_m));
-  const auto ER = by_system(step_errors(runs, &PerFrameErrors::ER_deg));
+  const auto Et = by_system(step_errors_of_runs(runs, &PerFrameErrors::Et_m));
+  const auto ER = by_system(step_errors_of_runs(runs, &PerFrameErrors::ER_deg));
   if (!Et.empty()) per_frame.figures.push_back(cumulative_figure("step_Et_cdf", "E_t per frame [m]", Et));
   if (!ER.empty()) per_frame.figures.push_back(cumulative_figure("step_ER_cdf", "E_R per frame [deg]", ER));
   document.sections.push_back(std::move(per_frame));

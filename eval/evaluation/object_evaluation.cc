@@ -18,12 +18,12 @@ std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, ObjectFram
 }
 
 /// A motion in both frames; `world` needs L where the log is in the body frame, and the other way round.
-struct Motions {
+struct MotionInFrames {
   std::optional<SE3> world, body;
 };
 
-Motions motions_of(const SE3& motion, MotionFrame frame, const std::optional<SE3>& L) {
-  Motions m;
+MotionInFrames motions_of(const SE3& motion, MotionFrame frame, const std::optional<SE3>& L) {
+  MotionInFrames m;
   (frame == MotionFrame::world ? m.world : m.body) = motion;
   if (L && !m.world) m.world = *L * motion * L->inverse();
   if (L && !m.body) m.body = body_motion(motion, *L);
@@ -37,7 +37,8 @@ std::optional<SE3> camera_motion(const SE3& H, const Trajectory& camera, int fra
   return after->inverse() * H * *before;
 }
 
-void put_errors(Record& record, const Motions& estimate, const Motions& truth, const ObjectLog& log) {
+void put_errors(Record& record, const MotionInFrames& estimate, const MotionInFrames& truth,
+                const ObjectLog& log) {
   if (estimate.body && truth.body)
     put(pose_change_error(*estimate.body, *truth.body), "_body", record.errors);
   if (!estimate.world || !truth.world) return;
@@ -47,7 +48,8 @@ void put_errors(Record& record, const Motions& estimate, const Motions& truth, c
   if (X && X_true) put(pose_change_error(*X, *X_true), "", record.errors);
 }
 
-void put_velocities(Record& record, const Motions& estimate, const Motions& truth, double dt_s) {
+void put_velocities(Record& record, const MotionInFrames& estimate, const MotionInFrames& truth,
+                    double dt_s) {
   const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   if (estimate.body) record.values["v_kmh"] = velocity_kmh(*estimate.body, origin, dt_s);
   if (!truth.body) return;
@@ -130,7 +132,7 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     if (!L && L_after && has_motion && logged_motion->second.truth && log.frame == MotionFrame::world)
       L = logged_motion->second.truth->inverse() *
           *L_after;  // the first pose of an object is often not logged
-    Motions estimate, truth;
+    MotionInFrames estimate, truth;
     if (has_motion) estimate = motions_of(logged_motion->second.estimate, log.frame, L);
     if (has_motion && logged_motion->second.truth)
       truth = motions_of(*logged_motion->second.truth, log.frame, L);

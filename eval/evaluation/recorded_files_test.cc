@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-constexpr int n_poses = 20;
+constexpr int n_recorded = 20;
 constexpr double rate_hz = 5;
 
 /// A curve that climbs.
@@ -33,7 +33,7 @@ class PosesWithoutTime : public testing::Test {
   PosesWithoutTime() {
     const SE3 T_opencv_ned(Eigen::Quaterniond(opencv_from_axes(Axes::ned)), Eigen::Vector3d::Zero());
     std::string ned, camera;
-    for (int k = 0; k < n_poses; ++k) {
+    for (int k = 0; k < n_recorded; ++k) {
       ned += seven(T_opencv_ned.inverse() * camera_pose(k) * T_opencv_ned);
       camera += fmt::format("{} {}", k / rate_hz, seven(camera_pose(k)));
     }
@@ -51,7 +51,7 @@ class PosesWithoutTime : public testing::Test {
 TEST_F(PosesWithoutTime, TakeTheirTimeFromTheRate) {
   files_.rate_hz = rate_hz;
   const EgoScores scores = evaluate_ego_files(files_, options_);
-  EXPECT_EQ(scores.runs.front().reference.size(), n_poses);
+  EXPECT_EQ(scores.runs.front().reference.size(), n_recorded);
   EXPECT_LT(rmse(), 1e-12);
 }
 

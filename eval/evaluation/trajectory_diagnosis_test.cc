@@ -98,7 +98,7 @@ PoseSeries estimate_of(const PoseSeries& truth, unsigned seed, double noise = 0.
   return out;
 }
 
-EgoResult evaluate(const PoseSeries& reference, const PoseSeries& estimate, Alignment alignment) {
+EgoResult evaluate_aligned(const PoseSeries& reference, const PoseSeries& estimate, Alignment alignment) {
   EgoReference r;
   r.poses = reference;
   r.side.name = "a.txt";
@@ -143,7 +143,7 @@ void delayed(PoseSeries& s, int frames) {
                     stamps.begin() + static_cast<std::ptrdiff_t>(first + kept.size()));
 }
 
-struct Plant {
+struct PlantedMistake {
   const char* name;
   std::function<void(PoseSeries& reference, PoseSeries& estimate)> plant;
   const char* code;
@@ -151,7 +151,7 @@ struct Plant {
   std::vector<Alignment> alignments = {Alignment::none, Alignment::se3};
 };
 
-std::vector<Plant> plants() {
+std::vector<PlantedMistake> plants() {
   const Eigen::Matrix3d flu = opencv_from_axes(Axes::flu), gl = opencv_from_axes(Axes::opengl),
                         ned = opencv_from_axes(Axes::ned);
   using S = PoseSeries;
@@ -199,7 +199,7 @@ TEST(TrajectoryDiagnosis, EveryPlantIsNamedWithItsRemedy) {
   for (const Scene scene : {Scene::drive, Scene::walk}) {
     for (const unsigned seed : {1U, 2U, 3U}) {
       for (const bool stamped : {true, false}) {
-        for (const Plant& plant : plants()) {
+        for (const PlantedMistake& plant : plants()) {
           // What a hand does has no direction: both files wrong alike cannot be seen there.
           if (scene == Scene::walk && std::string(plant.name).starts_with("both")) continue;
           for (const Alignment alignment : plant.alignments) {
@@ -214,7 +214,7 @@ TEST(TrajectoryDiagnosis, EveryPlantIsNamedWithItsRemedy) {
                 s->stamps_s.clear();
               }
             }
-            const EgoResult r = evaluate(reference, estimate, alignment);
+            const EgoResult r = evaluate_aligned(reference, estimate, alignment);
             EXPECT_THAT(r.warnings, Contains(testing::AllOf(Field("code", &TrajectoryWarning::code, plant.code),
                                                             Field("text", &TrajectoryWarning::text,
                                                                   testing::HasSubstr(plant.remedy)))))
@@ -243,7 +243,7 @@ TEST(TrajectoryDiagnosis, RightTrajectoriesAreNotQuestioned) {
           const PoseSeries reference = truth(scene, seed), estimate = estimate_of(reference, seed, noise);
           const bool moves = scene != Scene::standing && scene != Scene::pure_rotation;
           if (!moves && alignment != Alignment::none && alignment != Alignment::origin) continue;
-          const EgoResult r = evaluate(reference, estimate, alignment);
+          const EgoResult r = evaluate_aligned(reference, estimate, alignment);
           ++n;
           const bool is_alarm = std::ranges::any_of(r.warnings, is_diagnosis);
           alarms += is_alarm;
@@ -309,7 +309,7 @@ TEST(TrajectoryDiagnosis, RecordingsAreNotQuestioned) {
       poses.frames.push_back(static_cast<int>(v[0]));
     }
     for (const Alignment alignment : {Alignment::none, Alignment::se3})
-      count(world, evaluate(poses, estimate_of(poses, 1), alignment), {});
+      count(world, evaluate_aligned(poses, estimate_of(poses, 1), alignment), {});
   }
   {
     NumberFile file((data / "tartanair2_abs_P000" / "pose_lcam_front.txt").string(), ' ');
@@ -320,7 +320,7 @@ TEST(TrajectoryDiagnosis, RecordingsAreNotQuestioned) {
       poses.stamps_s.push_back(0.1 * static_cast<double>(poses.size()));
     }
     for (const Alignment alignment : {Alignment::none, Alignment::se3, Alignment::sim3})
-      count("TartanAir", evaluate(poses, estimate_of(poses, 1), alignment), {});
+      count("TartanAir", evaluate_aligned(poses, estimate_of(poses, 1), alignment), {});
   }
   fmt::print("{} diagnoses of {} evaluations of recordings\n", alarms, n);
 }

@@ -13,7 +13,7 @@ namespace sextant {
 namespace {
 using testing::Field;
 
-auto code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
+auto has_code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
 
 /// A flight with turns about all axes, right-down-forward.
 PoseSeries flight(int n) {
@@ -31,7 +31,7 @@ PoseSeries flight(int n) {
 }
 
 /// Errors of a few centimetres and tenths of a degree.
-PoseSeries noisy(PoseSeries s) {
+PoseSeries with_random_errors(PoseSeries s) {
   std::mt19937_64 generator(1);
   for (size_t i = 0; i < s.size(); ++i) {
     const Vector6d xi = random_twist(generator, 0.02, 0.002);
@@ -80,17 +80,17 @@ std::vector<TrajectoryWarning> warnings(const PoseSeries& reference, const PoseS
 
 TEST(Explanation, AGoodEstimateNeedsNone) {
   for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3})
-    EXPECT_THAT(warnings(flight(400), noisy(flight(400)), how), IsEmpty()) << to_string(how);
+    EXPECT_THAT(warnings(flight(400), with_random_errors(flight(400)), how), IsEmpty()) << to_string(how);
 }
 
 TEST(Explanation, ALeverArmIsFoundWithScale) {
   const Eigen::Vector3d lever(0.8, -0.5, 1.2);
-  PoseSeries estimate = noisy(body_of(flight(400), lever));
+  PoseSeries estimate = with_random_errors(body_of(flight(400), lever));
   const auto found = estimate_lever_arm(flight(400), estimate);
   ASSERT_TRUE(found);
   EXPECT_THAT(*found, EigenNear(lever, 0.03));
   const auto told = warnings(flight(400), estimate, Alignment::se3);
-  ASSERT_THAT(told, ElementsAre(code("lever_arm")));
+  ASSERT_THAT(told, ElementsAre(has_code("lever_arm")));
   EXPECT_THAT(told[0].text, HasSubstr("--body-from-camera \"0.798 -0.50"));
   for (Eigen::Vector3d& p : estimate.positions_m) p *= 0.4;
   EXPECT_THAT(*estimate_lever_arm(flight(400), estimate), EigenNear(lever, 0.03)) << "beside a scale";
@@ -115,15 +115,16 @@ TEST(Explanation, AlongTheOnlyAxisOfTurnsALeverArmStaysZero) {
 
 TEST(Explanation, ATurnOfTheWorldIsToldButNoDrift) {
   const PoseSeries truth = flight(400);
-  const auto told = warnings(truth, turned(noisy(truth), 0.5, Eigen::Vector3d::UnitZ(), {3, 1, 2}));
-  ASSERT_THAT(told, ElementsAre(code("yaw")));
+  const auto told =
+      warnings(truth, turned(with_random_errors(truth), 0.5, Eigen::Vector3d::UnitZ(), {3, 1, 2}));
+  ASSERT_THAT(told, ElementsAre(has_code("yaw")));
   EXPECT_THAT(told[0].text, AllOf(HasSubstr("28."), HasSubstr("--align yaw --up z")));
   PoseSeries drifting;
   for (int i = 0; i < 400; ++i) {
     const Eigen::Matrix3d R = Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitY()).toRotationMatrix();
     drifting.add(R * truth.rotations[static_cast<size_t>(i)], R * truth.positions_m[static_cast<size_t>(i)]);
   }
-  EXPECT_THAT(warnings(truth, drifting), Not(Contains(code("yaw"))));
+  EXPECT_THAT(warnings(truth, drifting), Not(Contains(has_code("yaw"))));
 }
 
 TEST(Explanation, AxesOfEitherSideAreNamed) {
@@ -131,20 +132,21 @@ TEST(Explanation, AxesOfEitherSideAreNamed) {
     const std::string name(to_string(axes));
     for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3}) {
       SCOPED_TRACE(name + " " + std::string(to_string(how)));
-      const auto told = warnings(flight(400), in_axes(noisy(flight(400)), axes), how);
-      ASSERT_THAT(told, ElementsAre(code("axes")));
+      const auto told = warnings(flight(400), in_axes(with_random_errors(flight(400)), axes), how);
+      ASSERT_THAT(told, ElementsAre(has_code("axes")));
       EXPECT_THAT(told[0].text, HasSubstr("--axes " + name));
     }
   }
-  EXPECT_THAT(warnings(in_axes(flight(400), Axes::ned), noisy(flight(400)))[0].text, HasSubstr("--ref-axes ned"));
+  EXPECT_THAT(warnings(in_axes(flight(400), Axes::ned), with_random_errors(flight(400)))[0].text,
+              HasSubstr("--ref-axes ned"));
 }
 
 TEST(Explanation, QuaternionsInAnotherOrder) {
   for (const Alignment how : {Alignment::none, Alignment::se3}) {
-    const auto told = warnings(flight(400), w_read_last(noisy(flight(400))), how);
-    ASSERT_THAT(told, ElementsAre(code("columns")));
+    const auto told = warnings(flight(400), w_read_last(with_random_errors(flight(400))), how);
+    ASSERT_THAT(told, ElementsAre(has_code("columns")));
     EXPECT_THAT(told[0].text, HasSubstr("the estimate's quaternions seem to have w first"));
-    EXPECT_THAT(warnings(flight(400), w_read_last(flight(400)), how), ElementsAre(code("columns")))
+    EXPECT_THAT(warnings(flight(400), w_read_last(flight(400)), how), ElementsAre(has_code("columns")))
         << "positions without any error";
   }
 }
@@ -188,7 +190,7 @@ TEST_P(PlantedInRealTrajectories, LeverArm) {
   EgoOptions options{.alignment = Alignment::sim3};
   const double before = evaluate(real.estimate, options).statistics.rmse;
   const EgoResult planted = evaluate(body_of(real.estimate, lever), options);
-  EXPECT_THAT(planted.warnings, Contains(code("lever_arm")));
+  EXPECT_THAT(planted.warnings, Contains(has_code("lever_arm")));
   PoseSeries reference = real.reference.poses;
   reference.keep(planted.reference_rows);
   const Eigen::Vector3d found = *estimate_lever_arm(reference, body_of(real.estimate, lever));
@@ -204,7 +206,7 @@ TEST_P(PlantedInRealTrajectories, Yaw) {
   EgoOptions options{.alignment = Alignment::yaw, .up = up};
   const EgoResult before = evaluate(real.estimate, options);
   const PoseSeries planted = turned(real.estimate, 25 * EIGEN_PI / 180, up, {3, 0, -2});
-  EXPECT_THAT(evaluate(planted).warnings, Contains(code("yaw")));
+  EXPECT_THAT(evaluate(planted).warnings, Contains(has_code("yaw")));
   const EgoResult mended = evaluate(planted, options);
   EXPECT_NEAR(mended.statistics.rmse, before.statistics.rmse, 1e-9);
   const auto angle = [&](const EgoResult& r) {
@@ -225,18 +227,18 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
     const EgoResult r = evaluate(planted, options);
     EXPECT_NEAR(r.offset->offset_s, own.offset_s - late_s, 0.001) << late_s;
     EXPECT_LT(r.offset->high_s - r.offset->low_s, 0.05);
-    EXPECT_THAT(r.warnings, Not(Contains(code("lag"))));
+    EXPECT_THAT(r.warnings, Not(Contains(has_code("lag"))));
     EgoOptions nearest;
     nearest.association.max_difference_s = 0.06;
     if (late_s == 0.25) {
-      EXPECT_THAT(evaluate(planted, nearest).warnings, Contains(code("lag")));
+      EXPECT_THAT(evaluate(planted, nearest).warnings, Contains(has_code("lag")));
     }
     const EgoOptions aligned{.alignment = Alignment::sim3, .interpolate_max_gap_s = 0.3};
     const EgoResult told = evaluate(planted, aligned);
     const double times = told.statistics.rmse / evaluate(real.estimate, aligned).statistics.rmse;
     RecordProperty(fmt::format("rmse_times_{:.0f}_ms", 1e3 * late_s), fmt::format("{:.2f}", times));
     if (times * times > 2.5) {  // the shift is most of the squared errors
-      EXPECT_THAT(told.warnings, Contains(code("lag"))) << late_s << " s late";
+      EXPECT_THAT(told.warnings, Contains(has_code("lag"))) << late_s << " s late";
     }
   }
 }
@@ -245,12 +247,12 @@ TEST_P(PlantedInRealTrajectories, AxesAndColumns) {
   for (const Axes axes : {Axes::opengl, Axes::ned, Axes::flu}) {
     const std::string name(to_string(axes));
     const PoseSeries planted = in_axes(real.estimate, axes);
-    EXPECT_THAT(evaluate(planted).warnings, Contains(code("axes"))) << name;
+    EXPECT_THAT(evaluate(planted).warnings, Contains(has_code("axes"))) << name;
     EgoOptions options;
     options.estimate_frame.axes = axes;
     EXPECT_NEAR(evaluate(planted, options).statistics.rmse, rmse, 1e-9) << name;
   }
-  EXPECT_THAT(evaluate(w_read_last(real.estimate)).warnings, Contains(code("columns")));
+  EXPECT_THAT(evaluate(w_read_last(real.estimate)).warnings, Contains(has_code("columns")));
 }
 
 TEST_P(PlantedInRealTrajectories, ColumnOrder) {

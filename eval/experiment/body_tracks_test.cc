@@ -16,7 +16,7 @@ TEST(Tracks, ObjectsStartAtTheTruthOfEachStretchAndDrift) {
     motions.estimated.set(k, shift(0, 1.1 * k));
     ObjectTruth object;
     object.id = 7;
-    object.T_camera_object = shift(2, 10 + k);  // 2 m a frame in the world
+    object.T_camera_object = shift(2, 10 + k);  // 2 m per frame in the world
     truth.objects[k] = {object};
   }
   motions.objects[7] = {{1, shift(0, 2.5)}, {2, shift(0, 2.5)}, {4, shift(0, 2)}};  // none at frame 3
@@ -30,7 +30,7 @@ TEST(Tracks, ObjectsStartAtTheTruthOfEachStretchAndDrift) {
   EXPECT_DOUBLE_EQ(object[0].estimate_m->z(), 10);
   EXPECT_DOUBLE_EQ(object[2].estimate_m->z(), 15);
   EXPECT_DOUBLE_EQ(object[2].truth_m->z(), 14);
-  EXPECT_DOUBLE_EQ(object[3].estimate_m->z(), 16);  // a new stretch: at the truth
+  EXPECT_DOUBLE_EQ(object[3].estimate_m->z(), 16);  // a new sequence of estimates starts at the truth
   EXPECT_DOUBLE_EQ(object[4].estimate_m->z(), 18);
 }
 

@@ -15,7 +15,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// The results of an estimator on a rendered scene.
+/// Returns the results of an estimator on a rendered scene.
 RunResult run_of(const std::string& source) {
   RunConfig config;
   config.sources = {SourceSpec::parse(source)};
@@ -55,7 +55,7 @@ TEST(CaseDiagnosis, RightResultsAreReadAsTheyAreAndPlantsAreNamed) {
   EXPECT_THAT(diagnose_case(plant, truth, "e"), ElementsAre(HasSubstr("look inverted")));
 }
 
-/// SEXTANT_DIAGNOSIS_SEEDS: seeds of each scene.
+/// SEXTANT_DIAGNOSIS_SEEDS sets the number of seeds of each scene.
 TEST(CaseDiagnosis, NoFalseAlarmAtTheNoiseOfTableII) {
   const char* seeds = std::getenv("SEXTANT_DIAGNOSIS_SEEDS");
   if (seeds == nullptr) GTEST_SKIP() << "takes minutes: set SEXTANT_DIAGNOSIS_SEEDS, e.g. to 200";

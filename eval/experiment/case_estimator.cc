@@ -15,7 +15,7 @@ struct Kind {
   OpenCaseEstimator open;
 };
 
-/// What programs have added.
+/// Estimators and kinds of estimators that programs have added.
 struct Additions {
   std::vector<EstimatorEntry> estimators;
   std::vector<Kind> kinds;
@@ -60,7 +60,7 @@ class PipelineEstimator final : public CaseEstimator {
   std::optional<Fingerprint> fingerprint_;
 };
 
-/// Of an estimator that the program itself has added: the program's file.
+/// Returns the fingerprint of an estimator that a program has added: that of the program's file.
 std::optional<Fingerprint> fingerprint_of_added(const std::string& name) {
   if (std::ranges::count(additions().estimators, name, &EstimatorEntry::name) == 0) return std::nullopt;
   static const std::string program = file_sha256(fs::canonical("/proc/self/exe"));
@@ -109,14 +109,14 @@ std::vector<EstimatorEntry> all_estimators() {
 
 void add_estimator(EstimatorEntry entry) {
   if (std::ranges::count(all_estimators(), entry.name, &EstimatorEntry::name) > 0) {
-    fail("estimator '{}' is there already: give it another name", entry.name);
+    fail("estimator '{}' exists already: choose another name", entry.name);
   }
   additions().estimators.push_back(std::move(entry));
 }
 
 void add_estimator_kind(const std::string& prefix, const std::string& example, OpenCaseEstimator open) {
   if (std::ranges::count(additions().kinds, prefix, &Kind::prefix) > 0) {
-    fail("estimators '{}:' are there already", prefix);
+    fail("estimators '{}:' exist already: choose another prefix", prefix);
   }
   additions().kinds.push_back({prefix, example, std::move(open)});
 }

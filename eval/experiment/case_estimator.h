@@ -1,12 +1,13 @@
 #pragma once
 
-// What a case runs: an estimator that turns the frame pairs of one case, in order, into results. Three kinds:
+// Estimators of cases, which turn the frame pairs of one case, in order, into results. There are three kinds:
 //
 //   NAME          an entry of estimators() inside the pipeline (estimator/pipeline.h)
-//   NAME          one that a program which links this library has added with add_estimator()
+//   NAME          an estimator added with add_estimator() by a program that links this library
 //   PREFIX:REST   of a kind added with add_estimator_kind(); "external:CONFIG.json" (eval/external)
 //
-// A kind of its own may look at the whole sequence, with the noise of the case on it, before the first pair.
+// A kind added with add_estimator_kind() may use the whole sequence, with the noise of the case, before the
+// first pair.
 
 #include <filesystem>
 #include <functional>
@@ -24,33 +25,35 @@
 
 namespace sextant {
 
-/// What is known of a case before its pairs.
+/// Description of a case that is available before its pairs.
 struct CaseContext {
   const Sequence& sequence;
   const PipelineOptions& pipeline;
   const Noise& noise;
   uint64_t seed = 0;
-  std::filesystem::path folder;  ///< for files that the estimator leaves behind; empty: it must leave none
-  /// Programs of others do not run: what they left in `folder` is read again. Nothing is written there.
+  std::filesystem::path folder;  ///< folder for files of the estimator; empty: it must not leave any
+  /// External programs do not run: the files that they left in `folder` are read again. Nothing is written
+  /// there.
   bool rescore = false;
 };
 
-/// Of one case.
+/// Processes the pairs of one case.
 class PairSolver {
  public:
   virtual ~PairSolver() = default;
-  /// The pairs of the sequence, in order.
+  /// Processes the next pair; pairs come in the order of the sequence.
   virtual FrameResult process(const FramePair& pair) = 0;
-  /// Adds what the frame has cost beyond its BodyResult::times to the record of the camera.
+  /// Adds the costs of the frame that are not in BodyResult::times to the record of the camera.
   virtual void add_costs(int /*frame*/, Record& /*ego*/) const {}
-  /// What went wrong, for the user, one line each. Records have a status for it too.
+  /// Returns the problems that occurred, one line each for the user. Records have a status for them too.
   virtual std::vector<std::string> problems() const { return {}; }
-  /// T_world_camera as somebody else wrote it, in a world of its own, for diagnose_case(); nullptr: motions
-  /// alone are known.
+  /// Returns T_world_camera as recorded by an external system in its own world frame, for diagnose_case();
+  /// null if only motions are known.
   virtual const Trajectory* recorded_camera() const { return nullptr; }
 };
 
-/// One of the results of a case. Records call it by the estimator's label, and ".NAME" where it has a name.
+/// One result of a case. Its name in records is the label of the estimator, followed by ".NAME" if `name` is
+/// not empty.
 struct NamedSolver {
   std::string name;
   std::unique_ptr<PairSolver> solver;
@@ -59,44 +62,45 @@ struct NamedSolver {
 class CaseEstimator {
  public:
   virtual ~CaseEstimator() = default;
-  /// One, or several with names of their own. Safe to call from several threads. The context lives as long as
-  /// the solvers.
+  /// Begins a case; returns one solver, or several with names. Safe to call from several threads. The context
+  /// must outlive the solvers.
   virtual std::vector<NamedSolver> begin(const CaseContext& context) const = 0;
-  /// All options with their values, for provenance.
+  /// Returns all options with their values, for provenance.
   virtual Json options() const = 0;
-  /// What records call it unless told otherwise.
+  /// Returns the default name in records.
   virtual std::string label() const = 0;
-  /// Its results are checked for other conventions than the declared ones (diagnose_case(), case_runner.h).
-  /// False for entries of estimators().
+  /// Returns true if the results must be checked for other conventions than the declared ones
+  /// (diagnose_case(), case_runner.h). False for entries of estimators().
   virtual bool is_third_party() const { return true; }
-  /// Of an estimator that is no part of Sextant, as it is now; nothing for Sextant's own, which its version
-  /// identifies. May read files. Throws Error.
+  /// Returns the present fingerprint of an external estimator; nullopt for Sextant's own, which are
+  /// identified by its version. May read files. Throws Error.
   virtual std::optional<Fingerprint> fingerprint() const { return std::nullopt; }
 };
 
-/// Whether a name is that of a kind, PREFIX:REST. Its options are part of its fingerprint.
+/// Returns true if a name has the form PREFIX:REST of a kind, whose options are part of its fingerprint.
 bool is_of_a_kind(const std::string& name);
 
-/// Throws Error on an unknown name (with the nearest one) or option. A file named after a prefix is looked up
-/// in the working folder, then in `beside`.
+/// Creates an estimator. Throws Error on an unknown name (with the nearest one) or option. A file named after
+/// a prefix is looked up in the working folder, then in `beside`.
 std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name,
                                                          const Json& options = Json::object(),
                                                          const std::filesystem::path& beside = {});
 
-/// `estimator`, of single bodies, inside the pipeline.
+/// Creates a case estimator that runs `estimator`, of single bodies, inside the pipeline.
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
                                                              std::shared_ptr<const Estimator> estimator,
                                                              std::optional<Fingerprint> fingerprint = {});
 
-/// estimators(), then those added.
+/// Returns estimators(), followed by the added ones.
 std::vector<EstimatorEntry> all_estimators();
 
-// Both are for the start of a program, before other threads; a name that is taken is an Error.
+// Both functions must be called at the start of a program, before other threads exist; a name that is taken
+// is an Error.
 void add_estimator(EstimatorEntry entry);
 
 using OpenCaseEstimator =
     std::function<std::shared_ptr<const CaseEstimator>(const std::string& rest, const Json& options)>;
-/// `example` stands in messages: "external:CONFIG.json".
+/// `example` is shown in messages: "external:CONFIG.json".
 void add_estimator_kind(const std::string& prefix, const std::string& example, OpenCaseEstimator open);
 
 }  // namespace sextant

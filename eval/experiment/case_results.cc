@@ -29,7 +29,7 @@ class RecordsReader : public CaseResultReader {
       const std::string where = fmt::format("{}:{}", index_name_, line_);
       CaseResult result;
       result.number = json_member<uint64_t>(json, "case", where);
-      if (last_ && result.number == *last_) fail("{}: case {} is there twice", where, result.number);
+      if (last_ && result.number == *last_) fail("{}: case {} is repeated", where, result.number);
       if (last_ && result.number < *last_)
         fail("{}: case {} stands after case {}", where, result.number, *last_);
       last_ = result.number;
@@ -212,7 +212,7 @@ std::vector<ExactNoises> MergedCases::noises() const {
 
 namespace {
 
-constexpr const char* folder_name = ".finished";
+constexpr const char* results_folder = ".finished";
 constexpr size_t owner_digits = 16;
 
 std::vector<fs::path> files_in(const fs::path& folder) {
@@ -229,7 +229,7 @@ std::vector<uint64_t> read_numbers(const fs::path& file) {
   std::vector<uint64_t> numbers;
   SummaryReader reader(file);
   while (const auto block = reader.next()) {
-    constexpr uint64_t most_cases = 10'000'000;  // of a plan
+    constexpr uint64_t most_cases = 10'000'000;  // per plan
     if (block->number >= most_cases)
       fail("{}: case {}: expected at most {} cases", file.string(), block->number, most_cases);
     numbers.push_back(block->number);
@@ -240,7 +240,7 @@ std::vector<uint64_t> read_numbers(const fs::path& file) {
 }  // namespace
 
 FinishedCases::FinishedCases(const fs::path& folder, const std::string& owner, bool of_any)
-    : folder_(folder / folder_name / owner.substr(0, owner_digits)) {
+    : folder_(folder / results_folder / owner.substr(0, owner_digits)) {
   for (const fs::path& file : files_in(of_any ? folder_.parent_path() : folder_)) {
     try {
       const std::vector<uint64_t> numbers = read_numbers(file);
@@ -248,7 +248,7 @@ FinishedCases::FinishedCases(const fs::path& folder, const std::string& owner, b
       for (const uint64_t number : numbers) mark(number);
       files_.push_back(file);
     } catch (const Error&) {
-      continue;  // damaged: its cases are done again
+      continue;  // damaged: its cases are computed again
     }
   }
 }
@@ -267,13 +267,13 @@ std::vector<std::unique_ptr<CaseResultReader>> FinishedCases::readers() const {
 
 void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
   std::error_code error;
-  make_folder_below(folder_.parent_path().parent_path(), fs::path(folder_name) / folder_.filename());
+  make_folder_below(folder_.parent_path().parent_path(), fs::path(results_folder) / folder_.filename());
   size_t number = files_in(folder_).size() + 1;
   const auto numbered = [&] { return folder_ / fmt::format("{:06}.bin", number); };
   while (fs::exists(numbered(), error)) ++number;
   const fs::path file = numbered();
   const fs::path temporary = folder_ / "next.tmp";
-  fs::remove(temporary, error);  // of a process that was killed
+  fs::remove(temporary, error);  // left by a killed process
   try {
     SummaryWriter writer(temporary, journal.blocks().size());
     const auto reader = open_journal(journal, KeepOfCases::summary, noise);
@@ -286,13 +286,13 @@ void FinishedCases::take_from(Journal& journal, const NoiseOfCases& noise) {
     throw;
   }
   files_.push_back(file);
-  for (const auto& [number, block] : journal.blocks()) mark(number);
+  for (const auto& [finished, block] : journal.blocks()) mark(finished);
   journal.clear();
 }
 
 uint64_t FinishedCases::count(const fs::path& folder) {
   uint64_t n = 0;
-  for (const fs::path& file : files_in(folder / folder_name)) n += SummaryReader(file).n_cases();
+  for (const fs::path& file : files_in(folder / results_folder)) n += SummaryReader(file).n_cases();
   return n;
 }
 
@@ -307,7 +307,7 @@ void FinishedCases::remove_others() const {
 
 void FinishedCases::remove(const fs::path& folder) {
   std::error_code ignored;
-  fs::remove_all(folder / folder_name, ignored);
+  fs::remove_all(folder / results_folder, ignored);
 }
 
 }  // namespace sextant

@@ -53,12 +53,12 @@ class CaseRunner {
 
  private:
   struct Result {
-    std::string label;  ///< in records
+    std::string label;  ///< label in records
     std::unique_ptr<PairSolver> solver;
     CaseMotions motions;
   };
 
-  /// At the first pair: an estimator may look at the whole sequence.
+  /// Called at the first pair, because an estimator may use the whole sequence.
   void begin() {
     std::vector<NamedSolver> solvers =
         settings_.estimator->begin({sequence_, settings_.pipeline, settings_.noise, settings_.seed,
@@ -72,7 +72,7 @@ class CaseRunner {
   const Sequence& sequence_;
   const CaseSettings& settings_;
   Noise point_noise_;
-  std::optional<Draws> draws_;  ///< with noise only
+  std::optional<Draws> draws_;  ///< only with noise
   CaseMotions start_;           ///< before the first pair
   std::vector<Result> results_;
   CaseOutcome out_;
@@ -130,38 +130,42 @@ std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<C
 
 namespace {
 
-std::optional<Eigen::Vector3d> position(const std::optional<SE3>& pose) {
-  if (!pose) return std::nullopt;
-  return pose->translation();
+TrackPoint track_point(int frame, const std::optional<SE3>& estimate, const std::optional<SE3>& truth) {
+  TrackPoint point{.frame = frame};
+  if (estimate) point.estimate_m = estimate->translation();
+  if (estimate) point.estimate_rotation = estimate->rotation();
+  if (truth) point.truth_m = truth->translation();
+  if (truth) point.truth_rotation = truth->rotation();
+  return point;
 }
 
-std::optional<Eigen::Vector3d> true_origin(const SequenceTruth& truth, int frame, int id) {
+/// T_world_object.
+std::optional<SE3> true_pose(const SequenceTruth& truth, int frame, int id) {
   const ObjectTruth* object = truth.find(frame, id);
   const std::optional<SE3> T_world_camera = truth.camera.pose(frame);
   if (object == nullptr || !T_world_camera) return std::nullopt;
-  return *T_world_camera * object->T_camera_object.translation();
+  return *T_world_camera * object->T_camera_object;
 }
 
 BodyTrack camera_track(const CaseMotions& motions, const SequenceTruth& truth, const SequenceInfo& info) {
   BodyTrack track{"ego", {}};
-  for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
-    track.points.push_back(
-        {frame, position(motions.estimated.pose(frame)), position(truth.camera.pose(frame))});
-  }
+  for (int frame = info.first_frame; frame <= info.last_frame; ++frame)
+    track.points.push_back(track_point(frame, motions.estimated.pose(frame), truth.camera.pose(frame)));
   return track;
 }
 
 BodyTrack object_track(int id, const std::map<int, SE3>& motions, const SequenceTruth& truth,
                        const SequenceInfo& info) {
   BodyTrack track{object_body(id), {}};
-  std::optional<Eigen::Vector3d> estimate;
+  std::optional<SE3> estimate;
   for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {
-    const std::optional<Eigen::Vector3d> true_m = true_origin(truth, frame, id);
+    const std::optional<SE3> truth_pose = true_pose(truth, frame, id);
     const auto motion = motions.find(frame);
     if (motion == motions.end()) estimate.reset();
     if (motion != motions.end() && estimate) estimate = motion->second * *estimate;
-    if (!estimate && motions.contains(frame + 1)) estimate = true_m;  // a stretch begins
-    if (estimate || true_m) track.points.push_back({frame, estimate, true_m});
+    if (!estimate && motions.contains(frame + 1))
+      estimate = truth_pose;  // a new sequence of estimates begins
+    if (estimate || truth_pose) track.points.push_back(track_point(frame, estimate, truth_pose));
   }
   return track;
 }
@@ -184,7 +188,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   const auto tell = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
       std::string text = explanation.text(fmt::format("{}, {}", estimator, what));
-      // A flag or an edit elsewhere is a key of the configuration of a program.
+      // What is a flag or an edit elsewhere is a key in the configuration of an external program.
       using Key = std::pair<std::string_view, std::string_view>;
       for (const auto& [edit, key] :
            {Key("give --frame ", "declare objects.frame as "),
@@ -200,7 +204,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   for (const auto& [frame, pose] : truth.camera.poses())
     cameras.reference.emplace(ObjectFrame(0, frame), pose);
   tell(explain_poses(cameras), "estimated camera");
-  // Motions of objects are kept in the world of the estimated camera: no judgement without it.
+  // Motions of objects are given in the world of the estimated camera, so they cannot be judged without it.
   if (!out.empty()) return out;
 
   MotionData data{MotionFrame::world, {}, {}};

@@ -1,7 +1,7 @@
 #pragma once
 
-// One case: the pairs of one source, in order, under one noise level and seed, through one estimator,
-// compared with ground truth.
+// Runs one case: the pairs of one source, in order, with one noise level and seed, through one estimator, and
+// compares the results with ground truth.
 //
 //   pair -> noise -> estimator -> records;   poses and object motions are accumulated on the way
 
@@ -23,11 +23,11 @@
 namespace sextant {
 
 struct CaseSettings {
-  std::string estimator_label;  ///< in records
+  std::string estimator_label;  ///< label in records
   std::shared_ptr<const CaseEstimator> estimator;
   PipelineOptions pipeline;
-  Noise noise;       ///< pairs come with its mask models applied: they come before extraction
-  double level = 0;  ///< in records
+  Noise noise;       ///< the mask models are already applied to the pairs, since they precede extraction
+  double level = 0;  ///< level in records
   uint64_t seed = 0;
   std::filesystem::path folder;  ///< CaseContext::folder
   bool rescore = false;          ///< CaseContext::rescore
@@ -35,43 +35,44 @@ struct CaseSettings {
 
 struct CaseMotions {
   Trajectory estimated;          ///< T_world_camera; ends at the first frame without an ego estimate
-  bool starts_at_truth = false;  ///< the first pose is the true one; else the identity
-  /// id -> frame k -> H_world of the estimate, pair (k-1, k)
+  bool starts_at_truth = false;  ///< true: the first pose is the true one; false: the identity
+  /// H_world of the estimate, by id and frame k of the pair (k-1, k).
   std::map<int, std::map<int, SE3>> objects;
 };
 
 struct CaseOutcome {
-  /// By pair; of each result of the estimator, one after the other: ego first, then objects by id.
+  /// Ordered by pair; for each result of the estimator in turn: ego first, then objects by id.
   std::vector<Record> records;
-  CaseMotions motions;                ///< of several results, of the first
+  CaseMotions motions;                ///< those of the first result, if there are several
   NoiseVerification noise;            ///< achieved on the points
-  std::vector<std::string> problems;  ///< of the estimator, PairSolver::problems()
+  std::vector<std::string> problems;  ///< PairSolver::problems()
 };
 
-/// The next pairs, in order, valid until the next call; none at the end.
+/// Returns the next pairs, in order, valid until the next call; empty at the end.
 using NextPairs = std::function<std::span<const ExtractedPair>()>;
 
-/// Called after each pair, in order, with the first result of the estimator and the records of all.
+/// Called after each pair, in order, with the first result of the estimator and the records of all results.
 using PairObserver = std::function<void(const FrameResult&, std::span<const Record>)>;
 
-/// Cases that share their pairs: each goes over them in order, several at a time. Of `sequence` only its
-/// description and truth are used. `on_pair` (may be empty) sees the first case. Throws Interrupted on
+/// Runs cases that share their pairs: each processes them in order, several cases at a time. Only description
+/// and truth of `sequence` are used. `on_pair` (may be empty) observes the first case. Throws Interrupted on
 /// Ctrl-C.
 std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<CaseSettings>& cases,
                                    const NextPairs& next, int jobs, const PairObserver& on_pair = {});
 
 // ---- the paths of a run's camera and objects (records/tracks.h)
 
-/// The camera first, then the objects of which a motion was estimated and a truth is known, by id.
+/// Returns the camera's track first, then those of objects with both an estimated motion and truth, by id.
 std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTruth& truth,
                                    const SequenceInfo& info);
 
-// ---- Checks the motions of a third-party estimator against the truth of its case: centimetres, inverse
+// ---- Checks of the motions of a third-party estimator against the truth of its case: centimetres, inverse
 // motions, another frame than the declared one (eval/diagnosis). The estimator never sees the truth or these
-// texts.
+// messages.
+//
 
-/// One line for each diagnosis; `estimator` begins it. `recorded_camera`: the poses that the motions of the
-/// camera are from, where there are such; quaternions in another order show in them alone.
+/// Returns one line for each diagnosis, beginning with `estimator`. `recorded_camera`: the poses behind the
+/// camera's motions, if there are any; another order of quaternion components is visible in poses only.
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
                                        const std::string& estimator,
                                        const Trajectory* recorded_camera = nullptr);

@@ -14,7 +14,7 @@
 namespace sextant {
 namespace {
 
-/// Ground truth of one object over the pair, as far as it is known.
+/// Ground truth of one object over the pair, as far as known.
 struct ObjectStep {
   SE3 T_curr_prev;
   SE3 T_camera_object_prev;
@@ -77,7 +77,7 @@ void add_flow_error(const FlowError& error, const std::string& stage, Record& re
   record.errors["epe_" + stage + "_y_px"] = error.y_px;
 }
 
-/// EPE over all points of an estimated body, and before and after refinement over its inliers.
+/// Adds the EPE over all points of an estimated body, and before and after refinement over its inliers.
 void add_epe(const BodyResult& body, const std::optional<SE3>& true_motion, const PairContext& context,
              Record& record) {
   const MotionEstimate& estimate = body.estimate;
@@ -134,7 +134,7 @@ Record evaluate_ego(const FrameResult& result, const PairContext& context,
   return record;
 }
 
-/// What is known of a true object without any estimate of it.
+/// Adds the properties of a true object that need no estimate.
 void add_object_truth(const ObjectStep& step, const std::optional<SE3>& true_background, double dt_s,
                       Record& record) {
   const Eigen::Vector3d origin_m = step.T_camera_object_prev.translation();
@@ -150,7 +150,7 @@ void add_object_truth(const ObjectStep& step, const std::optional<SE3>& true_bac
   }
 }
 
-/// What the estimator says of an instance, before any comparison.
+/// Adds the estimator's properties of an instance, before any comparison.
 void add_object_values(const BodyResult& body, Record& record) {
   if (body.area_fraction > 0) record.values["area_fraction"] = body.area_fraction;
   record.values["distance_m"] = body.distance_m;
@@ -167,7 +167,7 @@ void add_object_values(const BodyResult& body, Record& record) {
   record.values["start_propagated"] = body.start_propagated ? 1 : 0;
 }
 
-/// Errors of the motion in the camera, world and body frames.
+/// Adds the errors of the motion in the camera, world and body frames.
 void add_object_errors(const BodyResult& body, const ObjectStep& step, const FrameResult& result,
                        const std::optional<SE3>& true_background, const PairContext& context,
                        Record& record) {
@@ -218,7 +218,7 @@ Record evaluate_object(int id, const BodyResult* body, const FrameResult& result
   return record;
 }
 
-/// Instances of the result and true objects with a pose in both frames.
+/// Returns the instances of the result and the true objects with a pose in both frames.
 std::set<int> all_ids(const FrameResult& result, const SequenceTruth& truth) {
   std::set<int> ids;
   for (const BodyResult& body : result.objects) ids.insert(body.instance);
@@ -244,7 +244,7 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
         evaluate_object(id, it == bodies.end() ? nullptr : it->second, result, context, true_background));
   }
   add_limits(result, context, records);
-  for (Record& record : records) {  // no number that is not finite enters records, in memory as on disk
+  for (Record& record : records) {  // only finite numbers enter records, in memory as in files
     for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms})
       erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
   }
@@ -260,7 +260,7 @@ const Correspondences& clean_points(const BodyResult& body, const FramePair& cle
   return object->points;
 }
 
-/// `offered` without its noise.
+/// Returns `offered` without its noise.
 Correspondences exact_points(const Correspondences& offered, const Correspondences& clean) {
   SEXTANT_CHECK(offered.before_noise.size() == offered.size());
   Correspondences exact;
@@ -316,7 +316,7 @@ void add_limits(const FrameResult& result, const PairContext& context, std::vect
     if (!object) continue;
     add_bound(*object, X->inverse(), record);
     if (!ego) continue;
-    // The two motions' errors are independent: no point belongs to both bodies.
+    // The errors of the two motions are independent, since no point belongs to both bodies.
     const SE3& L = context.truth.find(result.prev, body.instance)->T_camera_object;
     put(rms_error(transported(ego->previous_depth + object->previous_depth, (*X * L).inverse())), "_body",
         record.bound);

@@ -1,14 +1,14 @@
 #pragma once
 
-// Joins what an estimator says about one frame pair with ground truth: FrameResult + truth -> records, ego
-// first, then objects by id. A pure function; docs/metrics.md defines every key it writes.
+// Compares the results for one frame pair with ground truth: FrameResult + truth -> records, ego first, then
+// objects by id. A pure function; docs/metrics.md defines every key.
 //
-// Objects: every instance of the result and every true object that has a pose in both frames. True object
-// ids equal instance ids. Status: estimated but no truth in both frames -> no_truth; truth in both frames but
-// no instance -> not_detected; all others come from the estimator.
+// Objects are all instances of the result and all true objects with a pose in both frames. True object ids
+// equal instance ids. Status: estimated but without truth in both frames -> no_truth; truth in both frames
+// but no instance -> not_detected; all others come from the estimator.
 //
-// EPE is taken over the estimator's inliers. True flow is `given` where the data set has it dense, else
-// `induced` by the true motion and the measured depth (and then contains that depth's error).
+// EPE is taken over the estimator's inliers. True flow is `given` if the data set has dense flow, otherwise
+// `induced` by the true motion and the measured depth (and then contains the error of that depth).
 
 #include <vector>
 
@@ -26,31 +26,31 @@ struct PairContext {
   std::string estimator;
   PinholeCamera camera;
   const SequenceTruth& truth;
-  /// T_world_camera accumulated by the estimate, starting at the true pose of the first frame. Frames
-  /// without an estimated pose, or a sequence without a true first pose, have none here.
+  /// T_world_camera accumulated from the estimate, starting at the true pose of the first frame. Frames
+  /// without an estimated pose are missing; it is empty if the sequence has no true first pose.
   const Trajectory& estimated;
   const FlowSamples* true_flow = nullptr;  ///< at the points' pixels, previous to current frame; may be null
   std::string noise = "none";
   double level = 0;
   uint64_t seed = 0;
-  const FramePair* clean = nullptr;  ///< the pair before noise; null: none was added, there is no bound
+  /// the pair before noise; null: no noise was added, and there is no bound
+  const FramePair* clean = nullptr;
 };
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);
 
-// ---- limit: the limit beside an error: Cramer-Rao bound and NEES of the bodies of one frame pair, written
-// into their records (docs/metrics.md):
+// ---- CRLB and NEES of the bodies of one frame pair, stored in their records (docs/metrics.md):
 //
-//   values.nees                         of every estimate that has truth
+//   values.nees                         of every estimate with truth
 //   bound.Et_m, ER_deg                  RMS of the camera-frame errors, from flow and previous depth
-//   bound.Et_both_m, ER_both_deg        with the current frame's depth too, where it is noisy
+//   bound.Et_both_m, ER_both_deg        with the current frame's depth too, if it is noisy
 //   bound.Et_body_m, ER_body_deg        objects: body frame, previous depth; needs the camera's bound too
 //
-// A bound is that of the measurements that the estimator was offered - the points left after gates, at their
-// values before noise - and of the noise declared for them. It is left out without declared noise and where
-// motion_bound() (metrics/crlb.h) has none.
+// A bound is computed from the measurements passed to the estimator (the points left after the gates, at
+// their values before noise) and from the noise declared for them. It is left out without declared noise and
+// if motion_bound() (metrics/crlb.h) returns nullopt.
 
-/// `records` are those of `result`.
+/// Adds the bounds to `records`, the records of `result`.
 void add_limits(const FrameResult& result, const PairContext& context, std::vector<Record>& records);
 
 }  // namespace sextant

@@ -28,8 +28,9 @@ MotionEstimate estimate_of(const SE3& T_curr_prev, size_t n) {
   return estimate;
 }
 
-/// The camera drives 1 m ahead; object 2 at 10 m drives 2 m ahead: 1 m away from the camera, 72 km/h at 10
-/// Hz. The estimate is 0.1 m short on the camera and 0.3 m short on the object's relative motion.
+/// The camera drives 1 m ahead; object 2 at 10 m drives 2 m ahead: it recedes from the camera by 1 m, at 72
+/// km/h with 10 Hz. The estimate is 0.1 m too short for the camera and 0.3 m too short for the object's
+/// relative motion.
 class EvaluatePair : public testing::Test {
  protected:
   EvaluatePair() {
@@ -144,7 +145,7 @@ TEST_F(EvaluatePair, ObjectErrorsInEveryFrame) {
   EXPECT_EQ(object.body, "object:2");
   EXPECT_EQ(object.status, Status::ok);
   EXPECT_NEAR(object.errors.at("Et_m"), 0.3, 1e-12);
-  EXPECT_NEAR(object.errors.at("Et_world_m"), 0.4, 1e-9);  // H: 1.6 m for 2 m
+  EXPECT_NEAR(object.errors.at("Et_world_m"), 0.4, 1e-9);  // H: 1.6 m instead of 2 m
   expect_near(object.errors, {{"Et_body_m", 0.4}, {"ER_world_deg", 0}}, 1e-9);
   expect_near(object.values, {{"v_kmh", 57.6}, {"v_gt_kmh", 72}, {"v_gt_origin_kmh", 72}}, 1e-9);
   expect_near(object.errors, {{"Ev_kmh", 14.4}, {"Ev_origin_kmh", 14.4}}, 1e-9);
@@ -155,8 +156,8 @@ TEST_F(EvaluatePair, ObjectErrorsInEveryFrame) {
 }
 
 TEST_F(EvaluatePair, TurningObjectHasTwoTrueVelocities) {
-  truth_.objects[5][0].T_camera_object = shift(1, 0, 11) * yaw(100);  // turns 10 deg about its origin
-  result_.objects[0].centroid_m = {1, 0, 9};                          // 1 m before the origin
+  truth_.objects[5][0].T_camera_object = shift(1, 0, 11) * yaw(100);  // rotates by 10 deg about its origin
+  result_.objects[0].centroid_m = {1, 0, 9};                          // 1 m in front of the origin
   const Record object = evaluate().at(1);
   const Eigen::Vector3d lever = yaw(10) * Eigen::Vector3d(0, 0, -1) - Eigen::Vector3d(0, 0, -1);
   const double expected_kmh = (Eigen::Vector3d(0, 0, 2) + lever).norm() / 0.1 * 3.6;

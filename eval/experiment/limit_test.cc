@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-const StereoCamera camera{{700, 700, 600, 180}, 350};
+const StereoCamera stereo{{700, 700, 600, 180}, 350};
 const SE3 T_world_prev(so3_exp({0, 0.4, 0}), {3, 0, 9});
 const SE3 T_prev_curr(so3_exp({0, 0.02, 0}), {0, 0, 1});
 const SE3 L(so3_exp({0, 0.3, 0}), {-2, 1, 8});  // T_camera_object, previous frame
@@ -22,14 +22,14 @@ Correspondences exact_points(const SE3& T_curr_prev, double u0, double z0, int n
     const double u = u0 + 11 * (i % 12);
     const double v = 90 + 13.0 * (i / 12);
     const auto z = static_cast<float>(z0 + 0.41 * ((i * 7) % 11));
-    const Eigen::Vector3d p = T_curr_prev * camera.left.backproject(u, v, z);
-    const Eigen::Vector2d uv = camera.left.project(p);
+    const Eigen::Vector3d p = T_curr_prev * stereo.left.backproject(u, v, z);
+    const Eigen::Vector2d uv = stereo.left.project(p);
     points.push_back(u, v, z, uv.x() - u, uv.y() - v, p.z());
   }
   return points;
 }
 
-/// A pair with the background and one object, noise on it, and what the pipeline makes of it.
+/// A pair with the background and one object, with noise, and the pipeline's results for it.
 class Limits : public testing::Test {
  protected:
   Limits() {
@@ -38,7 +38,7 @@ class Limits : public testing::Test {
     clean_.dt_s = 0.1;
     clean_.width = 1242;
     clean_.height = 375;
-    clean_.camera = camera;
+    clean_.camera = stereo;
     clean_.background = exact_points(T_prev_curr.inverse(), 300, 6, 120);
     ObjectObservation object{.instance = id, .area_fraction = 0.1, .points = exact_points(X, 500, 7, 96)};
     object.instance_prev.assign(96, id);
@@ -60,7 +60,7 @@ class Limits : public testing::Test {
     options.start.inlier_threshold_px = 5;
     result_ = FrameEstimator(options, make_estimator("motion_only")).process(pair);
     const Trajectory none;
-    return evaluate_pair(result_, {"d", "s", "motion_only", camera.left, truth_, none, nullptr, "n", 0, 0,
+    return evaluate_pair(result_, {"d", "s", "motion_only", stereo.left, truth_, none, nullptr, "n", 0, 0,
                                    model.none() ? nullptr : &clean_});
   }
 
@@ -74,14 +74,14 @@ const char* const gaussian = R"({"depth": {"delta_d_px": 0.3}, "flow": {"epe_x_p
 const MeasurementNoise declared{0.4, 0.2, 0.3 / 350};
 
 TEST_F(Limits, BoundsAreThoseOfTheCleanPointsThatWereOffered) {
-  max_object_distance_m_ = 10;  // leaves points of the object out
+  max_object_distance_m_ = 10;  // excludes some points of the object
   const std::vector<Record> records = evaluate(gaussian);
   ASSERT_EQ(records.size(), 2U);
   ASSERT_EQ(records[1].status, Status::ok);
   EXPECT_LT(records[1].n_points, 96);
   EXPECT_GT(records[1].n_points, 40);
 
-  const auto ego = motion_bound(camera.left, clean_.background, T_prev_curr.inverse(), declared);
+  const auto ego = motion_bound(stereo.left, clean_.background, T_prev_curr.inverse(), declared);
   EXPECT_NEAR(records[0].bound.at("Et_m") / rms_error(ego->previous_depth).Et_m, 1, 1e-9);
   EXPECT_NEAR(records[0].bound.at("ER_deg") / rms_error(ego->previous_depth).ER_deg, 1, 1e-9);
   EXPECT_NEAR(records[0].bound.at("Et_both_m") / rms_error(*ego->both_depths).Et_m, 1, 1e-9);
@@ -96,7 +96,7 @@ TEST_F(Limits, BoundsAreThoseOfTheCleanPointsThatWereOffered) {
         near.push_back(all.u[i], all.v[i], all.depth[i], 0, 0, all.depth_curr[i]);
     }
   }
-  const auto object = motion_bound(camera.left, near, X, declared);
+  const auto object = motion_bound(stereo.left, near, X, declared);
   const PoseChangeError camera_frame = rms_error(transported(object->previous_depth, X.inverse()));
   EXPECT_NEAR(records[1].bound.at("Et_m") / camera_frame.Et_m, 1, 1e-9);
   EXPECT_NEAR(records[1].bound.at("ER_deg") / camera_frame.ER_deg, 1, 1e-9);

@@ -14,26 +14,27 @@
 namespace sextant {
 namespace {
 
-constexpr const char* file = "plan.json";
+constexpr const char* plan_file = "plan.json";
 
 }  // namespace
 
 NoiseOfCases::NoiseOfCases(Json plan) : plan_(std::move(plan)) {
-  const Json estimators = json_list(plan_, "estimators", file), levels = json_list(plan_, "noise", file);
-  const Json options = json_object(plan_, "options", file);
-  std::vector<std::string> extractions;  // what decides the points of an estimator
+  const Json estimators = json_list(plan_, "estimators", plan_file),
+             levels = json_list(plan_, "noise", plan_file);
+  const Json options = json_object(plan_, "options", plan_file);
+  std::vector<std::string> extractions;  // options that determine the points of an estimator
   for (const Json& estimator : estimators) {
     const Json& owner = estimator.contains("extraction") ? estimator : options;
-    const std::string extraction = json_line(json_object(owner, "extraction", file));
+    const std::string extraction = json_line(json_object(owner, "extraction", plan_file));
     kind_.push_back(static_cast<size_t>(std::ranges::find(extractions, extraction) - extractions.begin()));
     if (kind_.back() == extractions.size()) extractions.push_back(extraction);
   }
-  for (const Json& level : levels) is_noisy_.push_back(!json_object(level, "noise", file).empty());
+  for (const Json& level : levels) is_noisy_.push_back(!json_object(level, "noise", plan_file).empty());
   n_estimators_ = estimators.size();
   n_levels_ = levels.size();
-  n_seeds_ = planned_seeds(plan_, file);
+  n_seeds_ = planned_seeds(plan_, plan_file);
   n_kinds_ = extractions.size();
-  counted_.resize(json_list(plan_, "sources", file).size() * n_levels_ * n_seeds_ * n_kinds_);
+  counted_.resize(json_list(plan_, "sources", plan_file).size() * n_levels_ * n_seeds_ * n_kinds_);
 }
 
 NoiseOfCases::Place NoiseOfCases::place_of(uint64_t number) const {
@@ -58,10 +59,10 @@ void NoiseOfCases::add(uint64_t number, const Json& sums) {
   const Place at = place_of(number);
   if (!is_noisy_[at.level]) return;
   const std::string where = fmt::format("noise of case {}", number);
-  if (sums.is_null()) fail("{}: is missing; sweep again into an empty folder", where);
+  if (sums.is_null()) fail("{}: is missing; run the sweep again in an empty folder", where);
   const size_t place =
       ((at.source * n_levels_ + at.level) * n_seeds_ + at.seed) * n_kinds_ + kind_[at.estimator];
-  if (place >= counted_.size()) fail("{}: the plan has no such case", where);
+  if (place >= counted_.size()) fail("{}: not a case of the plan", where);
   if (counted_[place]) return;
   counted_[place] = true;
   achieved_[{at.source, at.level}].merge(NoiseVerification::from_sums(sums, where));
@@ -70,7 +71,7 @@ void NoiseOfCases::add(uint64_t number, const Json& sums) {
 void NoiseOfCases::set(const std::pair<size_t, size_t>& source_and_level, const NoiseVerification& noise) {
   const auto [source, level] = source_and_level;
   if (level >= n_levels_ || !is_noisy_[level] || source >= plan_["sources"].size())
-    fail("noise of source {}, level {}: the plan has none there", source, level);
+    fail("noise of source {}, level {}: the plan adds no noise there", source, level);
   achieved_[source_and_level] = noise;
 }
 
@@ -78,9 +79,10 @@ Json NoiseOfCases::json() const {
   Json entries = Json::array();
   for (const auto& [place, achieved] : achieved_) {
     const Json& level = plan_["noise"][place.second];
-    entries.push_back({{"source", json_member<std::string>(plan_["sources"][place.first], "source", file)},
-                       {"level", json_member<double>(level, "level", file)},
-                       {"noise", achieved.json(level["noise"])}});
+    entries.push_back(
+        {{"source", json_member<std::string>(plan_["sources"][place.first], "source", plan_file)},
+         {"level", json_member<double>(level, "level", plan_file)},
+         {"noise", achieved.json(level["noise"])}});
   }
   return entries;
 }
@@ -93,7 +95,7 @@ constexpr double largest_sum = 0x1p40;  // 10 million of them stay below 2^64
 
 __extension__ using Wide = unsigned __int128;
 
-/// Signed: 0, -1, 1, -2, .. as 0, 1, 2, 3, ..
+/// Encodes signed numbers 0, -1, 1, -2, .. as 0, 1, 2, 3, ..
 template <typename Int128>
 void put_whole(Int128 value, ByteWriter& out) {
   Wide code = value < 0 ? ~(static_cast<Wide>(value) << 1U) : static_cast<Wide>(value) << 1U;
@@ -175,7 +177,7 @@ void ExactNoise::add(int key, const Part& part) {
   if (is_new) return;
   Part& mine = known->second;
   for (size_t i = 0; i < mine.counts.size(); ++i) mine.counts[i] += part.counts[i];
-  for (size_t i = 0; i < mine.sums.size(); ++i)  // unsigned: a forged file may hold anything
+  for (size_t i = 0; i < mine.sums.size(); ++i)  // unsigned: a forged file may contain any value
     mine.sums[i] = static_cast<Int128>(static_cast<Wide>(mine.sums[i]) + static_cast<Wide>(part.sums[i]));
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
-// The "noise" of a sweep's run.json: per source and level that adds any, what was asked for and what the
-// cases' points really got, over seeds. It is made of the sums that each case leaves (cases.jsonl), so that
-// nothing is drawn again for cases done earlier or in other shards.
+// The member "noise" of a sweep's run.json: for each source and noisy level, the requested noise and the
+// noise achieved on the points of all cases. It is computed from the sums stored with each case
+// (cases.jsonl), so that the noise of cases of earlier runs or other shards is not generated again.
 
 #include <cstdint>
 #include <map>
@@ -21,14 +21,15 @@ class NoiseOfCases {
   /// `plan` is Plan::json().
   explicit NoiseOfCases(Json plan);
 
-  /// The sums of a case, NoiseVerification::sums(), null without noise. Cases come in order of number.
-  /// Estimators that are given the same points have the same draws, which count once. Throws Error where a
-  /// case of a noisy level has no sums.
+  /// Adds the sums of a case, NoiseVerification::sums(), null without noise. Cases come in order of number.
+  /// Estimators with the same points have the same noise, which is counted once. Throws Error if a case of a
+  /// noisy level has no sums.
   void add(uint64_t number, const Json& sums);
-  /// Those of a level, added up elsewhere.
+  /// Sets the sums of a level that were added up elsewhere.
   void set(const std::pair<size_t, size_t>& source_and_level, const NoiseVerification& noise);
 
-  /// Whether its level adds noise, and no earlier estimator of the plan is given the same points.
+  /// Returns true if the level of the case adds noise, and no earlier estimator of the plan has the same
+  /// points.
   bool is_counted(uint64_t number) const;
   std::pair<size_t, size_t> source_and_level(uint64_t number) const;
 
@@ -43,14 +44,14 @@ class NoiseOfCases {
   Json plan_;
   size_t n_levels_ = 0, n_seeds_ = 0, n_estimators_ = 0, n_kinds_ = 0;
   std::vector<bool> is_noisy_;  ///< by level
-  std::vector<size_t> kind_;    ///< by estimator: which points it is given
+  std::vector<size_t> kind_;    ///< by estimator: number of its set of points
   std::vector<bool> counted_;   ///< by source, level, seed and kind
   std::map<std::pair<size_t, size_t>, NoiseVerification> achieved_;  ///< by source and level
 };
 
-// ---- Sums of the noise that was added (NoiseVerification::sums()), so that adding them up in any order
-// gives the same bits: every sum of a case is rounded to a multiple of 2^-60 and added as a whole number of
-// 128 bits.
+// ---- Exact sums of the added noise (NoiseVerification::sums()), which have the same bits for any order of
+// addition: every sum of a case is rounded to a multiple of 2^-60 and added as an integer of 128 bits.
+//
 
 class ExactNoise {
  public:
@@ -65,7 +66,7 @@ class ExactNoise {
 
  private:
   __extension__ using Int128 = __int128;
-  /// What does not depend on bodies, and a body's flow.
+  /// Sums that do not depend on bodies, or the flow of a body.
   struct Part {
     std::vector<double> requested;
     std::vector<uint64_t> counts;
@@ -78,10 +79,10 @@ class ExactNoise {
   void add(int key, const Part& part);
   struct Common;
 
-  std::map<int, Part> parts_;  ///< by body; -1: all but flow
+  std::map<int, Part> parts_;  ///< by body; -1: everything except flow
 };
 
-/// By place in the plan: source and level.
+/// Sums by index of source and level in the plan.
 using ExactNoises = std::map<std::pair<size_t, size_t>, ExactNoise>;
 std::string encode_exact_noises(const ExactNoises& noises);
 ExactNoises decode_exact_noises(std::string_view bytes, const std::string& where);

@@ -26,7 +26,8 @@ constexpr const char* tag_name = "CACHEDIR.TAG";
 constexpr const char* tag_text =
     "Signature: 8a477f597d28d172789f06886806bc55\n# Packs of sextant: `sextant cache prune` removes them.\n";
 
-/// A name as load() gives it: SHA-256 and `extension`, after which a temporary name may have more.
+/// Returns true if load() may have written a file of this name: SHA-256 and `extension`, possibly followed by
+/// the suffix of a temporary name.
 bool has_cache_name(const fs::path& path, std::string_view extension) {
   constexpr size_t n_digits = 64;
   const std::string name = path.filename().string();
@@ -39,7 +40,7 @@ int64_t change_time(const fs::path& path, std::error_code& error) {
   return static_cast<int64_t>(fs::last_write_time(path, error).time_since_epoch().count());
 }
 
-/// What a request is about: everything that decides the pairs besides the bytes of the inputs.
+/// Returns the request: everything that determines the pairs besides the bytes of the inputs.
 Json request_of(const SourceSpec& source, const Sequence& sequence, const ExtractionOptions& options,
                 const Noise& masks) {
   const SequenceInfo& info = sequence.info();
@@ -61,7 +62,7 @@ Json request_of(const SourceSpec& source, const Sequence& sequence, const Extrac
   return request;
 }
 
-/// The request without where the data lie, and with what is in them.
+/// Returns the hash of the request without the location of the data, and of the content of the inputs.
 std::string content_id(Json request, const std::map<std::string, InputLog::Entry>& inputs) {
   request.erase("path");
   std::set<std::string> hashes;
@@ -81,14 +82,15 @@ Json dated_inputs(const std::map<std::string, InputLog::Entry>& inputs) {
   return json;
 }
 
-/// A link file: the request, the pack that answers it, and the inputs that it was made of.
+/// Content of a link file: the request, the cache file that answers it, and the inputs of that file.
 struct Link {
   std::string content;
   std::string source;
   std::map<std::string, InputLog::Entry> inputs;
 };
 
-/// Empty when the file is not there, not readable, or of another version; or when an input has changed.
+/// Returns nullopt if the file does not exist, is unreadable, or of another version; or if an input has
+/// changed.
 std::optional<Link> read_link(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return std::nullopt;
@@ -108,7 +110,7 @@ std::optional<Link> read_link(const fs::path& path) {
     }
     return link;
   } catch (const Json::exception&) {
-    return std::nullopt;  // not one of ours
+    return std::nullopt;  // not a file of this cache
   } catch (const Error&) {
     return std::nullopt;  // damaged
   }
@@ -120,7 +122,7 @@ std::optional<std::vector<ExtractedPair>> read_pack(const fs::path& path) {
   try {
     return decode_pack(read_file(path, records_file), path.string()).pairs;
   } catch (const Error&) {
-    return std::nullopt;  // damaged: made anew
+    return std::nullopt;  // damaged: computed again
   }
 }
 
@@ -146,8 +148,8 @@ std::optional<PackCache::Packed> find_pack(const fs::path& folder, const fs::pat
   return PackCache::Packed{std::move(*pairs), std::move(link->inputs), file, true};
 }
 
-/// Waits until no other process makes the pack of `link_path`. After ten minutes it is made a second time:
-/// the other may be gone with its host, and of two equal packs the last one stays.
+/// Waits until no other process computes the cache file of `link_path`. After ten minutes it is computed a
+/// second time: the other process may be gone with its host, and of two equal files the last one stays.
 class Making {
  public:
   Making(const fs::path& link_path, bool quiet) : file_(link_path.string() + ".making") {
@@ -155,7 +157,8 @@ class Making {
     for (int tenths = 0; tenths < 6000; ++tenths) {
       lock_ = FileLock::take(file_, &holder);
       if (lock_) return;
-      if (tenths == 20 && !quiet) print_error(fmt::format("waiting for a pack that {} makes\n", holder));
+      if (tenths == 20 && !quiet)
+        print_error(fmt::format("waiting for the correspondence cache, which {} fills\n", holder));
       check_interrupt();
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
@@ -172,7 +175,7 @@ class Making {
   std::optional<FileLock> lock_;
 };
 
-/// The cache's files of one kind: 64 hexadecimal digits and what `extension` says, and no links.
+/// Returns the files of the cache with names of 64 hexadecimal digits and `extension`, without links.
 std::vector<fs::path> files_of(const fs::path& folder, std::string_view extension) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -184,8 +187,8 @@ std::vector<fs::path> files_of(const fs::path& folder, std::string_view extensio
   return files;
 }
 
-/// Marks the folder as a cache (https://bford.info/cachedir) unless it holds files of others, which no backup
-/// may skip.
+/// Marks the folder as a cache (https://bford.info/cachedir) unless it contains other files, which backups
+/// must not skip.
 void mark_as_cache(const fs::path& folder) {
   const fs::path tag = folder / tag_name;
   std::error_code error;
@@ -206,11 +209,13 @@ void expect_mark(const fs::path& folder) {
   fail("{}: is not marked as a cache of Sextant ({}): nothing was removed", folder.string(), tag_name);
 }
 
-/// What processes that were killed while they made a pack have left. While another makes one, nothing is
-/// removed: its temporary file cannot be told from theirs. Returns the bytes set free.
+/// Removes files left by processes that were killed while they computed a cache file. While another process
+/// computes one, nothing is removed, because its temporary file looks like the others. Returns the number of
+/// bytes freed.
 uint64_t remove_left_over(const fs::path& folder) {
   std::error_code error;
-  std::vector<fs::path> left;  // before the locks: whoever writes one of these now holds a lock now
+  // listed before the locks are taken: whoever writes one of these now holds a lock now
+  std::vector<fs::path> left;
   for (const char* kind : {".pack.tmp", ".json.tmp"})
     std::ranges::move(files_of(folder, kind), std::back_inserter(left));
   bool is_in_use = false;
@@ -246,7 +251,7 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
   make_private_folder(folder_);
   mark_as_cache(folder_);
-  // Of many processes that start on one cache one makes the pack, and the others wait for it.
+  // Of many processes that start with one cache, one computes the file, and the others wait for it.
   const Making making(link_path, quiet);
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
   Packed packed{.pairs = read_all(sequence, options, masks, jobs, quiet),
@@ -310,11 +315,11 @@ namespace {
 
 constexpr std::string_view magic = "SEXTPACK";
 constexpr size_t digest_bytes = 64;  // hexadecimal
-// Of one without points and objects.
+// Sizes of an object and of a pair without points.
 constexpr size_t object_bytes = 24;
 constexpr size_t pair_bytes = 105;
 
-/// Counts and lengths of a pack have 8 bytes.
+/// Counts and lengths in a cache file have 8 bytes.
 class Writer : public ByteWriter {
  public:
   void text(std::string_view text) {
@@ -335,8 +340,8 @@ class Reader : public ByteReader {
   using ByteReader::ByteReader;
 
   size_t count(size_t size) { return checked_count(get<uint64_t>(), size); }
-  /// Things that follow, of at least `size` bytes each: memory grows with what is there, not with their
-  /// number.
+  /// Reads a list of items of at least `size` bytes each: memory grows with the bytes that are present, not
+  /// with the declared number.
   template <typename T, typename Get>
   std::vector<T> list(size_t size, const Get& get) {
     std::vector<T> things;
@@ -457,7 +462,7 @@ std::string encode_pack(const Pack& pack) {
 
 Pack decode_pack(std::string_view bytes, const std::string& name) {
   if (!bytes.starts_with(magic) || bytes.size() < magic.size() + sizeof(uint32_t) + digest_bytes) {
-    fail("{}: not a pack", name);
+    fail("{}: not a file of the correspondence cache", name);
   }
   const std::string_view body = bytes.substr(0, bytes.size() - digest_bytes);
   if (sha256(body) != bytes.substr(body.size())) fail("{}: damaged: its SHA-256 differs", name);

@@ -15,7 +15,7 @@
 namespace sextant {
 namespace {
 
-/// A small VDO folder and a cache for its packs.
+/// A small VDO folder and a correspondence cache.
 class PackTest : public testing::Test {
  protected:
   PackTest() : cache_(folder_.path() / "cache") {
@@ -72,7 +72,7 @@ TEST_F(PackTest, DamageIsSeen) {
   EXPECT_THROW(decode_pack(bytes + "x", "p"), Error);
 }
 
-// 8 MB of zeros that claim to be a million pairs, of which 105 bytes are the least.
+// 8 MB of zeros that declare a million pairs, each of which takes at least 105 bytes.
 TEST_F(PackTest, AForgedNumberTakesNoMemory) {
   const auto number = [](uint64_t n) { return std::string(reinterpret_cast<const char*>(&n), sizeof n); };
   const std::string pairs = number(1'000'000) + std::string(8'000'000, '\0');
@@ -182,7 +182,7 @@ TEST_F(PackTest, PruneRemovesNothingElse) {
 }
 
 TEST_F(PackTest, OnlyAMarkedFolderIsPruned) {
-  // A folder with files of others takes packs, but is not marked.
+  // A folder with other files can be used as a cache, but is not marked.
   fs::create_directories(cache_.folder());
   write_file(cache_.folder() / "run.json", "{}");
   const PackCache::Packed present = load();
@@ -190,7 +190,7 @@ TEST_F(PackTest, OnlyAMarkedFolderIsPruned) {
   expect_error([&] { cache_.prune(true); },
                "is not marked as a cache of Sextant (CACHEDIR.TAG): nothing was removed");
   EXPECT_TRUE(fs::exists(present.file));
-  // A mark of another program is none.
+  // The mark of another program does not count.
   write_file(cache_.folder() / "CACHEDIR.TAG", "Signature: 8a477f597d28d172789f06886806bc55\n");
   expect_error([&] { cache_.prune(true); }, "is not marked as a cache of Sextant");
   EXPECT_EQ(PackCache(cache_.folder() / "none").prune(true), 0U);
@@ -214,7 +214,7 @@ TEST_F(PackTest, PruneTakesWhatKilledProcessesLeft) {
   {
     const std::optional<FileLock> making = FileLock::take(lock_file);
     ASSERT_TRUE(making);
-    EXPECT_EQ(cache_.prune(false), 0U) << "somebody makes a pack: these may be theirs";
+    EXPECT_EQ(cache_.prune(false), 0U) << "another process fills the cache: these may be its files";
     for (const fs::path& path : left) EXPECT_TRUE(fs::exists(path)) << path;
   }
   EXPECT_EQ(cache_.prune(false), 20U);

@@ -1,7 +1,7 @@
 #pragma once
 
-// From a source to the points of its frame pairs. Every frame is decoded once; what is kept of the dense data
-// is what the pairs' points need: an estimator wants a few thousand correspondences, not images.
+// From a source to the points of its frame pairs. Every frame is decoded once; only the dense data needed for
+// the pairs' points are kept: an estimator uses a few thousand correspondences, not images.
 
 #include <optional>
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace sextant {
 
-/// Throws Error unless a source has two frames, images, depth, flow and masks, and every file of them.
+/// Throws Error unless a source has two frames, images, depth, flow and masks, and all their files.
 void check_runnable(const SourceSpec& spec, const Sequence& sequence);
 
 /// True flow at some pixels of one frame.
@@ -25,9 +25,9 @@ class FlowSamples {
   };
 
   FlowSamples() = default;
-  /// In any order; of two samples of one pixel the first counts.
+  /// Samples in any order; of two samples of one pixel the first is used.
   explicit FlowSamples(std::vector<Sample> samples);
-  /// Invalid where the pixel is not among them.
+  /// Returns the flow at a pixel; invalid if there is no sample.
   Flow at(int x, int y) const;
   const std::vector<Sample>& samples() const { return samples_; }  ///< by row, then column
 
@@ -35,25 +35,26 @@ class FlowSamples {
   std::vector<Sample> samples_;
 };
 
-/// `dense` at the pixels of all points of a pair.
+/// Samples `dense` at the pixels of all points of a pair.
 FlowSamples sample_flow(const Image<Flow>& dense, const FramePair& pair);
 
-/// A pair's points, with what is needed of the dense data to judge them.
+/// A pair's points, with the dense data needed to evaluate them.
 struct ExtractedPair {
   FramePair pair;
-  std::optional<FlowSamples> true_flow;  ///< where the data set has it
-  double decode_ms = 0;                  ///< of the previous frame
+  std::optional<FlowSamples> true_flow;  ///< if the data set has it
+  double decode_ms = 0;                  ///< decoding time of the previous frame
   double extraction_ms = 0;
 };
 
-/// Reads a sequence a window of frames at a time, so that memory is bounded. The pairs do not depend on
-/// `jobs`, times excepted.
+/// Reads a sequence in windows of frames, so that memory is bounded. The pairs do not depend on `jobs`,
+/// except for times.
 class PairReader {
  public:
-  /// Of `noise`, its mask models are applied here, to the frames.
+  /// Applies the mask models of `noise` to the frames.
   PairReader(const Sequence& sequence, const ExtractionOptions& options, Noise noise, int jobs);
 
-  /// The next window's pairs, in order; empty at the end. Throws Error on bad files, Interrupted on Ctrl-C.
+  /// Returns the pairs of the next window, in order; empty at the end. Throws Error on bad files, Interrupted
+  /// on Ctrl-C.
   std::vector<ExtractedPair> next();
 
  private:
@@ -71,7 +72,7 @@ class PairReader {
   Noise noise_;
   int jobs_;
   int next_;
-  std::optional<Decoded> border_;  ///< the last frame of the window before
+  std::optional<Decoded> border_;  ///< the last frame of the previous window
 };
 
 }  // namespace sextant

@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-/// Reads one plan; knows where in the text things stand.
+/// Reads a plan, and knows the line of each key in its text.
 class PlanReader {
  public:
   PlanReader(std::string_view text, std::string name, const std::string& data_root)
@@ -53,8 +53,8 @@ class PlanReader {
     return at == std::string_view::npos ? from : at;
   }
 
-  /// Runs the part that reads `key`; what is wrong in it gets the line of the word that the message quotes,
-  /// or of the key.
+  /// Runs the function that reads `key`; an error in it gets the line of the word that the message quotes, or
+  /// of the key.
   template <typename Part>
   void in(const std::string& key, const Part& part) const {
     try {
@@ -65,7 +65,7 @@ class PlanReader {
     }
   }
 
-  /// The last part of the first 'dotted.name' in a message.
+  /// Returns the last component of the first 'dotted.name' in a message.
   static std::string quoted(const std::string& message) {
     const size_t from = message.find('\'');
     const size_t to = from == std::string::npos ? from : message.find('\'', from + 1);
@@ -117,7 +117,7 @@ class PlanReader {
             std::ranges::any_of(seen, [&](const SequenceInfo& other) { return share_pairs(other, info); });
         seen.push_back(info);
         if (twice) {
-          fail("its frames of {} sequence {} are in the plan twice", info.dataset, info.sequence);
+          fail("its frames of {} sequence {} are repeated in the plan", info.dataset, info.sequence);
         }
       } catch (const Error& error) {
         fail("'{}': {}", text, error.what());
@@ -145,7 +145,7 @@ class PlanReader {
       out.label = estimator.contains("label") ? text_of(estimator["label"], "label") : out.estimator->label();
       out.options = out.estimator->options();
       if (!labels.insert(out.label).second) {
-        fail("'{}' is in the plan twice: give each a label of its own", out.label);
+        fail("'{}' is repeated in the plan: give each estimator its own label", out.label);
       }
       plan.estimators.push_back(std::move(out));
     }
@@ -162,7 +162,7 @@ class PlanReader {
     std::set<std::pair<std::string, double>> seen;
     for (const PlanLevel& level : plan.levels) {
       if (!seen.emplace(json_line(level.noise.options()), level.level).second) {
-        fail("level {} ({}) is there twice", level.level, level.noise.name());
+        fail("level {} ({}) is repeated", level.level, level.noise.name());
       }
     }
   }
@@ -211,7 +211,7 @@ class PlanReader {
         plan.seeds.push_back(seed.get<uint64_t>());
       }
       if (std::set<uint64_t>(plan.seeds.begin(), plan.seeds.end()).size() != plan.seeds.size()) {
-        fail("key 'seeds': a seed is there twice");
+        fail("key 'seeds': a seed is repeated");
       }
     } else if (seeds.is_object() && seeds.contains("count") && whole(seeds["count"])) {
       if (seeds.contains("first") && !whole(seeds["first"])) {
@@ -225,11 +225,11 @@ class PlanReader {
       fail("key 'seeds': expected a number, a list, or {{\"first\", \"count\"}}, got {}",
            json_excerpt(seeds));
     }
-    if (count > max_plan_cases) fail("key 'seeds': {} are more than {} cases", count, max_plan_cases);
+    if (count > max_plan_cases) fail("key 'seeds': {} seeds are more than {} cases", count, max_plan_cases);
     if (count > 0 && first > std::numeric_limits<uint64_t>::max() - (count - 1))
       fail("key 'first': {} and the {} seeds after it go beyond 2^64 - 1", first, count - 1);
     for (uint64_t i = 0; i < count; ++i) plan.seeds.push_back(first + i);
-    if (plan.seeds.empty()) fail("key 'seeds': there are none");
+    if (plan.seeds.empty()) fail("key 'seeds': expected at least one seed");
   }
 
   void read_options_of(const Json& json, Plan& plan) const {
@@ -254,7 +254,7 @@ class PlanReader {
   const std::string& data_root_;
 };
 
-/// A list of consecutive seeds as {"first", "count"} where it would be long.
+/// Returns a list of seeds, as {"first", "count"} if they are consecutive and many.
 Json seeds_json(const std::vector<uint64_t>& seeds) {
   constexpr size_t long_list = 1000;
   const auto gap = std::ranges::adjacent_find(seeds, [](uint64_t a, uint64_t b) { return b != a + 1; });
@@ -327,8 +327,8 @@ uint64_t planned_seeds(const Json& plan, const std::string& where) {
 }
 
 std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t n_shards) {
-  // Cases of a source stand in the order j * step modulo their number, step coprime to it and near the golden
-  // section, so that neighbours in number lie far apart. A shard is a block of that order.
+  // The cases of a source are ordered as j * step modulo their number, with step coprime to it and near the
+  // golden section, so that adjacent numbers are far apart. A shard is a block of that order.
   const uint64_t n = plan.n_cases();
   const uint64_t per_source = n / plan.sources.size();
   uint64_t step = std::max<uint64_t>(1, static_cast<uint64_t>(static_cast<double>(per_source) * 0.618));
@@ -383,7 +383,7 @@ Json procedure_options(const std::string& name, const std::string& estimator) {
     options["estimator"] = entry.value("options", Json::object());
     return options;
   }
-  fail("procedure '{}' says nothing of the estimator '{}': {}", name, estimator, suggest(estimator, known));
+  fail("procedure '{}' has no estimator '{}': {}", name, estimator, suggest(estimator, known));
 }
 
 }  // namespace sextant

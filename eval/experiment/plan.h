@@ -11,11 +11,11 @@
 //     "options": {"extraction": {...}, "pipeline": {...}},
 //     "keep": "records" }                           // or "summary": sums and histograms a case, no records
 //
-// "procedure": "paper_release" puts the keys of a named procedure (at the end) below the plan's own.
-// "noise" may be left out (no noise), or be a list of such grids and of single settings {"level": 1,
-// "noise": {...}}. `level` is what records and figures call the case: the parameter's value.
-// Cases are numbered seeds fastest, then levels, estimators, sources; the number is what shards and resuming
-// go by.
+// "procedure": "paper_release" supplies the keys that the plan does not have from a named procedure (end of
+// this file). "noise" may be left out (no noise), or be a list of such grids and of single settings {"level":
+// 1, "noise": {...}}. `level` is the name of the case in records and figures: the value of the parameter.
+// Cases are numbered with seeds fastest, then levels, estimators, sources; shards and resuming use these
+// numbers.
 
 #include <cstdint>
 #include <string>
@@ -30,17 +30,17 @@
 
 namespace sextant {
 
-/// A method: an estimator, and the front end before it.
+/// A method: an estimator and its front end.
 struct PlanEstimator {
   std::string name;
-  std::string label;  ///< in records; CaseEstimator::label() unless given
+  std::string label;  ///< label in records; CaseEstimator::label() by default
   Json options = Json::object();
-  ExtractionOptions extraction;  ///< the plan's, with what the entry changes
+  ExtractionOptions extraction;  ///< the plan's, with the changes of the entry
   PipelineOptions pipeline;
-  std::shared_ptr<const CaseEstimator> estimator;  ///< made of these
+  std::shared_ptr<const CaseEstimator> estimator;  ///< made from the above
 };
 
-/// What a sweep leaves of a case: every record, or its summary (records/case_summary.h).
+/// Results of a case that a sweep stores: every record, or a summary (records/case_summary.h).
 enum class KeepOfCases { records, summary };
 constexpr Names<2> names_of(KeepOfCases) { return {"records", "summary"}; }
 
@@ -64,7 +64,7 @@ struct Plan {
   std::vector<PlanEstimator> estimators;
   std::vector<PlanLevel> levels;
   std::vector<uint64_t> seeds;
-  ExtractionOptions extraction;  ///< of estimators that say nothing else
+  ExtractionOptions extraction;  ///< default for estimators
   PipelineOptions pipeline;
   KeepOfCases keep = KeepOfCases::records;
 
@@ -72,50 +72,52 @@ struct Plan {
     return uint64_t{sources.size()} * estimators.size() * levels.size() * seeds.size();
   }
   PlanCase at(uint64_t number) const;
-  /// Everything that decides the records, with every default spelled out ("keep" where it is not records):
-  /// equal JSON, equal records on equal data.
+  /// Returns everything that determines the records, with all defaults ("keep" if it is not records): plans
+  /// with equal JSON give equal records on equal data.
   Json json() const;
 };
 
-/// "keep", and how many seeds there are, of Plan::json(). Throws Error that begins with `where`.
+/// Return the member "keep" of Plan::json(), and its number of seeds. Throw Error that begins with `where`.
 KeepOfCases kept(const Json& plan, const std::string& where);
 uint64_t planned_seeds(const Json& plan, const std::string& where);
 
-/// A case as it is run; its folder and whether it is rescored are for the caller to say.
+/// Returns the settings of a case; the caller sets its folder and `rescore`.
 CaseSettings case_settings(const Plan& plan, const PlanCase& c);
 
-/// Whether two sources have a frame pair in common: their records would look alike.
+/// Returns true if two sources have a frame pair in common, so that their records would look alike.
 bool share_pairs(const SequenceInfo& a, const SequenceInfo& b);
 
-/// The cases of a shard, in order of number; `shard` 0..n_shards-1. Shards differ by one case at most, and
-/// each has as few sources as that allows, so that it opens few. Among the shards of one source its cases are
-/// dealt out evenly over estimators, levels and seeds.
+/// Returns the cases of a shard, in order of number; `shard` 0..n_shards-1. Shards differ by at most one
+/// case, and each has as few sources as possible, so that it opens few. If shards share a source, its cases
+/// are distributed evenly over estimators, levels and seeds.
 std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t n_shards);
 
-/// The most cases that one plan may have.
+/// Largest number of cases in a plan.
 inline constexpr uint64_t max_plan_cases = 10'000'000;
 
-/// Strict: throws Error "NAME:LINE: ..." that names the key, on anything that is not a plan, an empty grid, a
-/// negative level of a scale parameter, or more than max_plan_cases. Relative paths of sources are looked up
-/// in `data_root` when they are not in the working folder.
+/// Parses a plan strictly: throws Error "NAME:LINE: ...", which names the key, for text that is not a plan,
+/// an empty grid, a negative level of a scale parameter, or more than max_plan_cases. Relative paths of
+/// sources are looked up in `data_root` if they do not exist in the working folder.
 Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root);
 
-// ---- procedures: how somebody else estimates, as options of ours. A procedure is a plan without sources and
-// seeds (plan.h): estimators with their front ends, options, and the noise it was run under. They come with
-// the program, eval/procedures/NAME.json, each with a "description" that says what it follows. To add one,
-// add a file.
+// ---- Procedures: how other systems estimate, expressed as options of this program. A procedure is a plan
+// without sources and seeds (plan.h): estimators with their front ends, options, and the noise used.
+// Procedures are compiled into the program from eval/procedures/NAME.json, each with a "description" of its
+// origin. To add one, add a file.
+//
 
-/// Names in alphabetical order.
+/// Returns the names in alphabetical order.
 std::vector<std::string> procedure_names();
 
-/// The file as JSON. Throws Error on an unknown name, naming the nearest.
+/// Returns the file as JSON. Throws Error on an unknown name, with the nearest one.
 Json find_procedure(const std::string& name);
 
-/// `plan` with the procedure's keys where it has none of its own: objects key by key, lists as a whole.
+/// Returns `plan` with the procedure's keys where it has none: objects are merged key by key, lists are kept
+/// as a whole.
 Json on_procedure(const std::string& name, const Json& plan);
 
-/// "extraction", "pipeline" and "estimator" of one of its estimators, as options of `sextant run`. Throws
-/// Error when the procedure has no estimator of that name.
+/// Returns "extraction", "pipeline" and "estimator" of one of its estimators, as options of `sextant run`.
+/// Throws Error if the procedure has no estimator of that name.
 Json procedure_options(const std::string& name, const std::string& estimator);
 
 }  // namespace sextant

@@ -49,7 +49,7 @@ TEST_F(PlanTest, SharesAreEqualWithFewSourcesAndAllEstimators) {
       }
       EXPECT_LE(of_sources.size(), 8 / n + 2);
       if (n > 16) continue;
-      for (size_t e = 0; e < 3; ++e)  // a third each, nearly
+      for (size_t e = 0; e < 3; ++e)  // nearly a third each
         EXPECT_NEAR(of_estimators[e], static_cast<double>(numbers.size()) / 3, 4) << n << " " << shard;
     }
     EXPECT_EQ(all.size(), 960U);
@@ -73,7 +73,7 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,0.1]})"); }, "there twice");
   expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than 10000000 cases");
   expect_error([&] { parse(plan_text("{\"level\":1}", "[1,1]")); }, "p.json:4: seeds");
-  expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "there are none");
+  expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "expected at least one seed");
   expect_error([&] { parse(plan_text("{\"level\":1}", R"({"first":18446744073709551610,"count":7})")); },
                "p.json:4: seeds: key 'first': 18446744073709551610 and the 6 seeds after it go beyond");
   EXPECT_EQ(parse_plan(plan_text("{\"level\":1}", R"({"first":18446744073709551610,"count":6})"), "p", "")

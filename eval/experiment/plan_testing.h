@@ -1,6 +1,6 @@
 #pragma once
 
-// A small plan for tests: 12 cases over a VDO folder of three pairs.
+// A small plan for tests: 12 cases on a VDO folder with three pairs.
 
 #include <string>
 

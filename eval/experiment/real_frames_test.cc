@@ -1,4 +1,4 @@
-// Real frames, stereo pairs and true motions, end to end.
+// Tests with real frames, stereo pairs and true motions, end to end.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
       ++n_bodies;
       const Problem problem{info.camera, body.points};
       Vector6d away;
-      away << 0.01, -0.01, 0.02, 0.001, 0.001, -0.001;  // not from our own optimum
+      away << 0.01, -0.01, 0.02, 0.001, 0.001, -0.001;  // a starting point away from the optimum under test
       const StartingPoint start{SE3::exp(away) * body.estimate.T_curr_prev, body.estimate.inliers};
       const MotionEstimate reference = JointFlowCeres(options).estimate(problem, start);
       const MotionEstimate motion_only = MotionOnly(matched).estimate(problem, start);
@@ -53,7 +53,7 @@ TEST(RealFrames, JointFlowEqualsCeresInPoseAndEveryFlow) {
   EXPECT_GE(n_bodies, 12);
 }
 
-// Neither flow nor depth is given: images of a stereo pair, through SGBM and DIS, and MOTS masks.
+// Without given flow and depth: images of a stereo pair, processed by SGBM and DIS, and MOTS masks.
 TEST(RealFrames, KittiStereoPairsGiveTheCamerasMotion) {
   SEXTANT_NEEDS_DATA("kitti_tracking");
   RunConfig config;
@@ -75,7 +75,7 @@ TEST(RealFrames, KittiStereoPairsGiveTheCamerasMotion) {
   EXPECT_LE(sum_deg / n, 0.12);
 }
 
-// The true motions of real sequences, rendered without noise, are found again.
+// The true motions of real sequences, rendered without noise, are recovered.
 TEST(RealFrames, ReplaysGiveTheTrueMotions) {
   SEXTANT_NEEDS_DATA("vkitti_1.3.1_text");
   SEXTANT_NEEDS_DATA("kitti_tracking");

@@ -22,7 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The run as a plan of one estimator and one level.
+/// Expresses the run as a plan with one estimator and one level.
 Plan plan_of(const RunConfig& config) {
   if (config.n_seeds < 1) fail("seeds = {}: must be >= 1", config.n_seeds);
   const ResolvedOptions options = resolve_options(config.options);
@@ -40,7 +40,7 @@ Plan plan_of(const RunConfig& config) {
   return plan;
 }
 
-/// The cases of a source, one per seed.
+/// Returns the cases of a source, one per seed.
 std::vector<CaseSettings> cases_of(const RunConfig& config, const Plan& plan, size_t source,
                                    const SequenceInfo& info) {
   std::vector<CaseSettings> cases;
@@ -57,7 +57,7 @@ std::vector<CaseSettings> cases_of(const RunConfig& config, const Plan& plan, si
 SourceOutcome estimate_source(const RunConfig& config, const Plan& plan, size_t source,
                               const Sequence& sequence) {
   const SequenceInfo& info = sequence.info();
-  // The next window is decoded while the present one goes through the pipeline.
+  // The next window is decoded while the current one is in the pipeline.
   PairReader reader(sequence, plan.extraction, config.noise, config.jobs);
   std::vector<ExtractedPair> window;
   std::future<std::vector<ExtractedPair>> ahead;
@@ -107,14 +107,14 @@ SourceRun run_source(const RunConfig& config, const Plan& plan, size_t source, c
   return out;
 }
 
-/// Two sources must not give records that look alike.
+/// Throws Error if two sources would give records that look alike.
 void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
                     const std::vector<SourceSpec>& specs) {
   for (size_t i = 0; i < sequences.size(); ++i) {
     const SequenceInfo& info = sequences[i]->info();
     for (size_t j = 0; j < i; ++j) {
       if (share_pairs(info, sequences[j]->info())) {
-        fail("sources '{}' and '{}' are frames of the same {} sequence '{}': give each once", specs[j].text,
+        fail("sources '{}' and '{}' are frames of the same {} sequence '{}': list each once", specs[j].text,
              specs[i].text, info.dataset, info.sequence);
       }
       if (folder_name(info) == folder_name(sequences[j]->info())) {
@@ -162,8 +162,7 @@ Json resolved_configuration(const RunConfig& config) {
 Fingerprints run_fingerprints(const RunConfig& config) {
   if (!config.rescore) return present_fingerprints(plan_of(config));
   const fs::path folder = config.folder.parent_path();
-  if (!fs::exists(folder / "run.json"))
-    return {};  // a run that is not finished: its report looks at it again
+  if (!fs::exists(folder / "run.json")) return {};  // an unfinished run: its report will look again
   return fingerprints_in(read_run_json(folder), (folder / "run.json").string());
 }
 

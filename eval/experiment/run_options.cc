@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// tree[a][b][c] = value for key "a.b.c".
+/// Sets tree[a][b][c] = value for the key "a.b.c".
 void set_option(Json& tree, const std::string& assignment) {
   const size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
@@ -21,7 +21,7 @@ void set_option(Json& tree, const std::string& assignment) {
   Json* node = &tree;
   for (const std::string& part : split(assignment.substr(0, equals), '.')) {
     if (part.empty()) fail("--set {}: the key has an empty part", assignment);
-    if (!node->is_object()) fail("--set {}: '{}' lies below a value, not below a group", assignment, part);
+    if (!node->is_object()) fail("--set {}: '{}' is below a value, not below a group", assignment, part);
     node = &(*node)[part];
     if (node->is_null()) *node = Json::object();
   }

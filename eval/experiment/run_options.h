@@ -2,6 +2,7 @@
 
 // The options of a run as one tree: "extraction", "pipeline", "estimator", "source" and, on the command line,
 // "noise".
+//
 
 #include <span>
 #include <string>
@@ -13,11 +14,10 @@
 
 namespace sextant {
 
-/// The tree that `options`, which is JSON or @FILE, gives, with each "dotted.key=value" of `sets` on top of
-/// it.
+/// Returns the tree given by `options` (JSON or @FILE), with each "dotted.key=value" of `sets` on top.
 Json options_tree(const std::string& options, std::span<const std::string> sets);
 
-/// The options tree, read and completed with defaults.
+/// The options of a run, completed with defaults.
 struct ResolvedOptions {
   ExtractionOptions extraction;
   PipelineOptions pipeline;
@@ -25,13 +25,14 @@ struct ResolvedOptions {
   Json source = Json::object();
 };
 
-/// Throws Error on an unknown key anywhere above "estimator" and "source", which are read by their owners.
+/// Reads a tree. Throws Error on an unknown key anywhere except below "estimator" and "source", which are
+/// read by the estimator and the adapter.
 ResolvedOptions resolve_options(const Json& tree);
 
-/// All keys that the tree may have with an estimator, apart from those of the data set's adapter
+/// Returns all keys that the tree may have with an estimator, except those of the data set's adapter
 /// (`source.*`).
 std::vector<OptionHelp> run_options(const std::string& estimator);
-/// Keys of a plan that are options.
+/// Returns the keys of a plan that are options.
 std::vector<OptionHelp> plan_options();
 
 }  // namespace sextant

@@ -19,7 +19,7 @@ RunConfig config_of(const std::string& source, int jobs = 1) {
   return config;
 }
 
-/// The records' bytes without times.
+/// Returns the records' bytes without times.
 std::string untimed_bytes(const RunResult& result) { return write_records(untimed(result.records)); }
 
 /// 20 frames: more than one window of the runner. Written once.
@@ -86,7 +86,7 @@ TEST_F(RunFixture, EgoMotionIsRightUpToTheFilesQuantisation) {
   EXPECT_TRUE(result.sources.at(0).motions.starts_at_truth);
 }
 
-/// Every file of the run, times apart.
+/// Returns every file of the run, without times.
 OutputFiles untimed_files(RunResult result) {
   result.records = untimed(result.records);
   result.wall_time_s = 0;
@@ -123,7 +123,7 @@ TEST_F(RunFixture, GoesOnAfterTheSourcesThatAreDone) {
   EXPECT_EQ(frames, (std::vector<int>{10, 11, 12, 13, 14}));
   run_on(configuration);
   EXPECT_EQ(frames, std::vector<int>());
-  // A block that was cut off, another configuration, a file that is another one now: done again.
+  // A truncated block, another configuration or a changed file: the source is processed again.
   const auto expect_first = [&](int frame, const Json& of) {
     EXPECT_EQ(untimed_files(run_on(of)), whole);
     EXPECT_EQ(frames.front(), frame);
@@ -144,7 +144,7 @@ TEST_F(RunFixture, GoesOnAfterTheSourcesThatAreDone) {
 TEST_F(RunFixture, RefusesTheSameFramesTwice) {
   RunConfig config = config_of(fixture_->source() + "@0-5");
   config.sources.push_back(SourceSpec::parse(fixture_->source() + "@3-8"));
-  expect_error([&] { run(config); }, "give each once");
+  expect_error([&] { run(config); }, "list each once");
 }
 
 TEST_F(RunFixture, ProvenanceSaysWhatWasRead) {
@@ -190,7 +190,7 @@ TEST(OutputFolder, IsCompleteOrNotThere) {
   const fs::path out = temp.path() / "a" / "b";
   write_output_folder(out, {{"records.jsonl", "x\n"}, {"sub/t.txt", "y"}});
   EXPECT_EQ(read_file(out / "sub" / "t.txt"), "y");
-  // The second file cannot be written (a file where a folder must be): what was there stays as it was.
+  // The second file cannot be written (a file is in the place of a folder): earlier results stay unchanged.
   EXPECT_THROW(write_output_folder(out, {{"records.jsonl", "z\n"}, {"records.jsonl/b", "2"}}), Error);
   EXPECT_EQ(read_file(out / "records.jsonl"), "x\n");
   EXPECT_FALSE(fs::exists(out / ".incomplete"));
@@ -209,7 +209,7 @@ TEST(OutputFolder, GoesThroughNoLink) {
   fs::create_directory_symlink(theirs, out / ".incomplete");
   const OutputFiles files = {{"a.txt", "new"}, {"sub/t.txt", "new"}};
   expect_error([&] { write_output_folder(out, files); },
-               "sub: is a link: output goes through no link below its folder");
+               "sub: is a link: output is not written through links");
   EXPECT_EQ(read_file(out / "a.txt"), "old") << "nothing is replaced where one place is refused";
   fs::remove(out / "sub");
   fs::create_directory(out / "sub");

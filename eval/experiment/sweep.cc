@@ -29,10 +29,10 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// A source of the plan, ready to run.
+/// A source of the plan, opened.
 struct OpenSource {
   std::unique_ptr<Sequence> sequence;
-  /// By what decides which points there are: extraction and the noise on masks.
+  /// Cached correspondences, by the options that determine the points: extraction and the noise on masks.
   std::map<std::string, PackCache::Packed> packs;
 
   static std::string key(const PlanEstimator& estimator, const PlanLevel& level) {
@@ -40,10 +40,10 @@ struct OpenSource {
   }
 };
 
-/// A plan with its sources and estimators at hand; runs single cases.
+/// A plan with its opened sources and estimators; runs single cases.
 class PlanRunner {
  public:
-  /// For the cases `numbers`: opens their sources only, and decodes them `with_packs`.
+  /// For the cases `numbers`: opens only their sources, and decodes them `with_packs`.
   PlanRunner(const SweepConfig& config, const std::vector<uint64_t>& numbers, bool with_packs)
       : config_(config), sources_(config.plan.sources.size()) {
     std::set<size_t> needed;
@@ -65,7 +65,7 @@ class PlanRunner {
     }
   }
 
-  /// Those of sources without a case have no sequence.
+  /// Sources of the plan; `sequence` is null for sources without a case in this shard.
   const std::vector<OpenSource>& sources() const { return sources_; }
 
   const std::vector<ExtractedPair>& pairs(const PlanCase& c) const {
@@ -92,7 +92,7 @@ class PlanRunner {
     return std::move(run_cases(sequence, {settings}, next, 1).front());
   }
 
-  /// Whether the content is what the case can have left: of its data, estimator, level and seed.
+  /// Returns true if `content` is consistent with the case: its data, estimator, level and seed.
   bool has_left(const PlanCase& c, std::string_view content) const {
     const SequenceInfo& info = sources_[c.source].sequence->info();
     const CaseSettings s = case_settings(config_.plan, c);
@@ -117,7 +117,7 @@ class PlanRunner {
     }
   }
 
-  /// What plan.json holds of the data: the packs of every source that has a case, by its place in the plan.
+  /// Returns the data in plan.json: the cache files of every source with a case, by its index in the plan.
   Json data_json() const {
     Json json = Json::object();
     for (size_t s = 0; s < sources_.size(); ++s) {
@@ -164,7 +164,7 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
   return json;
 }
 
-/// Writes results and run.json of cases that are all there; returns how many records they were.
+/// Writes results and run.json when all cases are finished; returns the number of records.
 uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, const Json& claimed,
                        uint64_t n_cases, MergedCases cases) {
   OutputFolder files(config.out);
@@ -186,7 +186,7 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
   return results.n_records();
 }
 
-/// Stale cases by their estimator, for whoever is to be told.
+/// Stale cases by their estimator, for messages.
 class StaleCases {
  public:
   void add(const std::string& label) {
@@ -208,7 +208,7 @@ class StaleCases {
 constexpr const char* is_kept = "kept, as --reuse-stale says";
 constexpr const char* is_run_again = "run again (--reuse-stale keeps them)";
 
-/// Puts cases of a finished sweep into the journal, and makes the folder that of an unfinished one.
+/// Moves cases of a finished sweep into the journal, and turns the folder into that of an unfinished sweep.
 void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint64_t>& kept,
             Journal& journal) {
   if (!kept.empty()) {
@@ -223,8 +223,8 @@ void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint6
   write_file(config.out / "plan.json", json_text(claimed));
 }
 
-/// The versions that made the results, for plan.json and run.json: those of the blocks, and, where cases of
-/// unknown versions were kept, all that are known. An estimator that changed while it ran has both versions.
+/// Returns the versions behind the results, for plan.json and run.json: those of the blocks and, if cases of
+/// unknown versions were kept, all known ones. An estimator that changed during the sweep has both versions.
 Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versions, const Journal& journal,
                            const FinishedCases& finished) {
   Fingerprints used;
@@ -241,7 +241,7 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
   Fingerprints at_the_end;
   try {
     at_the_end = present_fingerprints(config.plan);
-  } catch (const Error& error) {  // hours of results do not hang on a file that is gone
+  } catch (const Error& error) {  // do not lose hours of results because a file is gone
     if (config.tell)
       config.tell(fmt::format("{}: what ran cannot be read any more: {}", config.out.string(), error.what()));
     for (const auto& [label, ignored] : versions.now()) at_the_end[label] = {Fingerprint{}};
@@ -287,9 +287,9 @@ SweepOutcome sweep(const SweepConfig& config) {
   outcome.n_cases = numbers.size();
   const fs::path journal_path = config.out / "journal.jsonl";
   const bool was_finished = is_finished_sweep(config.out);
-  std::set<uint64_t> kept;  // of a finished sweep that goes on
+  std::set<uint64_t> kept;  // cases of a finished sweep that continues
   if (was_finished) {
-    FinishedCases::remove(config.out);  // where it was killed at its very end
+    FinishedCases::remove(config.out);  // the sweep was killed at its very end
     StaleCases stale;
     for (const uint64_t number : numbers) {
       if (versions.is_stale(number))
@@ -345,7 +345,7 @@ SweepOutcome sweep(const SweepConfig& config) {
       if (config.plan.keep == KeepOfCases::summary) {
         const NoiseVerification* added = noise.is_counted(c.number) ? &done.noise : nullptr;
         const std::string summary = encode_journal_case(summarize_case(done.records), added);
-        const std::scoped_lock lock(mutex);
+        const std::scoped_lock one_writer(mutex);
         journal.append_bytes(c.number, summary);
         if (journal.bytes() >= config.journal_bytes) finished.take_from(journal, noise);
       } else {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* journal_name = "journal.jsonl";
 
-/// "0.1.0 (commit abc)".
+/// Returns "0.1.0 (commit abc)".
 std::string program_text(const Json& programs) {
   if (!programs.is_array() || programs.empty()) return "unknown";
   const Json& first = programs.front();
@@ -34,8 +34,7 @@ void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t 
     if (folder_of.contains(shard)) continue;
     missing += ++n > most_named ? ", .." : fmt::format("{}{}", n > 1 ? ", " : "", shard);
   }
-  if (n > 0)
-    fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
+  if (n > 0) fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
 }
 
 }  // namespace
@@ -126,7 +125,7 @@ void remove_results(const fs::path& folder) {
 
 void remove_sweep(const fs::path& folder) {
   if (!fs::exists(folder / "plan.json")) return;
-  read_plan_file(folder);  // of a sweep, not of somebody else
+  read_plan_file(folder);  // a sweep of another program version, not other files
   remove_results(folder);
   FinishedCases::remove(folder);
   fs::remove_all(folder / "external");
@@ -156,7 +155,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   Json plan, shards = Json::array();
   uint64_t n_shards = 0;
   std::map<uint64_t, std::string> folder_of;      // by number of the shard
-  std::map<std::string, std::string> first_with;  // by source: the folder that names its data first
+  std::map<std::string, std::string> first_with;  // by source: the first folder that names its data
   std::map<std::string, Json> sources;            // of run.json, by source
   Fingerprints versions;                          // of estimators, by label
   for (const fs::path& folder : folders) {
@@ -176,7 +175,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     }
     const auto [other, is_new_shard] = folder_of.emplace(shard.number, folder.string());
     if (!is_new_shard)
-      fail("{}: shard {} of {} is in {} too: give each shard once", folder.string(), shard.number, n_shards,
+      fail("{}: shard {} of {} is also in {}: list each shard once", folder.string(), shard.number, n_shards,
            other->second);
     const Json data = json_object(of_folder, "data", (folder / "plan.json").string());
     for (const auto& [source, packs] : data.items()) {
@@ -207,7 +206,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       }
     }
     const Json run = read_run_json(folder);
-    Json kept = {{"shard", of_folder["shard"]}};  // what the merged run.json keeps of a shard's
+    Json kept = {{"shard", of_folder["shard"]}};  // content of the merged run.json about a shard
     for (const char* key :
          {"version", "git_commit", "compiler", "flags", "packages", "machine", "programs", "records"})
       if (run.contains(key)) kept[key] = run[key];
@@ -237,7 +236,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     const uint64_t number = next->result.number;
     if (number >= n_cases) fail("{}: has case {}, its plan {} cases", folder, number, n_cases);
     if (number < outcome.n_cases)
-      fail("{}: case {} is in an earlier folder too: give each shard once", folder, number);
+      fail("{}: case {} is also in an earlier folder: list each shard once", folder, number);
     if (number > outcome.n_cases) break;
     results.add(next->result);
     ++outcome.n_cases;
@@ -306,7 +305,7 @@ Fingerprints rescored_fingerprints(const Plan& plan, const fs::path& rescored) {
     Fingerprint fingerprint;
     const auto versions = i < recorded.size() ? ran.find(recorded[i].value("label", "")) : ran.end();
     if (versions == ran.end() || versions->second.empty()) {
-      fingerprint.not_seen = {fmt::format("the program: {} does not say which version ran", where)};
+      fingerprint.not_seen = {fmt::format("the program: {} does not record which version ran", where)};
     } else {
       fingerprint = versions->second.front();
       for (size_t version = 1; version < versions->second.size(); ++version)

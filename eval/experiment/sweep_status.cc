@@ -14,7 +14,7 @@
 namespace sextant {
 namespace {
 
-/// In order of name.
+/// Returns the folders of the shards, ordered by name.
 std::vector<fs::path> shard_folders(const fs::path& folder) {
   const fs::path parent = fs::is_directory(folder / "shards") ? folder / "shards" : folder;
   std::vector<fs::path> found;
@@ -25,7 +25,7 @@ std::vector<fs::path> shard_folders(const fs::path& folder) {
   return found;
 }
 
-/// Those that are finished: lines that begin with {"case": in the journal and in cases.jsonl.
+/// Returns the number of finished cases: lines that begin with {"case": in the journal and in cases.jsonl.
 uint64_t count_cases(const fs::path& file) {
   if (file.filename() == summary_file_name) return SummaryReader(file).n_cases();
   std::ifstream stream(file);

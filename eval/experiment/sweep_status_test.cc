@@ -1,4 +1,4 @@
-// The state of a sweep in shards, from what real shards leave.
+// The status of a sweep in shards, from files of real shards.
 
 #include "sextant/eval/experiment/sweep_status.h"
 
@@ -34,7 +34,7 @@ class Status : public ::testing::Test {
 
 TEST_F(Status, TellsDoneRunningStoppedAndMissing) {
   for (const uint64_t number : {1, 2, 4}) run_shard(number, 6, "shards/" + std::to_string(number));
-  // Shards 2 and 4 as they are in the middle: a journal, which a process writes in one of them.
+  // Shards 2 and 4 in the middle of their work: a journal, which a process is writing in one of them.
   for (const char* shard : {"2", "4"}) {
     std::filesystem::remove(sweep_ / "shards" / shard / "records.jsonl");
     write_file(sweep_ / "shards" / shard / "journal.jsonl", "");

@@ -1,4 +1,4 @@
-// Sweeps that keep summaries: what they hold, and that no job, shard or kill changes a byte.
+// Sweeps with summaries: their content, and its independence of jobs, shards and interruptions.
 
 #include <cmath>
 
@@ -20,7 +20,7 @@ class SweepSummary : public SmallPlan {
   }
   std::string bytes(const std::string& out) const { return read_file(file(out) / summary_file_name); }
 
-  /// Numbers within 1e-12 of their size, everything else equal.
+  /// Expects numbers that agree to 1e-12 of their magnitude, and everything else equal.
   static void expect_near(const Json& a, const Json& b) {
     if (a.is_number_float() && b.is_number_float()) {
       EXPECT_NEAR(a.get<double>(), b.get<double>(), 1e-12 * (1 + std::abs(b.get<double>())));
@@ -94,7 +94,7 @@ TEST_F(SweepSummary, ResumesFromAnyCutOfTheJournal) {
     fs::create_directories(folder);
     fs::copy_file(file("whole") / "plan.json", folder / "plan.json");
   };
-  // All cases are done, and the results cannot be moved into place.
+  // All cases are finished, and the results cannot be moved into place.
   fs::create_directories(file("full") / "run.json" / "in the way");
   expect_error([&] { sweep(config("full")); }, "run.json");
   const std::string journal = read_file(file("full") / "journal.jsonl");
@@ -119,8 +119,8 @@ TEST_F(SweepSummary, AFullJournalBecomesAFileAndNothingElseChanges) {
     of.journal_bytes = fs::file_size(file("whole") / summary_file_name) / 4;
     return of;
   }();
-  // All cases are done, and the results cannot be moved into place: what has been moved out of the journal is
-  // there.
+  // All cases are finished, and the results cannot be moved into place: the cases moved out of the journal
+  // exist.
   const fs::path in_the_way = file("small") / "run.json" / "in the way";
   fs::create_directories(in_the_way);
   expect_error([&] { sweep(small); }, "run.json");
@@ -165,7 +165,7 @@ TEST_F(SweepSummary, WhatBecameAFileStaysInTheJournalWhereThatWasNotEmptied) {
   fs::remove(file("small") / "journal.jsonl");
   expect_error([&] { sweep(small); }, "run.json");
   EXPECT_EQ(fs::file_size(file("small") / "journal.jsonl"), 0U);
-  write_file(file("small") / "journal.jsonl", journal);  // killed between the two
+  write_file(file("small") / "journal.jsonl", journal);  // killed between the two steps
   fs::remove_all(file("small") / "run.json");
   EXPECT_EQ(sweep(small).n_before, 12U);
   EXPECT_EQ(bytes("small"), bytes("whole"));

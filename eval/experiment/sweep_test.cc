@@ -17,7 +17,7 @@ namespace {
 
 class SweepTest : public SmallPlan {
  protected:
-  /// The name under which the sweep in a folder writes its journal.
+  /// Returns the owner of the journal of the sweep in a folder.
   std::string owner(const std::string& out) const {
     Json plan = read_json(file(out) / "plan.json");
     plan.erase("programs");
@@ -25,7 +25,7 @@ class SweepTest : public SmallPlan {
   }
   static bool any(uint64_t /*number*/, std::string_view /*lines*/) { return true; }
 
-  /// A folder as a killed sweep leaves it, with the blocks that `write` puts into its journal.
+  /// Makes a folder as a killed sweep leaves it, with the blocks that `write` appends to its journal.
   template <typename Write>
   void make_unfinished(const std::string& out, const std::string& plan_of, const Write& write) const {
     fs::remove_all(file(out));
@@ -45,7 +45,7 @@ class SweepTest : public SmallPlan {
       journal.append(number, n_lines(lines), lines, noise);
     }
   };
-  /// Those of a finished sweep.
+  /// Returns the cases of a finished sweep.
   std::map<uint64_t, Case> cases_of(const std::string& out) const {
     const std::string records = read_file(file(out) / "records.jsonl");
     std::map<uint64_t, Case> cases;
@@ -60,19 +60,20 @@ class SweepTest : public SmallPlan {
     }
     return cases;
   }
-  /// What writes them all into a journal.
+  /// Returns a function that writes all cases into a journal.
   auto all_cases_of(const std::string& out) const {
     return [cases = cases_of(out)](Journal& journal) {
       for (const auto& [number, done] : cases) done.append(journal, number);
     };
   }
 
-  /// The records' bytes without times.
+  /// Returns the records' bytes without times.
   std::string untimed_bytes(const std::string& out) const {
     return write_records(untimed(read_records(file(out) / "records.jsonl")));
   }
 
-  /// Estimator joint_flow at the last level of `plan` is what run() makes of it: records and achieved noise.
+  /// Expects that joint_flow at the last level of `plan` equals the result of run(): records and achieved
+  /// noise.
   void expect_run_of_last_level(const std::string& out, const Plan& plan) const {
     RunConfig run_config;
     run_config.sources = plan.sources;
@@ -108,7 +109,7 @@ TEST_F(SweepTest, NoiseOnMasksHasItsOwnPacksAndEqualsARun) {
   EXPECT_NE(read_records(file("masks") / "records.jsonl").front().n_points, 0);
 }
 
-// Two estimators with the same points have the same draws; a third one takes fewer points.
+// Two estimators with the same points have the same noise; a third one uses fewer points.
 TEST_F(SweepTest, DrawsThatEstimatorsShareCountOnce) {
   const auto noise_with = [&](const std::string& out, const std::string& estimators) {
     SweepConfig c = config(out);
@@ -161,7 +162,7 @@ TEST_F(SweepTest, ShardsMergeToTheWhole) {
   EXPECT_EQ(noise_of("merged"), noise_of("whole"));
   EXPECT_LT(noise_of("part1")[0]["noise"]["depth"]["n"], noise_of("whole")[0]["noise"]["depth"]["n"]);
   expect_error([&] { merge_sweeps(parts({1, 2, 3, 4}), file("m2")); }, "a shard is missing");
-  expect_error([&] { merge_sweeps(parts({1, 2, 3, 4, 5, 2}), file("m2")); }, "give each shard once");
+  expect_error([&] { merge_sweeps(parts({1, 2, 3, 4, 5, 2}), file("m2")); }, "list each shard once");
   SweepConfig other = config("other");
   other.plan = parse_plan(plan_text(R"({"parameter":"depth.delta_d_px","levels":[0.1,0.3]})"), "p", "");
   sweep(other);
@@ -170,7 +171,7 @@ TEST_F(SweepTest, ShardsMergeToTheWhole) {
 
 TEST_F(SweepTest, ResumesFromAnyCutOfTheJournal) {
   sweep(config("whole"));
-  make_unfinished("full", "whole", all_cases_of("whole"));  // as it is before the end
+  make_unfinished("full", "whole", all_cases_of("whole"));  // the state before the end
   const std::string journal = read_file(file("full") / "journal.jsonl");
   const std::string plan = read_file(file("whole") / "plan.json");
   for (const size_t cut :
@@ -218,7 +219,7 @@ TEST_F(SweepTest, ABlockOfAnotherCaseIsDoneAgain) {
   sweep(config("whole"));
   const std::map<uint64_t, Case> cases = cases_of("whole");
   make_unfinished("replaced", "whole", [&](Journal& journal) {
-    cases.at(4).append(journal, 3);  // its sum is right, its seed is not
+    cases.at(4).append(journal, 3);  // its checksum is right, its seed is not
     cases.at(2).append(journal, 2);
     cases.at(5).append(journal, 77);  // there is no such case
     journal.append(6, 1, "no record\n");
@@ -236,12 +237,12 @@ TEST_F(SweepTest, ABlockOfAnotherSweepIsDoneAgain) {
   text.insert(text.size() - 1, R"(,"options":{"pipeline":{"min_object_points":7}})");
   other.plan = parse_plan(text, "plan.json", "");
   sweep(other);
-  // Same cases, same keys in every record, other results.
+  // Same cases and keys in every record, but other results.
   make_unfinished("foreign", "other", all_cases_of("other"));
   write_file(file("foreign") / "plan.json", read_file(file("whole") / "plan.json"));
   EXPECT_EQ(sweep(config("foreign")).n_before, 0U);
   EXPECT_EQ(untimed_bytes("foreign"), untimed_bytes("whole"));
-  // A header under another number.
+  // A header with another number.
   make_unfinished("moved", "whole", all_cases_of("whole"));
   std::string bytes = read_file(file("moved") / "journal.jsonl");
   bytes.replace(bytes.find("\"case\":5,"), 9, "\"case\":3,");
@@ -280,7 +281,7 @@ TEST_F(SweepTest, AFolderOfAnotherSweepIsRefused) {
   expect_error([&] { sweep(config("a")); }, "data that have changed");
 }
 
-// As if the shard in `folder` had been made, or begun, by an older program.
+// Changes the folder as if an older program had made or begun the shard.
 void set_program(const fs::path& folder, const std::string& version) {
   Json plan = read_json(folder / "plan.json");
   plan["programs"] = {{{"version", version}, {"git_commit", "abc"}}};
@@ -308,7 +309,7 @@ TEST_F(SweepTest, RecordsOfOneSweepComeFromOneVersion) {
   EXPECT_EQ(read_json(file("begun") / "run.json")["programs"].size(), 2U);
 }
 
-// A file size limit makes write() fail as a full disk does.
+// A file size limit makes write() fail like a full disk.
 TEST_F(SweepTest, AFullDiskLosesNothing) {
   sweep(config("whole"));
   const int status = status_of_child([&] {
@@ -342,7 +343,8 @@ TEST_F(SweepTest, AnEstimatorMayHaveAFrontEndOfItsOwn) {
   const std::string text =
       "{\"sources\":[\"" + source_ + R"("],"options":{"pipeline":{"min_object_points":40}},
       "estimators":["joint_flow",
-        {"name":"joint_flow","label":"coarse","extraction":{"object_step_px":6},"pipeline":{"refine_on":"all"}}]})";
+        {"name":"joint_flow","label":"coarse","extraction":{"object_step_px":6},
+         "pipeline":{"refine_on":"all"}}]})";
   SweepConfig sweep_config = config("own");
   sweep_config.plan = parse_plan(text, "plan.json", "");
   ASSERT_EQ(sweep_config.plan.estimators.size(), 2U);

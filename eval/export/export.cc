@@ -20,12 +20,12 @@
 namespace sextant {
 namespace {
 
-/// Goes over the rows of a file.
+/// Function that visits the rows of a file.
 using Rows = std::function<void(const RowVisitor&)>;
 
 constexpr size_t buffer_bytes = size_t{1} << 16U;
 
-/// Columns side by side in one temporary file, each at its own place.
+/// Columns next to each other in one temporary file, each at its own offset.
 class ColumnStore {
  public:
   ColumnStore(const std::filesystem::path& beside, size_t n_columns, uint64_t column_bytes)
@@ -42,7 +42,7 @@ class ColumnStore {
     if (buffer.size() >= buffer_bytes) flush(column);
   }
 
-  /// Hands the bytes of a column over, piece by piece.
+  /// Passes the bytes of a column to `take`, piece by piece.
   template <typename Take>
   void read(size_t column, const Take& take) {
     flush(column);
@@ -78,7 +78,7 @@ class ColumnStore {
   std::vector<uint64_t> written_;
 };
 
-/// Texts of a column in order of first appearance.
+/// Distinct texts of a column in order of first appearance.
 struct Texts {
   std::vector<Interned> all;
   std::unordered_map<const std::string*, int32_t> place;
@@ -90,7 +90,7 @@ struct Texts {
   }
 };
 
-/// UTF-8 as numpy keeps text: four bytes a character. Records hold UTF-8 alone.
+/// Converts UTF-8 to numpy's text format, four bytes per character. Records contain valid UTF-8 only.
 std::u32string characters_of(const std::string& utf8) {
   std::u32string out;
   for (size_t i = 0; i < utf8.size();) {
@@ -105,7 +105,7 @@ std::u32string characters_of(const std::string& utf8) {
   return out;
 }
 
-/// An array of texts: all as long as the longest.
+/// Adds an array of texts, each padded to the longest.
 void add_texts(ZipFile& npz, const std::string& name, const Texts& texts) {
   std::vector<std::u32string> rows;
   size_t longest = 1;
@@ -128,7 +128,7 @@ void add_texts(ZipFile& npz, const std::string& name, const Texts& texts) {
   npz.end();
 }
 
-/// A name in the zip: what may mean something to a file system as %XX.
+/// Returns the name of a column in the zip file: characters with a meaning in file systems become %XX.
 std::string member_name(const std::string& column) {
   std::string out;
   for (const char c : column) {
@@ -213,7 +213,7 @@ struct Close {
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 
-/// An SQL identifier: no text ends it but its own quote.
+/// Returns an SQL identifier, in which quotes are escaped.
 std::string quoted(const std::string& name) {
   std::string out(1, '"');
   for (const char c : name) out.append(c == '"' ? 2 : 1, c);
@@ -264,7 +264,8 @@ int bind(sqlite3_stmt* statement, int at, const RecordValue& value) {
     if (*large <= static_cast<uint64_t>(std::numeric_limits<int64_t>::max()))
       return sqlite3_bind_int64(statement, at, static_cast<int64_t>(*large));
     const std::string digits =
-        std::to_string(*large);  // beyond SQLite's integers: a text, or it would be rounded
+        // larger than SQLite's integers: stored as text, since it would be rounded otherwise
+        std::to_string(*large);
     return sqlite3_bind_text(statement, at, digits.c_str(), -1, SQLITE_TRANSIENT);
   }
   return sqlite3_bind_null(statement, at);
@@ -275,12 +276,13 @@ void write_sqlite(const RecordColumns& records, const Rows& rows, const std::fil
   for (const RecordColumn& column : records.columns()) {
     if (column.name.find('\0') != std::string::npos)
       fail("{}: the records name a number with a zero byte, which SQLite cannot: use csv", file.string());
-    columns += fmt::format("{}{} {}", columns.empty() ? "" : ", ", quoted(column.name), sql_type(column.kind));
+    columns +=
+        fmt::format("{}{} {}", columns.empty() ? "" : ", ", quoted(column.name), sql_type(column.kind));
     places += places.empty() ? "?" : ", ?";
   }
   NewFile whole(file);
   Database db(whole.temporary());
-  // The file gets its name when it is whole, so there is nothing to roll back.
+  // The file is renamed when it is complete, so no rollback is needed.
   db.execute("PRAGMA journal_mode = OFF");
   db.execute(fmt::format("CREATE TABLE records ({})", columns));
   db.execute("BEGIN");
@@ -313,7 +315,7 @@ ExportOutcome export_records(const fs::path& folder, ExportFormat format, const 
       if (++n % step == 0) progress.advance();
     });
   };
-  constexpr decltype(&write_csv) writers[] = {write_csv, write_npz, write_sqlite};  // by ExportFormat
+  constexpr decltype(&write_csv) writers[] = {write_csv, write_npz, write_sqlite};  // indexed by ExportFormat
   writers[static_cast<size_t>(format)](records, rows, out);
   sync_folder(out.has_parent_path() ? out.parent_path() : fs::path("."));
   return {records.n_rows(), records.columns().size()};

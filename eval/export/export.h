@@ -1,19 +1,18 @@
 #pragma once
 
-// `sextant export`: the records of a run or sweep as one file that other programs read. Columns:
+// `sextant export`: the records of a run or sweep as one file for other programs. Columns: record_columns.h.
+//
 // record_columns.h.
 //
 //   csv     RFC 4180 with a header, UTF-8; numbers with the fewest digits that read back to the same double,
-//           a value that is
-//           not there as an empty field
-//   npz     numpy, without pickle: a column NAME of numbers is a float64 array with NaN where a record has
-//           none, one of counts
-//           int64 (seed uint64); one of texts an int32 array of places in NAME_names, -1 where a record has
-//           none
+//           a missing value as an empty field
+//   npz     numpy, without pickle: a numeric column NAME is a float64 array with NaN for missing values, a
+//           count an int64 array (seed: uint64); a text column is an int32 array of indices into NAME_names,
+//           -1 for missing values
 //   sqlite  table `records`: TEXT, INTEGER, REAL, NULL
 //
-// Written to a temporary name and renamed. Memory does not grow with the number of records (of npz: 64 kB a
-// column).
+// The file is written under a temporary name and renamed. Memory use does not grow with the number of records
+// (npz: 64 kB per column).
 
 #include <cstdint>
 #include <filesystem>
@@ -30,7 +29,7 @@ struct ExportOutcome {
   size_t n_columns = 0;
 };
 
-/// Replaces `out`. Throws Error, Interrupted on Ctrl-C; `out` is then as it was.
+/// Writes or replaces `out`. Throws Error, and Interrupted on Ctrl-C; `out` is then unchanged.
 ExportOutcome export_records(const std::filesystem::path& folder, ExportFormat format,
                              const std::filesystem::path& out, bool quiet = true);
 

@@ -14,7 +14,7 @@ namespace {
 
 using Names = std::set<Interned>;
 
-/// First reading: the fields of a line, and which numbers its maps hold.
+/// First pass: collects the fields of a line and the keys of its maps.
 class ColumnCollector {
  public:
   template <typename... Rule>
@@ -69,7 +69,7 @@ class ColumnCollector {
   std::map<size_t, Names> maps_;
 };
 
-/// Second reading: fills the row of a record.
+/// Second pass: fills the row of a record.
 class RowFiller {
  public:
   explicit RowFiller(const std::vector<RecordColumn>& columns) : columns_(columns), row_(columns.size()) {
@@ -111,7 +111,7 @@ class RowFiller {
     text.empty() ? put(std::monostate()) : put(text);
   }
 
-  struct Changed {};  ///< thrown: a number that the first reading has not met
+  struct Changed {};  ///< thrown for a number that the first pass did not encounter
 
   std::span<const RecordValue> row(const Record& record) {
     row_.assign(columns_.size(), std::monostate());

@@ -21,7 +21,7 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
-/// A plan, or the plan file of a sweep.
+/// Returns true for a plan, and for the plan file of a sweep.
 bool is_plan(const fs::path& file) {
   constexpr uintmax_t most_bytes = 1'000'000;
   std::error_code error;
@@ -30,15 +30,18 @@ bool is_plan(const fs::path& file) {
     const std::optional<Json> json = try_parse_json(read_file(file));
     if (!json || !json->is_object()) return false;
     const bool is_of_sweep = json->contains("plan") && json->contains("shard") && json->contains("data");
-    return is_of_sweep || (json->contains("sources") && (json->contains("estimators") || json->contains("procedure")));
+    return is_of_sweep ||
+           (json->contains("sources") && (json->contains("estimators") || json->contains("procedure")));
   } catch (const Error&) {
     return false;
   }
 }
 
-/// What Sextant itself writes: results, also in shards, comparisons, reports, packs.
+/// Returns true for folders that Sextant writes: results, also in shards, comparisons, reports,
+/// correspondence caches.
 bool is_folder_of_ours(const fs::path& folder) {
-  for (const char* name : {"records.jsonl", "summary.bin", "journal.jsonl", "unfinished.jsonl", "comparison.json"}) {
+  for (const char* name :
+       {"records.jsonl", "summary.bin", "journal.jsonl", "unfinished.jsonl", "comparison.json"}) {
     if (is_there(folder / name)) return true;
   }
   if (is_there(folder / "report.html") && is_there(folder / "report.md")) return true;
@@ -49,8 +52,10 @@ bool is_folder_of_ours(const fs::path& folder) {
     std::error_code error;
     return std::ranges::any_of(fs::directory_iterator(there, error), is_ours);
   };
-  return any_in(folder, [](const fs::directory_entry& entry) { return entry.path().extension() == ".pack"; }) ||
-         any_in(folder / "shards", [](const fs::directory_entry& shard) { return is_there(shard.path() / "plan.json"); });
+  return any_in(folder,
+                [](const fs::directory_entry& entry) { return entry.path().extension() == ".pack"; }) ||
+         any_in(folder / "shards",
+                [](const fs::directory_entry& shard) { return is_there(shard.path() / "plan.json"); });
 }
 
 bool is_passed_over(const fs::directory_entry& entry) {
@@ -60,7 +65,7 @@ bool is_passed_over(const fs::directory_entry& entry) {
   return entry.is_directory(ignored) && is_folder_of_ours(entry.path());
 }
 
-/// In order of name; empty where it cannot be read.
+/// Returns the entries ordered by name; empty if the folder cannot be read.
 std::vector<fs::directory_entry> entries_of(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::directory_entry> entries;
@@ -83,15 +88,18 @@ bool is_own_folder(const fs::directory_entry& entry) {
 
 bool has_wildcard(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
 
-/// The files below `folder` that match the rest of a pattern, from its part `at` on.
-void match(const fs::path& folder, const std::vector<std::string>& parts, size_t at, std::set<fs::path>& found) {
+/// Adds the files below `folder` that match the rest of a pattern, from component `at` on.
+void match(const fs::path& folder, const std::vector<std::string>& parts, size_t at,
+           std::set<fs::path>& found) {
   const std::string& part = parts[at];
   const bool is_last = at + 1 == parts.size();
   if (part.empty() || part == "." || part == ".." || !has_wildcard(part)) {
     const fs::path there = part.empty() ? folder : folder / part;
     std::error_code ignored;
-    if (!is_last) match(there, parts, at + 1, found);
-    else if (fs::is_regular_file(there, ignored)) found.insert(there.lexically_normal());
+    if (!is_last)
+      match(there, parts, at + 1, found);
+    else if (fs::is_regular_file(there, ignored))
+      found.insert(there.lexically_normal());
     return;
   }
   if (part == "**" && !is_last) match(folder, parts, at + 1, found);
@@ -101,20 +109,23 @@ void match(const fs::path& folder, const std::vector<std::string>& parts, size_t
       if (is_own_folder(entry)) match(entry.path(), parts, at, found);
       if (is_last && is_file(entry) && !is_plan(entry.path())) found.insert(entry.path().lexically_normal());
     } else if (::fnmatch(part.c_str(), name.c_str(), 0) == 0) {
-      if (!is_last) match(entry.path(), parts, at + 1, found);
-      else if (is_file(entry) && !is_plan(entry.path())) found.insert(entry.path().lexically_normal());
+      if (!is_last)
+        match(entry.path(), parts, at + 1, found);
+      else if (is_file(entry) && !is_plan(entry.path()))
+        found.insert(entry.path().lexically_normal());
     }
   }
 }
 
-// ---- the default
+// ---- the default pattern
 
 bool is_output_of_this_process(const fs::path& file) {
   struct stat of_file {};
   if (::stat(file.c_str(), &of_file) != 0) return false;
   for (const int stream : {1, 2}) {
     struct stat of_stream {};
-    if (::fstat(stream, &of_stream) == 0 && of_stream.st_dev == of_file.st_dev && of_stream.st_ino == of_file.st_ino)
+    if (::fstat(stream, &of_stream) == 0 && of_stream.st_dev == of_file.st_dev &&
+        of_stream.st_ino == of_file.st_ino)
       return true;
   }
   return false;
@@ -127,19 +138,21 @@ class FilesBeside {
   Dependencies find() {
     if (!add(folder_, /*below=*/true)) {
       found_ = {};
-      found_.not_seen.push_back(fmt::format("folders beside it: more than {} files; name those that matter with \"depends\"",
-                                            most_files_beside));
+      found_.not_seen.push_back(
+          fmt::format("folders beside it: more than {} files; name those that matter with \"depends\"",
+                      most_files_beside));
       add(folder_, /*below=*/false);
     }
     return std::move(found_);
   }
 
  private:
-  /// False where they are too many; without folders below there may be any number.
+  /// Returns false if there are too many files; without subfolders the number is not limited.
   bool add(const fs::path& folder, bool below) {
     for (const fs::directory_entry& entry : entries_of(folder)) {
       if (below && is_own_folder(entry) && !add(entry.path(), below)) return false;
-      if (!is_file(entry) || is_noise(entry.path()) || is_plan(entry.path()) || is_output_of_this_process(entry.path()))
+      if (!is_file(entry) || is_noise(entry.path()) || is_plan(entry.path()) ||
+          is_output_of_this_process(entry.path()))
         continue;
       std::error_code error;
       const uintmax_t size = entry.file_size(error);

@@ -1,6 +1,6 @@
 #pragma once
 
-// The files that the patterns of "depends" match (program_fingerprint.h says which).
+// The files that match the patterns of "depends" (defined in program_fingerprint.h).
 
 #include <filesystem>
 #include <set>
@@ -16,7 +16,8 @@ struct Dependencies {
   std::vector<std::string> not_seen;
 };
 
-/// Patterns are relative to `folder`. Throws Error where one matches no file, the default apart.
+/// Finds the files; patterns are relative to `folder`. Throws Error if a pattern other than the default
+/// matches no file.
 Dependencies find_dependencies(const FilePatterns& patterns, const std::filesystem::path& folder);
 
 }  // namespace sextant

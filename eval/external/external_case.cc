@@ -18,7 +18,7 @@ CaseFolder::CaseFolder(const fs::path& folder, Keep keep)
     path_ = name;
   } else {
     path_ = fs::absolute(folder).lexically_normal();
-    fs::remove_all(path_);  // of a run that was interrupted
+    fs::remove_all(path_);  // left by an interrupted run
     // OUT/external/CASE
     const fs::path cases = path_.parent_path();
     fs::create_directories(cases.parent_path());
@@ -40,9 +40,9 @@ void write_case(const ProcessOutcome& outcome, const fs::path& folder) {
 
 ProcessOutcome read_case(const fs::path& folder) {
   const fs::path path = folder / "case.json";
-  if (!fs::exists(path)) fail("{}: is not there: expected the folder of a finished case", path.string());
+  if (!fs::exists(path)) fail("{}: does not exist: expected the folder of a finished case", path.string());
   if (!fs::is_directory(folder / "output"))
-    fail("{}: is not there: outputs are kept with \"keep\" output or all", (folder / "output").string());
+    fail("{}: does not exist: outputs are kept with \"keep\" output or all", (folder / "output").string());
   return options_from<ProcessOutcome>(path);
 }
 

@@ -12,10 +12,11 @@
 
 namespace sextant {
 
-/// Made anew. What is not to be kept goes in the end, also with an exception.
+/// Creates the folder, replacing an existing one. The destructor removes what is not to be kept, also after
+/// an exception.
 class CaseFolder {
  public:
-  /// An empty `folder`: a temporary one, of which nothing stays.
+  /// With an empty `folder`, a temporary one is used and removed completely.
   CaseFolder(const std::filesystem::path& folder, Keep keep);
   ~CaseFolder();
   CaseFolder(const CaseFolder&) = delete;
@@ -28,15 +29,15 @@ class CaseFolder {
 
  private:
   std::filesystem::path path_;
-  std::optional<Keep> keep_;  ///< none: nothing
+  std::optional<Keep> keep_;  ///< nullopt: keep nothing
 };
 
-/// case.json of a folder: how the program ended, for those who score its output again.
+/// Writes case.json: how the program ended, for reading its output again.
 void write_case(const ProcessOutcome& outcome, const std::filesystem::path& folder);
-/// Throws Error when there is no finished case with its output.
+/// Reads case.json. Throws Error if there is no finished case with its output.
 ProcessOutcome read_case(const std::filesystem::path& folder);
 
-/// The last line of a text file that is not blank, at most 200 characters, each printable; "" where there is
+/// Returns the last non-blank line of a text file, at most 200 characters, all printable; "" if there is
 /// none.
 std::string last_line(const std::filesystem::path& path);
 

@@ -1,21 +1,22 @@
 #pragma once
 
-// How to run somebody else's program as an estimator: the file CONFIG of "external:CONFIG.json"
-// (docs/external-estimators.md). JSON, read strictly; an example is
-// eval/external/example/rgbd_odometry.json. Texts may hold placeholders:
+// Configuration of an external program as an estimator: the file CONFIG of "external:CONFIG.json"
+// (docs/external-estimators.md). JSON, read strictly; an example is eval/external/example/rgbd_odometry.json.
+// Texts may contain placeholders:
 //
 //   {input}        folder with the files of the sequence: the layout's root
 //   {output}       empty folder for the results
 //   {config}       folder of CONFIG
-//   {sequence}     the layout's name of the sequence ("0018", "0018/clone"; vdo: the source's)
-//   {first} {last} frame numbers in the files; {n}: how many frames
+//   {sequence}     name of the sequence in the layout ("0018", "0018/clone"; vdo: that of the source)
+//   {first} {last} frame numbers in the files; {n}: number of frames
 //   {calibration}  OpenCV YAML with Camera.fx, fy, cx, cy, bf, fps, width and height
 //   {settings}     the filled-in copy of the template `settings`
 //   {fx} {fy} {cx} {cy} {bf} {rate} {width} {height}     px, px m, Hz
-//   {seed}         of the case
+//   {seed}         seed of the case
 //
-// Braces around anything but small letters are text. `command` and `environment` are split into words at
-// blanks; '...' and "..." keep blanks together. No shell is involved: placeholders may hold blanks.
+// Braces around anything but lower-case letters are plain text. `command` and `environment` are split into
+// words at blanks; '...' and "..." keep blanks together. No shell is involved, so placeholders may contain
+// blanks.
 
 #include <map>
 #include <string>
@@ -26,26 +27,26 @@
 
 namespace sextant {
 
-/// Where the program writes the camera's trajectory.
+/// Trajectory of the camera written by the program.
 struct ExternalCamera {
-  SEXTANT_OPTIONS(
-      (std::string, file, "camera.txt", "", "in {output}; a * stands for any text, one file must match"),
-      (std::string, format, "auto", "",
-       "auto, tum, kitti, euroc, vdo, dynosam or vdo_xml (docs/evaluate.md)"),
-      (bool, inverse, false, "", "the file holds T_camera_world instead of T_world_camera"))
+  SEXTANT_OPTIONS((std::string, file, "camera.txt", "",
+                   "in {output}; a * stands for any text, one file must match"),
+                  (std::string, format, "auto", "",
+                   "auto, tum, kitti, euroc, vdo, dynosam or vdo_xml (docs/evaluate.md)"),
+                  (bool, inverse, false, "", "the file holds T_camera_world instead of T_world_camera"))
 };
 
-/// A file of motions or of poses per object, or the logs of a system.
+/// Format of object motions: a file of motions or of poses per object, or the logs of a system.
 enum class ObjectsFormat { none, motions, poses, dynosam, vdo };
 constexpr Names<5> names_of(ObjectsFormat) { return {"none", "motions", "poses", "dynosam", "vdo"}; }
-/// Of motions: H, T_curr_prev, inverse(L) H L (geometry/object_motion.h).
+/// Frame of motions: H, T_curr_prev, inverse(L) H L (geometry/object_motion.h).
 enum class ObjectsFrame { world, camera, body };
 constexpr Names<3> names_of(ObjectsFrame) { return {"world", "camera", "body"}; }
-/// The program's are those of the masks, or found by agreement with true motions.
+/// Object ids of the program: equal to those of the masks, or matched by agreement with true motions.
 enum class ObjectsIds { masks, overlap };
 constexpr Names<2> names_of(ObjectsIds) { return {"masks", "overlap"}; }
 
-/// Where it writes what it says of objects.
+/// Object motions written by the program.
 struct ExternalObjects {
   SEXTANT_OPTIONS(
       (ObjectsFormat, format, ObjectsFormat::none, "",
@@ -62,34 +63,33 @@ struct ExternalObjects {
   void check() const;
 };
 
-/// What is read of one run of the program.
+/// Results that are read from one run of the program.
 struct ExternalResultSet {
-  SEXTANT_OPTIONS(
-      (ExternalCamera, camera, {}, "", "its trajectory of the camera"),
-      (ExternalObjects, objects, {}, "", "its motions of objects"))
+  SEXTANT_OPTIONS((ExternalCamera, camera, {}, "", "its trajectory of the camera"),
+                  (ExternalObjects, objects, {}, "", "its motions of objects"))
 };
 
 enum class TimeUnit { ms, s };
 constexpr Names<2> names_of(TimeUnit) { return {"ms", "s"}; }
 
-/// Where it writes how long its frames took.
+/// Durations of the frames, written by the program.
 struct ExternalTimes {
-  SEXTANT_OPTIONS(
-      (std::string, file, {}, "",
-       "in {output}: a line per frame, its time, or frame number and time; empty: none"),
-      (TimeUnit, unit, TimeUnit::ms, "", "of these times"))
+  SEXTANT_OPTIONS((std::string, file, {}, "",
+                   "in {output}: a line per frame, its time, or frame number and time; empty: none"),
+                  (TimeUnit, unit, TimeUnit::ms, "", "of these times"))
 };
 
-/// Patterns of file names: * and ? stand for any text and any character of a name, ** for any number of folders.
+/// Patterns of file names: * and ? stand for any text and any character of a name, ** for any number of
+/// folders.
 struct FilePatterns : std::vector<std::string> {
   using std::vector<std::string>::vector;
 };
-/// As that of base/json.h, a list of texts.
+/// Reads a list of texts, with the contract of read_value() in base/json.h.
 const char* read_value(const Json& value, FilePatterns& field);
 
 enum class LastFlow { none, zero };
 constexpr Names<2> names_of(LastFlow) { return {"none", "zero"}; }
-/// What stays of a case: its logs, its output too, its input too.
+/// Files of a case that are kept: its logs, its output too, its input too.
 enum class Keep { logs, output, all };
 constexpr Names<3> names_of(Keep) { return {"logs", "output", "all"}; }
 
@@ -106,7 +106,7 @@ struct ExternalConfig {
   LastFlow last_flow = LastFlow::none;
   int first_frame = -1;
   Keep keep = Keep::output;
-  ExternalResultSet set;  ///< used without `results`
+  ExternalResultSet set;  ///< used unless `results` is given
   std::map<std::string, ExternalResultSet> results;
   ExternalTimes times;
   FilePatterns depends = {"**"};
@@ -138,21 +138,22 @@ struct ExternalConfig {
   void check() const;
 };
 
-/// A key of overrides: true says that they are every option of an earlier run, and that CONFIG is not read.
+/// Key of overrides; true means that they are all options of an earlier run, and that CONFIG is not read.
 inline constexpr const char* recorded_options = "recorded";
 
-/// Reads CONFIG and lays `overrides` (same keys) over it. Throws Error "PATH: ...".
+/// Reads CONFIG and applies `overrides` (same keys). Throws Error "PATH: ...".
 ExternalConfig read_external_config(const std::string& path, const Json& overrides = Json::object());
 
 using Placeholders = std::map<std::string, std::string>;
 
-/// Stand-ins for all of them, which show whether a text can be filled in.
+/// Returns dummy values of all placeholders, with which a text can be checked.
 const Placeholders& any_placeholders();
 
-/// Replaces every {name}, small letters and _; other braces are text. Throws Error on an unknown one.
+/// Replaces every {name} of lower-case letters and _; other braces are plain text. Throws Error on an unknown
+/// name.
 std::string fill_in(const std::string& text, const Placeholders& values);
 
-/// Words of `text`, placeholders replaced. Throws Error on an open quote.
+/// Returns the words of `text` with placeholders replaced. Throws Error on an unclosed quote.
 std::vector<std::string> words_of(const std::string& text, const Placeholders& values);
 
 }  // namespace sextant

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Writes the input; returns the layout's name of the sequence.
+/// Writes the input; returns the name of the sequence in the layout.
 std::string write_input(const CaseContext& context, const ExternalConfig& config, const CaseFolder& folder) {
   const NoisySequence noisy(context.sequence, context.noise, context.seed,
                             {.truth = config.write_truth,
@@ -40,7 +40,7 @@ std::string write_input(const CaseContext& context, const ExternalConfig& config
 
 FrameNumbers frame_numbers(const ExternalConfig& config, const SequenceInfo& info) {
   FrameNumbers numbers{.first = info.first_frame, .last = info.last_frame};
-  const bool from_zero = config.renumber || config.layout == "kitti";  // kitti_layout.h counts from 0
+  const bool from_zero = config.renumber || config.layout == "kitti";  // kitti_layout.h numbers from 0
   numbers.in_files = from_zero ? 0 : info.first_frame;
   numbers.in_results = config.first_frame >= 0 ? config.first_frame : numbers.in_files;
   numbers.rate_hz = info.rate_hz;
@@ -72,11 +72,11 @@ Placeholders placeholders(const CaseContext& context, const CaseFolder& folder, 
           {"seed", text(context.seed)}};
 }
 
-/// What a run of the program has cost, for the records of its frames.
+/// Costs of a run of the program, for the records of its frames.
 struct Costs {
   double wall_ms_per_pair = 0, cpu_ms_per_pair = 0;
   double peak_memory_mb = 0;
-  std::map<int, double> own_ms;  ///< by frame, where the program tells
+  std::map<int, double> own_ms;  ///< by frame, if the program reports it
 };
 
 std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) {
@@ -84,8 +84,8 @@ std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) 
   return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
 }
 
-/// Points of the object's own previous instance within reach, as the pipeline offers them to estimators:
-/// what the bound is computed from.
+/// Returns the points of the object's own previous instance within reach, as the pipeline passes them to
+/// estimators; the bound is computed from them.
 Correspondences points_of(const ObjectObservation& object, double max_depth_m) {
   std::vector<unsigned char> keep(object.points.size());
   for (size_t i = 0; i < keep.size(); ++i)
@@ -100,7 +100,7 @@ Eigen::Vector3d centroid(const PinholeCamera& camera, const Correspondences& poi
   return sum / static_cast<double>(points.size());
 }
 
-/// Gives the program's results pair by pair.
+/// Returns the program's results pair by pair.
 class ExternalSolver final : public PairSolver {
  public:
   ExternalSolver(ExternalResults results, std::vector<std::string> problems, Costs costs, double max_depth_m)
@@ -119,7 +119,7 @@ class ExternalSolver final : public PairSolver {
       seen.insert(observation.instance);
       if (is_known(observation.instance)) result.objects.push_back(object(pair, observation, result.ego));
     }
-    for (const int id : ids_) {  // named by the program, without a mask
+    for (const int id : ids_) {  // named by the program, but without a mask
       ObjectObservation none;
       none.instance = id;
       if (!seen.contains(id) && results_.motions.contains({id, pair.curr}))
@@ -196,7 +196,7 @@ class ExternalSolver final : public PairSolver {
   std::set<int> ids_;
 };
 
-/// One set of results with what log.txt says of it.
+/// One set of results, and its text for log.txt.
 struct ScoredSet {
   std::string name;
   ExternalResults results;
@@ -223,12 +223,14 @@ std::string log_text(const ProcessRequest& request, const ProcessOutcome& outcom
 
 class ExternalEstimator final : public CaseEstimator {
  public:
-  /// `is_run`: it is to be started, rather than that what it left is scored again.
+  /// `is_run`: the program will be started; otherwise its existing files are read again.
   ExternalEstimator(ExternalConfig config, fs::path config_file, bool is_run)
-      : config_(std::move(config)), config_file_(std::move(config_file)), config_folder_(config_file_.parent_path()) {
+      : config_(std::move(config)),
+        config_file_(std::move(config_file)),
+        config_folder_(config_file_.parent_path()) {
     if (config_.settings.empty() || !is_run) return;
     template_ = config_folder_ / config_.settings;
-    fill_template(any_placeholders());  // here rather than in the first case
+    fill_template(any_placeholders());  // reports errors here and not in the first case
   }
 
   std::vector<NamedSolver> begin(const CaseContext& context) const override {
@@ -263,7 +265,9 @@ class ExternalEstimator final : public CaseEstimator {
 
   Json options() const override { return write_options(config_); }
   std::string label() const override { return config_.name; }
-  std::optional<Fingerprint> fingerprint() const override { return program_fingerprint(config_, config_file_); }
+  std::optional<Fingerprint> fingerprint() const override {
+    return program_fingerprint(config_, config_file_);
+  }
 
  private:
   static constexpr FileKind template_file = {"a template of settings", 1'000'000};
@@ -277,7 +281,7 @@ class ExternalEstimator final : public CaseEstimator {
     }
   }
 
-  /// Reads what lies in folder/output; writes folder/log.txt where there was a `request`.
+  /// Reads the files in folder/output; writes folder/log.txt if there is a `request`.
   std::vector<NamedSolver> score(const CaseContext& context, const FrameNumbers& numbers,
                                  const fs::path& folder, const ProcessOutcome& outcome,
                                  const ProcessRequest* request) const {
@@ -325,7 +329,7 @@ class ExternalEstimator final : public CaseEstimator {
 
   ExternalConfig config_;
   fs::path config_file_, config_folder_;
-  fs::path template_;  ///< of settings; empty: none
+  fs::path template_;  ///< template of the settings; empty: none
 };
 
 }  // namespace

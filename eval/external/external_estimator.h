@@ -1,22 +1,22 @@
 #pragma once
 
-// Estimators "external:CONFIG.json": a program of somebody else, run once per case on files with the noise of
-// the case on them. Its results become records as those of estimators inside, with the same truth, metrics
-// and bound (docs/external-estimators.md):
+// Estimators "external:CONFIG.json": an external program, run once per case on files with the noise of the
+// case. Its results become records like those of built-in estimators, with the same truth, metrics and bound
+// (docs/external-estimators.md). The status follows from the results only, however the program ended:
 //
-//   a pose, or motion, is there    ok, or no_truth
-//   it is not                      lost; of an object that the results never name: not_detected
+//   a pose, or motion, exists      ok, or no_truth
+//   it does not exist              lost; not_detected for an object that the results never name
 //   the results cannot be read     diverged
 //
-// whatever became of the program; its exit code, time-out and every problem are told (PairSolver::problems())
-// and stand in the case's log.txt.
+// Exit code, time-out and every problem are reported (PairSolver::problems()) and written to the case's
+// log.txt.
 
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/external/external_config.h"
 
 namespace sextant {
 
-/// Throws Error on a bad configuration.
+/// Opens an estimator. Throws Error on an invalid configuration.
 std::shared_ptr<const CaseEstimator> open_external_estimator(const std::string& config,
                                                              const Json& overrides);
 

@@ -1,4 +1,5 @@
-// What real systems do: several stages in one folder, frames from 0, settings files, stray and damaged files.
+// Behaviour of real systems: several stages in one folder, frames from 0, settings files, stray and damaged
+// files.
 
 #include <algorithm>
 #include <regex>
@@ -23,8 +24,8 @@ class ExternalProtocolTest : public ExternalEstimatorTest {
     return fmt::format("{} {} 0 0 0 1", frame, kitti_row(T));
   }
 
-  /// The files that VDO-SLAM's System::SaveResults() leaves, under its names. Poses and motions of the front
-  /// end are off by 0.1 m.
+  /// Writes the files of VDO-SLAM's System::SaveResults(), with its names. Poses and motions of the front end
+  /// have errors of 0.1 m.
   void write_vdo_results(int label = 1) const {
     const SE3 off(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1, 0, 0));
     fs::create_directories(file("vdo"));
@@ -49,7 +50,7 @@ class ExternalProtocolTest : public ExternalEstimatorTest {
             {"objects", {{"format", "vdo"}, {"stage", stage}, {"ids", ids}}}};
   }
 
-  /// Camera and object 1 as they are, in camera.txt and obj_1.txt.
+  /// Writes the true motion of camera and object 1 to camera.txt and obj_1.txt.
   void write_right_results() const {
     write_camera();
     write_motions();
@@ -101,7 +102,7 @@ TEST_F(ExternalProtocolTest, SeveralResultsOfOneRun) {
   EXPECT_EQ(by_label["program.refined"].first, 4);
   EXPECT_LT(by_label["program.refined"].second, 1e-9);
   EXPECT_THAT(log(), AllOf(HasSubstr("results initial\n"), HasSubstr("results refined\n")));
-  // A problem of one of them says whose it is.
+  // A problem of one set names the set.
   Json missing = vdo_set("refined");
   missing["camera"]["file"] = "none.txt";
   EXPECT_THAT(problem_of(script, {{"results", {{"initial", vdo_set("initial")}, {"refined", missing}}}}),
@@ -114,7 +115,7 @@ TEST_F(ExternalProtocolTest, SeveralResultsOfOneRun) {
       "names of letters");
 }
 
-// ---- files that are no results
+// ---- files that are not results
 
 TEST_F(ExternalProtocolTest, StrayNamesArePassedOver) {
   write_right_results();
@@ -122,7 +123,7 @@ TEST_F(ExternalProtocolTest, StrayNamesArePassedOver) {
   run_well(copy_results, motions_);
   EXPECT_EQ(statuses("object:1"), ok4);
   EXPECT_THAT(log(), HasSubstr("note: " + (case_folder() / "output" / "obj_centre.txt").string() +
-                               ": 'centre' in place of the * of 'obj_*.txt' is no number: passed over"));
+                               ": 'centre' in place of the * of 'obj_*.txt' is not a number: skipped"));
 }
 
 TEST_F(ExternalProtocolTest, ADamagedFileConcernsItsObjectAlone) {
@@ -140,7 +141,7 @@ TEST_F(ExternalProtocolTest, IdsOutOfRange) {
         problem_of(fmt::format("cp $(dirname $0)/camera.txt $(dirname $0)/obj_{}.txt $output/", id),
                    {{"objects", {{"format", "motions"}, {"id_offset", offset}}}});
     for (const Record& record : last_.records) EXPECT_THAT(record.body, Not(HasSubstr("-")));
-    // What `report` reads.
+    // The reader of `report`.
     write_file(file("records.jsonl"), write_records(last_.records));
     EXPECT_EQ(read_records(file("records.jsonl")).size(), last_.records.size());
     EXPECT_FALSE(summarize(last_.records, find_preset("paper")).empty());
@@ -156,7 +157,8 @@ TEST_F(ExternalProtocolTest, IdsOutOfRange) {
 
 TEST_F(ExternalProtocolTest, LinksThatLeaveTheOutputAreIgnored) {
   write_right_results();
-  const std::string precious = read_file(file("camera.txt")) + "8 1 0 0";  // no end of its last line
+  // no end of line after the last line
+  const std::string precious = read_file(file("camera.txt")) + "8 1 0 0";
   write_file(file("precious.txt"), precious);
   problems_of(
       "ln -s $(dirname $0)/precious.txt $output/camera.txt\n"
@@ -172,7 +174,7 @@ TEST_F(ExternalProtocolTest, LinksThatLeaveTheOutputAreIgnored) {
       "rmdir $output; mkdir $(dirname $0)/away; "
       "cp $(dirname $0)/camera.txt $(dirname $0)/away; ln -s $(dirname $0)/away $output");
   EXPECT_EQ(statuses("ego"), lost4);
-  // Those within are as good as files.
+  // Links inside the folder count as files.
   problems_of("cp $(dirname $0)/camera.txt $output/pose.txt; ln -s pose.txt $output/camera.txt");
   EXPECT_EQ(statuses("ego"), ok4);
 }
@@ -206,7 +208,7 @@ TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {
   EXPECT_THAT(last_.sources.front().problems.at(1), HasSubstr("obj_1.txt: has 64.4 GB"));
   EXPECT_EQ(statuses("ego"), ok4);
   EXPECT_EQ(statuses("object:1"), diverged4);
-  // One that nobody asked for is not looked at, nor is a log of another kind.
+  // A file that no option names is not read, nor is a log of another kind.
   write_vdo_results();
   problems_of("cp $(dirname $0)/vdo/* $output; truncate -s 60G $output/map.bin; exit 3", vdo_set("refined"));
   EXPECT_EQ(statuses("object:1"), ok4);
@@ -288,7 +290,7 @@ TEST_F(ExternalProtocolTest, SettingsTemplate) {
                "unknown placeholder {settings}");
 }
 
-// ---- what it cost
+// ---- costs
 
 TEST_F(ExternalProtocolTest, TimesOfTheProgram) {
   write_camera();
@@ -348,7 +350,7 @@ TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   const RunResult same = rescore({.folder = file("out")});
   EXPECT_EQ(same.configuration, first.configuration);
   ASSERT_EQ(same.records.size(), first.records.size());
-  // Times and costs are those of the program's run; decoding is done again.
+  // Times and costs are those of the program's run; frames are decoded again.
   for (size_t i = 0; i < same.records.size(); ++i) {
     Record a = same.records[i], b = first.records[i];
     for (Record* r : {&a, &b}) {
@@ -373,15 +375,15 @@ TEST_F(ExternalProtocolTest, ARunIsScoredAgain) {
   EXPECT_EQ(last_.records.front().estimator, "other");
   EXPECT_EQ(read_file(file("runs")), "ran\nran\n");
   EXPECT_EQ(files_below(file("out")), before);
-  // What cannot be scored again.
+  // Outputs that cannot be read again.
   fs::remove_all(file("out") / "external" / "vdo_data_3-7_seed1" / "output");
   expect_error([&] { rescore({.folder = file("out")}); }, "outputs are kept with \"keep\" output or all");
   fs::remove(file("out") / "external" / "vdo_data_3-7_seed0" / "case.json");
-  expect_error([&] { rescore({.folder = file("out")}); }, "case.json: is not there");
+  expect_error([&] { rescore({.folder = file("out")}); }, "case.json: does not exist");
   expect_error([&] { is_sweep(file("data")); }, "holds neither run.json nor plan.json");
   c.estimator = "motion_only";
   write_output_folder(file("inside"), run_files(run(c)));
-  expect_error([&] { rescored_run({.folder = file("inside")}); }, "\"motion_only\" is no external program");
+  expect_error([&] { rescored_run({.folder = file("inside")}); }, "\"motion_only\" is not an external program");
 }
 
 TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
@@ -424,9 +426,9 @@ TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
   EXPECT_EQ(files_below(file("out")), before);
 }
 
-// ---- the document
+// ---- the documentation
 
-/// The block of docs/external-estimators.md that shows the written files is what is written.
+/// The block of docs/external-estimators.md with the written files equals the files that are written.
 TEST_F(ExternalProtocolTest, TheListingInTheDocumentIsTrue) {
   const std::string text = read_file(fs::path(SEXTANT_DOCS_FOLDER) / "external-estimators.md");
   const size_t begin = text.find("external/synthetic_s18_0-2_seed0\n");

@@ -15,10 +15,10 @@ namespace {
 
 struct Match {
   fs::path path;
-  std::string star;  ///< what the * stands for
+  std::string star;  ///< the text matched by the *
 };
 
-/// The files of a result folder that may be read, and by which rules.
+/// The readable files of a result folder, and the rules for reading them.
 class Files {
  public:
   Files(const ResultFolder& folder, std::vector<std::string>& notes)
@@ -28,7 +28,7 @@ class Files {
 
   std::string path(const std::string& name) const { return (folder_.path / name).string(); }
 
-  /// Those called `pattern`, which may hold one *; in order of name.
+  /// Returns the files that match `pattern`, which may contain one *, ordered by name.
   std::vector<Match> matches(const std::string& pattern) const {
     const fs::path wanted = folder_.path / pattern;
     const std::string name = wanted.filename().string();
@@ -50,7 +50,7 @@ class Files {
     return found;
   }
 
-  /// Whether it is a file of this folder; a link to one elsewhere is noted.
+  /// Returns true for a file of this folder; a link to a file elsewhere is noted.
   bool accepts(const fs::path& path) const {
     std::error_code error;
     if (!fs::is_regular_file(path, error)) return false;
@@ -68,7 +68,7 @@ class Files {
   std::vector<std::string>& notes_;
 };
 
-/// One poses or motions of a file, by frame of the sequence.
+/// Returns the poses or motions of a file by frame of the sequence.
 std::map<int, SE3> by_frame(const TrajectoryFile& file, const FrameNumbers& numbers, const std::string& path,
                             ExternalResults& out) {
   std::map<int, SE3> poses;
@@ -78,7 +78,7 @@ std::map<int, SE3> by_frame(const TrajectoryFile& file, const FrameNumbers& numb
                         : !file.poses.stamps_s.empty() ? numbers.of_time(file.poses.stamps_s[i])
                                                        : numbers.of_row(i);
       if (!poses.emplace(frame, file.poses.pose(i)).second)
-        out.notes.push_back(fmt::format("{}: frame {} is there twice: the first counts", path, frame));
+        out.notes.push_back(fmt::format("{}: frame {} is repeated: the first one is used", path, frame));
     } catch (const Error& error) {
       fail("{}: pose {}: {}", path, i + 1, error.what());
     }
@@ -87,9 +87,9 @@ std::map<int, SE3> by_frame(const TrajectoryFile& file, const FrameNumbers& numb
   return poses;
 }
 
-constexpr int64_t largest_id = 1'000'000'000;  // two of them fit into an int
+constexpr int64_t largest_id = 1'000'000'000;  // the sum of two fits into an int
 
-/// The number that `text` is, as far as an id may be that large; empty when it is no number.
+/// Returns the number in `text` if it is in the range of ids; nullopt if it is not a number.
 std::optional<int64_t> id_in(const std::string& text) {
   const size_t sign = text.starts_with('-') ? 1 : 0;
   const bool is_number =
@@ -135,7 +135,8 @@ class Reader {
   }
 
  private:
-  /// The id of the masks, or, with ids matched by overlap, one of the log. A problem when there is no such.
+  /// Returns the id in the masks or, with ids matched by overlap, that of the log. Reports a problem if there
+  /// is none.
   std::optional<int> mask_id(int64_t id, const std::string& where) {
     const int64_t least = set_.objects.ids == ObjectsIds::overlap ? 0 : 1;
     const int64_t own = id + set_.objects.id_offset;
@@ -151,7 +152,7 @@ class Reader {
     const std::string path = file.path.string();
     const std::optional<int64_t> number = id_in(file.star);
     if (!number) {
-      out_.notes.push_back(fmt::format("{}: '{}' in place of the * of '{}' is no number: passed over", path,
+      out_.notes.push_back(fmt::format("{}: '{}' in place of the * of '{}' is not a number: skipped", path,
                                        file.star, set_.objects.files));
       return;
     }
@@ -183,11 +184,11 @@ class Reader {
 
   void read_logs() {
     const std::string folder = folder_.path.string();
-    const std::vector<ObjectLog> logs =
-        read_object_logs(folder, {.format = set_.objects.format == ObjectsFormat::vdo ? LogFormat::vdo : LogFormat::dynosam,
-                                  .stage = set_.objects.stage,
-                                  .rules = files_.rules(log_file),
-                                  .accept = [&](const fs::path& path) { return files_.accepts(path); }});
+    const std::vector<ObjectLog> logs = read_object_logs(
+        folder, {.format = set_.objects.format == ObjectsFormat::vdo ? LogFormat::vdo : LogFormat::dynosam,
+                 .stage = set_.objects.stage,
+                 .rules = files_.rules(log_file),
+                 .accept = [&](const fs::path& path) { return files_.accepts(path); }});
     if (logs.size() > 1) fail("{}: holds logs of {} modules: expected those of one", folder, logs.size());
     out_.notes.insert(out_.notes.end(), logs.front().warnings.begin(), logs.front().warnings.end());
     for (const auto& [key, motion] : logs.front().motions) {
@@ -198,10 +199,10 @@ class Reader {
     }
   }
 
-  /// A motion to current camera coordinates; one that needs a pose which is not known is left out.
+  /// Converts a motion to current camera coordinates; it is left out if a required pose is unknown.
   void add(int id, int frame, const SE3& motion, ObjectsFrame coordinates) {
     if (coordinates == ObjectsFrame::body &&
-        set_.objects.ids == ObjectsIds::overlap) {  // whose body it is, is not known yet
+        set_.objects.ids == ObjectsIds::overlap) {  // the matching body is not known yet
       in_body_.motions[{id, frame}].estimate = motion;
       return;
     }
@@ -221,7 +222,8 @@ class Reader {
     return after->inverse() * *before * L * motion * L.inverse();
   }
 
-  /// The program's ids to those of the masks. Motions are compared in the true world, or in the body.
+  /// Maps the program's ids to those of the masks. Motions are compared in the true world, or in the body
+  /// frame.
   void match_ids() {
     ObjectLog log = std::move(in_body_);
     const bool in_body = !log.motions.empty();
@@ -250,7 +252,7 @@ class Reader {
   ExternalResults& out_;
   Files files_;
   std::set<int64_t> refused_;
-  ObjectLog in_body_;  ///< motions in the body frame of ids that are yet to be matched
+  ObjectLog in_body_;  ///< motions in the body frame of ids that are not matched yet
 };
 
 }  // namespace
@@ -265,7 +267,7 @@ int FrameNumbers::of_number(int number) const {
 }
 
 int FrameNumbers::of_time(double t_s) const {
-  constexpr double nearest = 0.25;  // of a frame
+  constexpr double nearest = 0.25;  // of a frame interval
   const double at = t_s * rate_hz - in_files;
   const double rounded = std::round(at);
   if (!(std::abs(at - rounded) <= nearest && rounded >= 0 && rounded <= last - first)) {
@@ -322,8 +324,8 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
       const auto values = file.values();
       const bool numbered = values.size() == 2;
       if ((values.size() != 1 && !numbered) || values.back() < 0 || values.back() * ms_per_unit > longest_ms)
-        file.fail_here("expected the time of a frame, or its number and time, in {}, 0 to {:g}", to_string(times.unit),
-                       longest_ms / ms_per_unit);
+        file.fail_here("expected the time of a frame, or its number and time, in {}, 0 to {:g}",
+                       to_string(times.unit), longest_ms / ms_per_unit);
       if (numbered && (values[0] != std::trunc(values[0]) || std::abs(values[0]) > 1e9))
         file.fail_here("expected a frame number, got {}", values[0]);
       try {

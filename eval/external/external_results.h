@@ -1,7 +1,7 @@
 #pragma once
 
-// What a program of somebody else has written, as motions of frame pairs. A file that cannot be read is a
-// problem to be told, not an exception: the program failed, the sweep goes on.
+// Results of an external program as motions of frame pairs. A file that cannot be read is a reported problem
+// and not an exception: the program failed, but the sweep continues.
 
 #include <filesystem>
 #include <map>
@@ -16,20 +16,20 @@
 
 namespace sextant {
 
-/// How frames are called: by the sequence, in the program's input, in its results.
+/// Numbers of the frames in the sequence, in the program's input and in its results.
 struct FrameNumbers {
-  int first = 0, last = 0;  ///< of the sequence
-  int in_files = 0;         ///< the first one in the input
-  int in_results = 0;       ///< the first one in the results
+  int first = 0, last = 0;  ///< frame range of the sequence
+  int in_files = 0;         ///< number of the first frame in the input
+  int in_results = 0;       ///< number of the first frame in the results
   double rate_hz = 0;       ///< frame n of the input is at n / rate
 
-  /// The sequence's number. Throw Error when there is no such frame.
+  /// Return the sequence's frame number. Throw Error if there is no such frame.
   int of_number(int number) const;
   int of_time(double t_s) const;
   int of_row(size_t row) const;
 };
 
-/// The folder that a program wrote into. It is only read. Links that lead out of it are ignored.
+/// The folder into which a program wrote. It is only read; links that lead out of it are ignored.
 struct ResultFolder {
   std::filesystem::path path;
   FrameNumbers numbers;
@@ -37,26 +37,27 @@ struct ResultFolder {
       true;  ///< the program ended well; else a last line without its end is left out of every file
 };
 
-/// How much is read of a file: of poses or motions of one body and of times; of logs of all objects.
+/// Size limits of files: poses or motions of one body, and times; logs of all objects.
 inline constexpr FileKind pose_file = {"a file of poses or times", 100'000'000};
 inline constexpr FileKind log_file = {"a log", 1'000'000'000};
 
 struct ExternalResults {
-  Trajectory camera;  ///< T_world_camera, the world being the program's own
-  /// T_curr_prev of the object (id of the masks, current frame): its points, previous to current camera.
+  Trajectory camera;  ///< T_world_camera in the program's own world frame
+  /// T_curr_prev of the object, by id in the masks and current frame: maps its points from previous to
+  /// current camera.
   std::map<ObjectFrame, SE3> motions;
   bool camera_unreadable = false;
   bool objects_unreadable = false;    ///< all of them
   std::set<int> unreadable;           ///< objects whose own file could not be read
-  std::vector<std::string> problems;  ///< "FILE:LINE: ...", and files that are not there
-  std::vector<std::string> notes;     ///< what was repaired or passed over
+  std::vector<std::string> problems;  ///< "FILE:LINE: ...", and missing files
+  std::vector<std::string> notes;     ///< repairs, and skipped files
 };
 
-/// `truth` is used for motions in the body frame and to match ids (ExternalObjects::ids).
+/// Reads the results. `truth` is used for motions in the body frame and to match ids (ExternalObjects::ids).
 ExternalResults read_external_results(const ExternalResultSet& set, const ResultFolder& folder,
                                       const SequenceTruth& truth);
 
-/// The program's own time per frame of the sequence, ms.
+/// The program's own duration of each frame of the sequence, ms.
 struct FrameTimes {
   std::map<int, double> ms;
   std::vector<std::string> problems, notes;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Programs of others, for tests: a small sequence, and shell scripts that write what a program would.
+// External programs for tests: a small sequence, and shell scripts that write results.
 
 #include <filesystem>
 #include <string>
@@ -26,7 +26,7 @@ class ExternalEstimatorTest : public testing::Test {
 
   std::filesystem::path file(const std::string& name) const { return folder_.path() / name; }
 
-  /// CONFIG of a program that does `script` in sh, with {placeholders}.
+  /// Writes CONFIG of a program that runs `script` in sh, with {placeholders}; returns its name.
   std::string config(const std::string& script, Json more = Json::object()) const {
     write_file(file("program.sh"), "input=$1 output=$2 seed=$3\n" + script + "\n");
     more["command"] = "sh {config}/program.sh {input} {output} {seed}";
@@ -48,7 +48,7 @@ class ExternalEstimatorTest : public testing::Test {
     c.folder = file("logs");
     return run(c);
   }
-  /// Of `estimator` and motion_only, two levels of depth noise.
+  /// Returns a sweep of `estimator` and motion_only over two levels of depth noise.
   SweepConfig sweep_config(const std::string& out, const Json& estimator, int n_seeds = 3,
                            int jobs = 1) const {
     SweepConfig c;
@@ -64,18 +64,18 @@ class ExternalEstimatorTest : public testing::Test {
     return c;
   }
 
-  /// Runs `script`, which must not throw; its problems.
+  /// Runs `script`, which must not throw, and returns its problems.
   std::vector<std::string> problems_of(const std::string& script, const Json& more = Json::object()) {
     last_ = run_with(config(script, more));
     return last_.sources.front().problems;
   }
-  /// The one problem of a run of `script`.
+  /// Returns the only problem of a run of `script`.
   std::string problem_of(const std::string& script, const Json& more = Json::object()) {
     const std::vector<std::string> problems = problems_of(script, more);
     EXPECT_EQ(problems.size(), 1U);
     return problems.empty() ? "" : problems.front();
   }
-  /// Runs `script`, which gives all that it should.
+  /// Runs `script` and expects no problems.
   void run_well(const std::string& script, const Json& more = Json::object()) {
     EXPECT_THAT(problems_of(script, more), ElementsAre());
   }
@@ -92,7 +92,7 @@ class ExternalEstimatorTest : public testing::Test {
     return out;
   }
 
-  /// Largest error of a body in the last run; -1 without any.
+  /// Returns the largest error of a body in the last run; -1 if there is none.
   double worst(const std::string& body, const std::string& key) const {
     double worst = -1;
     for (const Record& record : last_.records) {
@@ -103,7 +103,7 @@ class ExternalEstimatorTest : public testing::Test {
 
   SE3 T_world_camera(int frame) const { return fixture_.T_world_camera.at(frame); }
   SE3 T_world_object(int frame) const { return fixture_.T_world_object.at(frame); }
-  /// In the program's own world, which is not that of the truth.
+  /// Converts a pose to the program's own world frame, which differs from that of the truth.
   SE3 own(const SE3& T_world_x) const { return T_world_camera(3).inverse() * T_world_x; }
 
   static std::string kitti_row(const SE3& T) {
@@ -116,14 +116,14 @@ class ExternalEstimatorTest : public testing::Test {
     return fmt::format("{:.17g}{}{:.17g}", fmt::join(t, separator), separator, fmt::join(q, separator));
   }
 
-  /// A line for every frame; `line(frame)`.
+  /// Writes a line for every frame, line(frame).
   template <typename Line>
   void write_results(const std::string& name, const Line& line, int first = 3) const {
     std::string text;
     for (int frame = first; frame <= 7; ++frame) text += line(frame) + "\n";
     write_file(file(name), text);
   }
-  /// Poses in the program's own world, with a frame number before each.
+  /// Writes poses in the program's own world frame, each preceded by its frame number.
   template <typename Pose>
   void write_poses(const std::string& name, const Pose& pose, int first = 3, int shift = 0) const {
     write_results(
@@ -133,7 +133,7 @@ class ExternalEstimatorTest : public testing::Test {
     write_poses(
         name, [&](int k) { return own(T_world_camera(k)); }, 3, shift);
   }
-  /// H of object 1.
+  /// Returns H of object 1.
   SE3 world(int k) const { return own(T_world_object(k)) * own(T_world_object(k - 1)).inverse(); }
   SE3 body(int k) const { return T_world_object(k - 1).inverse() * T_world_object(k); }
   void write_motions(const std::string& name = "obj_1.txt", int first = 4, int shift = 0) const {

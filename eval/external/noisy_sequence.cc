@@ -21,7 +21,8 @@ NoisySequence::NoisySequence(const Sequence& base, Noise noise, uint64_t seed, c
 
 Frame NoisySequence::read(int frame, Channels channels) const {
   Channels needed = channels;
-  needed.mask = channels.mask || (!noise_.none() && (channels.flow || channels.backward_flow));  // by body
+  // the noise depends on the body
+  needed.mask = channels.mask || (!noise_.none() && (channels.flow || channels.backward_flow));
   Frame out = base_.read(frame + shift_, needed);
   if (!noise_.none()) out = noise_.apply(std::move(out), info_.camera, draws_).frame;
   if (!channels.mask) out.mask = {};

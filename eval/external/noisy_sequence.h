@@ -1,8 +1,8 @@
 #pragma once
 
-// What a program of somebody else is shown of a sequence: its frames with the noise of a case, the same
-// numbers that estimators inside get at the same pixels (noise.h), frames at number / rate, and no ground
-// truth unless asked for. Frames may be numbered from 0, and the last one may have a flow of zeros.
+// The view of a sequence that an external program gets: its frames with the noise of a case, with the same
+// values that built-in estimators get at the same pixels (noise.h), frames at number / rate, and ground truth
+// only if requested. Frames may be numbered from 0, and the last one may have a flow of zeros.
 
 #include "sextant/datasets/dataset.h"
 #include "sextant/noise/noise.h"
@@ -11,13 +11,13 @@ namespace sextant {
 
 struct ShownSequence {
   bool truth = false;
-  bool from_zero = false;       ///< the first frame is 0, whatever it is in the source
-  bool zero_last_flow = false;  ///< the last frame, which has no next one, has a flow all the same
+  bool from_zero = false;       ///< numbers the first frame 0, whatever its number in the source
+  bool zero_last_flow = false;  ///< adds zero flow to the last frame, which has no successor
 };
 
 class NoisySequence final : public Sequence {
  public:
-  /// `base` must live as long as this.
+  /// `base` must outlive this object.
   NoisySequence(const Sequence& base, Noise noise, uint64_t seed, const ShownSequence& shown);
 
   const SequenceInfo& info() const override { return info_; }

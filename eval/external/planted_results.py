@@ -77,7 +77,7 @@ def main():
 
         def in_camera(rows):
             return {k: np.linalg.inv(camera[k]) @ H @ camera[k - 1] for k, H in rows.items()}
-        # (file, what must be said; None: nothing)
+        # (file, expected message; None: no message)
         cameras = {"right": (kitti(camera), None), "centimetres": (kitti(scaled(100)(camera)), "look like centimetres"),
                    "millimetres": (kitti(scaled(1000)(camera)), "look like millimetres"),
                    "inverse": (kitti(inverse(camera)), "look inverted"), "steps": (kitti(steps), "motions from frame to frame"),

@@ -26,7 +26,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return out;
 }
 
-/// This process's environment with `settings` over it.
+/// Returns this process's environment, overridden by `settings`.
 std::vector<std::string> environment_with(const std::vector<std::string>& settings) {
   const auto name_of = [](const std::string& setting) { return setting.substr(0, setting.find('=')); };
   std::vector<std::string> all;
@@ -39,11 +39,12 @@ std::vector<std::string> environment_with(const std::vector<std::string>& settin
   return all;
 }
 
-/// A file descriptor that closes itself, and in programs that are started.
+/// A file descriptor that is closed by its destructor, and in started programs.
 class Descriptor {
  public:
   Descriptor() = default;
-  /// Takes it over, and moves it off the numbers of the standard streams, which may have been closed.
+  /// Takes ownership, and moves the descriptor away from the numbers of the standard streams, which may have
+  /// been closed.
   explicit Descriptor(int fd) : fd_(fd) {
     if (fd < 0 || fd > 2) return;
     fd_ = ::fcntl(fd, F_DUPFD_CLOEXEC, 3);
@@ -90,8 +91,8 @@ Descriptor new_file(const fs::path& path) {
   return file;
 }
 
-/// How the program is started: files 0, 1, 2 and the folder, a group of its own, no signal blocked or
-/// ignored.
+/// Settings with which the program is started: files 0, 1, 2 and the folder, a process group of its own, no
+/// signal blocked or ignored.
 class SpawnSettings {
  public:
   SpawnSettings(const ProcessRequest& request, int out, int err) {
@@ -124,7 +125,7 @@ class SpawnSettings {
   posix_spawnattr_t attributes_{};
 };
 
-/// A program, its supervisor and their guard, which do not outlive this.
+/// A program, its supervisor and their guard; the destructor ends them.
 class Running {
  public:
   explicit Running(const ProcessRequest& request) : alive_(request), report_(request) {
@@ -147,8 +148,8 @@ class Running {
                                 .logs = {out_log.get(), err_log.get()},
                                 .time_limit_s = request.time_limit_s,
                                 .most_log_bytes = most_log_bytes};
-    last_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                               std::chrono::duration<double>(supervision_limit_s(request.time_limit_s) + margin_s));
+    last_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                               supervision_limit_s(request.time_limit_s) + margin_s));
     guard_ = fork_alone();
     if (guard_ == 0) supervise(program);
     if (guard_ < 0) fail_to_start(request, errno);
@@ -158,7 +159,8 @@ class Running {
   ~Running() {
     if (guard_ < 0) return;
     alive_.write.close();
-    last_ = std::min(last_, Clock::now() + std::chrono::seconds(static_cast<int>(supervision_limit_s(0) + margin_s)));
+    last_ = std::min(
+        last_, Clock::now() + std::chrono::seconds(static_cast<int>(supervision_limit_s(0) + margin_s)));
     wait_for_guard();
     if (!guard_ended_) kill_below(guard_);
     while (::waitpid(guard_, nullptr, 0) < 0 && errno == EINTR) {
@@ -177,7 +179,7 @@ class Running {
       }
     }
     SupervisorReport report;
-    // Without a report read() gives 0 at once, as all who could write it have ended.
+    // Without a report read() returns 0 at once, since all writers have ended.
     if (::poll(&wake, 1, 0) <= 0 || ::read(report_.read.get(), &report, sizeof report) != sizeof report)
       fail("the process that watches the program was killed or stopped: the program's end is not known");
     return report;
@@ -190,10 +192,11 @@ class Running {
 
   bool is_guard_stopped() const {
     siginfo_t seen{};
-    return ::waitid(P_PID, static_cast<id_t>(guard_), &seen, WSTOPPED | WNOHANG | WNOWAIT) == 0 && seen.si_pid == guard_;
+    return ::waitid(P_PID, static_cast<id_t>(guard_), &seen, WSTOPPED | WNOHANG | WNOWAIT) == 0 &&
+           seen.si_pid == guard_;
   }
 
-  /// Until it has ended; not where it was stopped, or is late.
+  /// Waits until the guard has ended, unless it was stopped or is late.
   void wait_for_guard() {
     constexpr int short_look_ms = 1;
     while (!guard_ended_ && !is_guard_stopped() && Clock::now() < last_) {

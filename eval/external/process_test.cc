@@ -31,8 +31,8 @@ class Process : public testing::Test {
   }
   std::string text(const char* name) const { return read_file(folder_.path() / name); }
 
-  /// Whether the process whose id is in the file `name` goes on running. Waits for the file, and long enough for its end on
-  /// any machine: the processes of these tests sleep longer.
+  /// Returns true if the process whose id is in the file `name` keeps running. Waits for the file, and long
+  /// enough for the end of the process on any machine: the processes of these tests sleep longer.
   bool runs(const char* name) const {
     const fs::path file = folder_.path() / name;
     while (!fs::exists(file) || fs::file_size(file) == 0) pause();
@@ -51,10 +51,10 @@ class Process : public testing::Test {
 };
 
 TEST_F(Process, OutputAndExitCode) {
-  const ProcessOutcome outcome = run("echo said; echo wrong >&2; exit 3");
+  const ProcessOutcome outcome = run("echo hello; echo wrong >&2; exit 3");
   EXPECT_EQ(outcome.text(), "exit code 3");
   EXPECT_FALSE(outcome.survivors);
-  EXPECT_EQ(text("stdout.txt"), "said\n");
+  EXPECT_EQ(text("stdout.txt"), "hello\n");
   EXPECT_EQ(text("stderr.txt"), "wrong\n");
   EXPECT_EQ(run("kill -SEGV $$").text(), "signal 11 (Segmentation fault)");
 }
@@ -62,10 +62,10 @@ TEST_F(Process, OutputAndExitCode) {
 TEST_F(Process, StandardStreamsMayBeClosed) {
   EXPECT_EQ(status_of_child([&] {
               for (const int stream : {0, 1, 2}) ::close(stream);
-              return run("cat; echo said; echo wrong >&2").ok() ? 0 : 1;
+              return run("cat; echo hello; echo wrong >&2").ok() ? 0 : 1;
             }),
             0);
-  EXPECT_EQ(text("stdout.txt"), "said\n");
+  EXPECT_EQ(text("stdout.txt"), "hello\n");
   EXPECT_EQ(text("stderr.txt"), "wrong\n");
 }
 
@@ -75,15 +75,17 @@ TEST_F(Process, NothingSurvivesTheEnd) {
   EXPECT_TRUE(run("setsid sh -c 'echo $$ > session; sleep 6000' & while ! [ -s session ]; do :; done").ok());
   EXPECT_FALSE(runs("session"));
   // Its parent ends before the program does.
-  EXPECT_TRUE(run("(setsid sh -c 'echo $$ > orphan; sleep 6000' &) ; while ! [ -s orphan ]; do :; done").ok());
+  EXPECT_TRUE(
+      run("(setsid sh -c 'echo $$ > orphan; sleep 6000' &) ; while ! [ -s orphan ]; do :; done").ok());
   EXPECT_FALSE(runs("orphan"));
 }
 
 TEST_F(Process, NothingSurvivesTheTimeLimit) {
   ProcessOutcome outcome;
-  // On a slow machine the first limits may be over before the session has begun.
+  // On a slow machine the first limits may expire before the session has begun.
   for (double limit_s = 0.4; !fs::exists(folder_.path() / "session") || text("session").empty(); limit_s *= 4)
-    outcome = run("trap '' TERM; setsid sh -c 'trap \"\" TERM; echo $$ > session; sleep 6000' & sleep 6000", limit_s);
+    outcome = run("trap '' TERM; setsid sh -c 'trap \"\" TERM; echo $$ > session; sleep 6000' & sleep 6000",
+                  limit_s);
   EXPECT_EQ(outcome.end, ProcessOutcome::End::timed_out);
   EXPECT_FALSE(outcome.survivors);
   EXPECT_FALSE(runs("session"));
@@ -104,7 +106,8 @@ TEST_F(Process, NothingSurvivesThisProcess) {
 
 /// Ids of the processes between a program and this one: supervisor and guard.
 constexpr const char* watchers = "s=$PPID; g=$(cut -d ' ' -f 4 /proc/$s/stat); ";
-constexpr const char* children = "setsid sh -c 'echo $$ > session; sleep 60' & while ! [ -s session ]; do :; done; echo $$ > program; ";
+constexpr const char* children =
+    "setsid sh -c 'echo $$ > session; sleep 60' & while ! [ -s session ]; do :; done; echo $$ > program; ";
 
 TEST_F(Process, NothingSurvivesAKilledSupervisor) {
   for (const char* attack : {"kill -9 $s; sleep 60", "kill -9 $g; sleep 60"}) {
@@ -116,7 +119,8 @@ TEST_F(Process, NothingSurvivesAKilledSupervisor) {
 }
 
 TEST_F(Process, AStoppedSupervisorDoesNotHoldUpTheRun) {
-  for (const char* attack : {"kill -STOP $s; sleep 600", "kill -STOP $g; sleep 600", "kill -STOP $g; kill -STOP $s; sleep 600"}) {
+  for (const char* attack :
+       {"kill -STOP $s; sleep 600", "kill -STOP $g; sleep 600", "kill -STOP $g; kill -STOP $s; sleep 600"}) {
     for (const char* name : {"session", "program"}) fs::remove(folder_.path() / name);
     expect_error([&] { run(std::string(watchers) + children + attack, 600); }, "was killed or stopped");
     EXPECT_FALSE(runs("program")) << attack;
@@ -125,11 +129,11 @@ TEST_F(Process, AStoppedSupervisorDoesNotHoldUpTheRun) {
 }
 
 TEST_F(Process, LogsStopAtTheirLimit) {
-  // It goes on writing while it is asked to end.
+  // The program keeps writing while it is asked to end.
   const ProcessOutcome outcome = run("trap '' TERM; yes 'a line of more than a few characters'");
   EXPECT_EQ(outcome.end, ProcessOutcome::End::too_much_log) << outcome.text();
   EXPECT_EQ(fs::file_size(folder_.path() / "stdout.txt"), most_log_bytes);
-  // Also one that ends before anybody has looked.
+  // A program that ends before its output is read.
   const ProcessOutcome fast = run("head -c 110000000 /dev/zero");
   EXPECT_EQ(fast.end, ProcessOutcome::End::too_much_log) << fast.text();
   EXPECT_LE(fs::file_size(folder_.path() / "stdout.txt"), most_log_bytes);
@@ -140,10 +144,11 @@ TEST_F(Process, TimeOfAllProcessesIsCounted) {
   const ProcessOutcome one = run(work);
   EXPECT_GT(one.cpu_s, 0.02);
   EXPECT_LT(one.cpu_s, one.wall_s + 0.1);
-  // An orphan in a session of its own, which works before the program ends.
+  // An orphan in its own session, which works before the program ends.
   const ProcessOutcome orphan =
       run(fmt::format("(setsid sh -c '{}; echo > done' &) ; while ! [ -e done ]; do sleep 0.05; done", work));
-  EXPECT_GT(orphan.cpu_s, 0.3 * one.cpu_s);  // a shared core may take twice as long; uncounted it is next to nothing
+  // a shared core may take twice as long; an uncounted process takes almost no time
+  EXPECT_GT(orphan.cpu_s, 0.3 * one.cpu_s);
   EXPECT_LT(run("sleep 0.3").cpu_s, 0.1);
 }
 
@@ -151,7 +156,8 @@ TEST_F(Process, PeakMemoryIsThatOfTheLargestProcess) {
   const ProcessOutcome large = run("head -c 400000000 /dev/zero | tail -c 400000000 > /dev/null");
   EXPECT_GT(large.peak_memory_mb, 400);
   EXPECT_LT(large.peak_memory_mb, 500);
-  // That of a small one is its own, not that of this process, which the kernel lets it begin with.
+  // The size of a small process is its own, not that of this process, which the kernel accounts to it at
+  // first.
   const std::vector<char> mine(200'000'000, 'x');
   const ProcessOutcome small = run("sleep 0.2");
   EXPECT_GT(small.peak_memory_mb, 0.1);
@@ -170,7 +176,7 @@ TEST_F(Process, NoMoreProcessesAllowed) {
   const int status = status_of_child([&] {
     constexpr uid_t nobody = 65534;
     const rlimit none = {1, 1};
-    if (::geteuid() == 0 && ::setuid(nobody) != 0) return 2;  // the limit is none for root
+    if (::geteuid() == 0 && ::setuid(nobody) != 0) return 2;  // root has no such limit
     if (::setrlimit(RLIMIT_NPROC, &none) != 0) return 3;
     const std::string message = error_of([&] { run("exit 0"); });
     const bool told = message.find("cannot start 'sh'") != std::string::npos &&

@@ -19,7 +19,7 @@ bool is_regular(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
-/// As a shell finds it.
+/// Finds a program like a shell does.
 std::optional<fs::path> in_search_path(const std::string& program) {
   const char* path = std::getenv("PATH");
   for (const std::string& folder : split(path == nullptr ? "/bin:/usr/bin" : path, ':')) {
@@ -29,7 +29,7 @@ std::optional<fs::path> in_search_path(const std::string& program) {
   return std::nullopt;
 }
 
-/// The words of the first line "#! ..." of a file; none without.
+/// Returns the words of the first line "#! ..." of a file; nullopt if there is none.
 std::vector<std::string> interpreter_words(const fs::path& file) {
   constexpr std::streamsize most_bytes = 256;
   std::string line(most_bytes, '\0');
@@ -63,7 +63,7 @@ class ProgramFingerprint {
   }
 
  private:
-  static constexpr char of_the_case = '\1';  ///< in the place of what differs from case to case
+  static constexpr char of_the_case = '\1';  ///< replaces what differs between cases
 
   static bool is_of_the_case(const std::string& word) { return word.find(of_the_case) != std::string::npos; }
 
@@ -73,7 +73,8 @@ class ProgramFingerprint {
       as_written[name] = "{" + name + "}";
       known[name] = name == "config" ? folder_.string() : std::string(1, of_the_case);
     }
-    const std::vector<std::string> names = words_of(config_.command, as_written), words = words_of(config_.command, known);
+    const std::vector<std::string> names = words_of(config_.command, as_written),
+                                   words = words_of(config_.command, known);
     const std::string where = fill_in(config_.working_directory, known);
     const bool is_known_folder = !is_of_the_case(where);
     const fs::path working_folder = fs::absolute(where).lexically_normal();
@@ -88,8 +89,10 @@ class ProgramFingerprint {
       const std::string value = equals == std::string::npos ? words[i] : words[i].substr(equals + 1);
       if (value.empty() || (!fs::path(value).is_absolute() && !is_known_folder)) continue;
       const fs::path file = (working_folder / value).lexically_normal();
-      if (i == 0) add_program(names[i], file);
-      else add_argument(names[i], file);
+      if (i == 0)
+        add_program(names[i], file);
+      else
+        add_argument(names[i], file);
     }
   }
 
@@ -101,7 +104,8 @@ class ProgramFingerprint {
     size_t at = 0;
     if (fs::path(words[0]).filename() == "env") {
       ++at;
-      while (at < words.size() && (words[at].starts_with('-') || words[at].find('=') != std::string::npos)) ++at;
+      while (at < words.size() && (words[at].starts_with('-') || words[at].find('=') != std::string::npos))
+        ++at;
     }
     if (at == words.size()) return;
     const bool is_path = words[at].find('/') != std::string::npos;
@@ -114,7 +118,8 @@ class ProgramFingerprint {
     if (is_regular(file)) {
       add_file(name, file);
     } else if (fs::is_directory(file, ignored) && !lies_in_folder(file)) {
-      found_.not_seen.push_back(fmt::format("{}: a folder; name the files in it that matter with \"depends\"", name));
+      found_.not_seen.push_back(
+          fmt::format("{}: a folder; name the files in it that matter with \"depends\"", name));
     }
   }
 
@@ -125,7 +130,8 @@ class ProgramFingerprint {
 
   void add_file(const std::string& name, const fs::path& file) {
     const fs::path path = fs::absolute(file).lexically_normal();
-    found_.parts[lies_in_folder(path) ? path.lexically_relative(folder_).generic_string() : name] = file_sha256(path);
+    found_.parts[lies_in_folder(path) ? path.lexically_relative(folder_).generic_string() : name] =
+        file_sha256(path);
   }
 
   const ExternalConfig& config_;

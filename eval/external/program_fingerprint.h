@@ -1,23 +1,24 @@
 #pragma once
 
-// Fingerprint of an external program (records/fingerprint.h), by content, never by place or time: equal files in another
-// folder or on another machine have the same. Its parts:
+// Fingerprint of an external program (records/fingerprint.h). It depends on content only, not on location or
+// time: equal files in another folder or on another machine give the same fingerprint. Its parts:
 //
-//   configuration    every option of CONFIG, with what the plan changes
-//   the program      the file that the first word of `command` names, looked up as run_process() does
-//   interpreter      what its first line "#! ..." names; `env` is passed through
-//   arguments        every further word, or what follows a '=' in it, that names a file
+//   configuration    every option of CONFIG, with the changes of the plan
+//   the program      the file named by the first word of `command`, found like run_process() finds it
+//   interpreter      the program in its first line "#! ..."; `env` is resolved
+//   arguments        every further word that names a file, or its part after '='
 //   settings         the template
 //   depends          the files that match its patterns
 //
-// A part in the folder of CONFIG or below is named by its path from there, another one as the configuration names it.
-// Nobody sees shared libraries, packages of an interpreter, files outside that only the program knows, variables of the
-// environment, nor what a word says that depends on the case ({input}, {seed}).
+// A part in the folder of CONFIG or below is named by its relative path, other parts as in the configuration.
+// The fingerprint does not cover shared libraries, packages of an interpreter, files elsewhere that only the
+// program knows, environment variables, and words that depend on the case ({input}, {seed}).
 //
-// Patterns with * or ? pass over names that begin with a dot, __pycache__, and what Sextant itself writes: folders of
-// results, reports and packs, and plans. ** does not follow links to folders. The pattern "**" alone, which is the
-// default, moreover passes over files above most_bytes_beside, *.log, *.tmp, *.pyc, *~, and the files that stdout and stderr
-// of this process go to; where it finds more than most_files_beside it keeps to the folder itself.
+// Patterns with * or ? skip names that begin with a dot, __pycache__, and files written by Sextant: folders
+// of results, reports and correspondence caches, and plans. ** does not follow links to folders. The pattern
+// "**" alone, which is the default, also skips files above most_bytes_beside, *.log, *.tmp, *.pyc, *~, and
+// the files to which stdout and stderr of this process go; if it finds more than most_files_beside, it is
+// restricted to the folder itself.
 
 #include <filesystem>
 
@@ -29,8 +30,9 @@ namespace sextant {
 inline constexpr uint64_t most_bytes_beside = 10'000'000;
 inline constexpr size_t most_files_beside = 2000;
 
-/// Of the program of `file`, which is CONFIG. Throws Error where a pattern of `depends` matches no file, or a file cannot be
-/// read. A program that is not there is not seen: starting it says why.
+/// Returns the fingerprint of the program of `file`, which is CONFIG. Throws Error if a pattern of `depends`
+/// matches no file, or a file cannot be read. A program that does not exist is left out, since starting it
+/// reports the error.
 Fingerprint program_fingerprint(const ExternalConfig& config, const std::filesystem::path& file);
 
 }  // namespace sextant

@@ -35,7 +35,7 @@ class ProgramFingerprintTest : public testing::Test {
     for (const auto& [name, ignored] : fingerprint.parts) names.push_back(name);
     return names;
   }
-  /// What differs once `change` was made.
+  /// Returns the difference after `change`.
   template <typename Change>
   std::string after(const Change& change, const Json& more = Json::object()) const {
     const Fingerprint before = now(more);
@@ -49,7 +49,8 @@ class ProgramFingerprintTest : public testing::Test {
 TEST_F(ProgramFingerprintTest, HasConfigurationProgramScriptAndFilesBeside) {
   write("helper.py", "1");
   write("package/part.py", "2");
-  EXPECT_THAT(names(), ElementsAre("configuration", "helper.py", "package/part.py", "program sh", "program.py"));
+  EXPECT_THAT(names(),
+              ElementsAre("configuration", "helper.py", "package/part.py", "program sh", "program.py"));
   EXPECT_EQ(now().parts.at("helper.py"), sha256("1"));
   EXPECT_THAT(now().not_seen, IsEmpty());
 }
@@ -78,12 +79,14 @@ TEST_F(ProgramFingerprintTest, DoesNotDependOnPlaceTimeAndLayoutOfTheConfigurati
 
 TEST_F(ProgramFingerprintTest, WhatIsWrittenBesideItIsPassedOver) {
   const Fingerprint before = now();
-  for (const char* name : {"out/records.jsonl", "out/external/case_000000/log.txt", "running/journal.jsonl", "cache/1.pack",
-                           "cache/1.json", "gate/comparison.json", "gate/junit.xml", "page/report.html", "page/report.md",
-                           "__pycache__/helper.pyc", "package/__pycache__/helper.pyc", ".git/index", ".hidden", "run.log",
-                           "x.tmp", "program.py~"})
+  for (const char* name :
+       {"out/records.jsonl", "out/external/case_000000/log.txt", "running/journal.jsonl", "cache/1.pack",
+        "cache/1.json", "gate/comparison.json", "gate/junit.xml", "page/report.html", "page/report.md",
+        "__pycache__/helper.pyc", "package/__pycache__/helper.pyc", ".git/index", ".hidden", "run.log",
+        "x.tmp", "program.py~"})
     write(name, "x");
-  for (const char* name : {"many/shards/1/plan.json", "many/log/1.out", "cluster/slurm/log/1.out"}) write(name, "x");
+  for (const char* name : {"many/shards/1/plan.json", "many/log/1.out", "cluster/slurm/log/1.out"})
+    write(name, "x");
   write("cluster/slurm/plan.json", R"({"sources": ["a"], "estimators": ["b"]})");
   write("begun/plan.json", R"({"plan": {}, "shard": [0, 1], "data": {}})");
   write("gate.json", R"({"sources": ["a"], "estimators": ["b"]})");
@@ -96,23 +99,30 @@ TEST_F(ProgramFingerprintTest, DependsNamesFilesAnywhere) {
   write("../common/deep/er/more.bin", "1");
   write("../common/note.txt", "1");
   const Json depends = {{"depends", {"../common/**/*.bin"}}};
-  EXPECT_THAT(names(depends), ElementsAre("../common/deep/er/more.bin", "../common/weights.bin", "configuration", "program sh",
-                                          "program.py"));
-  EXPECT_EQ(after([&] { write("../common/deep/er/more.bin", "2"); }, depends), "../common/deep/er/more.bin changed");
+  EXPECT_THAT(names(depends), ElementsAre("../common/deep/er/more.bin", "../common/weights.bin",
+                                          "configuration", "program sh", "program.py"));
+  EXPECT_EQ(after([&] { write("../common/deep/er/more.bin", "2"); }, depends),
+            "../common/deep/er/more.bin changed");
   EXPECT_EQ(after([&] { write("../common/note.txt", "2"); }, depends), "");
   EXPECT_EQ(after([&] { write("helper.py", "2"); }, depends), "");
   EXPECT_THAT(names({{"depends", Json::array()}}), ElementsAre("configuration", "program sh", "program.py"));
-  EXPECT_THAT(names({{"depends", {"h?lper.*"}}}), ElementsAre("configuration", "helper.py", "program sh", "program.py"));
-  expect_error([&] { now({{"depends", {"../shard/*.bin"}}}); }, "depends: '../shard/*.bin' matches no file in");
+  EXPECT_THAT(names({{"depends", {"h?lper.*"}}}),
+              ElementsAre("configuration", "helper.py", "program sh", "program.py"));
+  expect_error(
+      [&] {
+        now({{"depends", {"../shard/*.bin"}}});
+      },
+      "depends: '../shard/*.bin' matches no file in");
   expect_error([&] { now({{"depends", "helper.py"}}); }, "option depends: expected a list of names of files");
 }
 
 TEST_F(ProgramFingerprintTest, ArgumentsThatNameFilesCount) {
   write("../tools/extra.bin", "1");
   const std::string extra = (folder_.path() / "tools" / "extra.bin").string();
-  const Json option = {{"command", "sh program.py --weights=../tools/extra.bin " + extra + " {input}/x {output}"}};
-  EXPECT_THAT(names(option),
-              UnorderedElementsAre("--weights=../tools/extra.bin", extra, "configuration", "program sh", "program.py"));
+  const Json option = {
+      {"command", "sh program.py --weights=../tools/extra.bin " + extra + " {input}/x {output}"}};
+  EXPECT_THAT(names(option), UnorderedElementsAre("--weights=../tools/extra.bin", extra, "configuration",
+                                                  "program sh", "program.py"));
   EXPECT_EQ(after([&] { write("../tools/extra.bin", "2"); }, option),
             fmt::format("--weights=../tools/extra.bin changed, {} changed", extra));
   const Fingerprint of_folder = now({{"command", "sh program.py ../tools"}});
@@ -130,7 +140,8 @@ TEST_F(ProgramFingerprintTest, TheInterpreterOfAScriptCounts) {
 }
 
 TEST_F(ProgramFingerprintTest, AProgramThatIsNotThereIsLeftToItsStart) {
-  EXPECT_THAT(names({{"command", "no_such_program_here {output}"}}), ElementsAre("configuration", "program.py"));
+  EXPECT_THAT(names({{"command", "no_such_program_here {output}"}}),
+              ElementsAre("configuration", "program.py"));
 }
 
 TEST_F(ProgramFingerprintTest, LinksToFilesAreReadLinksToFoldersAreNot) {
@@ -173,8 +184,11 @@ TEST_F(ProgramFingerprintTest, SurvivesPlanAndRunFiles) {
   EXPECT_EQ(read.at("mine").front().parts, fingerprint.parts);
   EXPECT_EQ(read.at("mine").front().not_seen, fingerprint.not_seen);
   EXPECT_THAT(fingerprints_in(Json::object(), "plan.json"), IsEmpty());
-  expect_error([] { fingerprints_in({{fingerprints_key, {{"mine", {{{"parts", {{"a", 1}}}}}}}}}, "plan.json"); },
-               "plan.json: fingerprints 'mine': parts: key 'a'");
+  expect_error(
+      [] {
+        fingerprints_in({{fingerprints_key, {{"mine", {{{"parts", {{"a", 1}}}}}}}}}, "plan.json");
+      },
+      "plan.json: fingerprints 'mine': parts: key 'a'");
 }
 
 }  // namespace

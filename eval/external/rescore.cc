@@ -22,7 +22,7 @@ bool is_external(const Json& name) {
   return name.is_string() && name.get<std::string>().starts_with("external:");
 }
 
-/// Name and options of the estimator as they are to be now.
+/// Replaces name and options of the estimator according to the request.
 void replace_estimator(const RescoreRequest& request, Json& name, Json& options) {
   const Json changes = request.options.value("estimator", Json::object());
   if (!request.config.empty()) {
@@ -54,7 +54,7 @@ RunConfig rescored_run(const RescoreRequest& request) {
       config.sources.push_back(find_source(source.get<std::string>(), request.data_root));
     Json name = member(recorded, "estimator", path);
     if (!is_external(name))
-      fail("{}: estimator {} is no external program", path.string(), json_excerpt(name));
+      fail("{}: estimator {} is not an external program", path.string(), json_excerpt(name));
     Json options = member(recorded, "options", path), changes = request.options;
     replace_estimator(request, name, options["estimator"]);
     changes.erase("estimator");

@@ -1,7 +1,8 @@
 #pragma once
 
-// Scoring again what external programs left in the folder of a finished run or sweep, without running them:
-// after a mistake in how results are read, or with another definition. The folder is only read.
+// Evaluates again the files that external programs left in the folder of a finished run or sweep, without
+// running the programs: after a mistake in the reading of results, or with another definition. The folder is
+// only read.
 
 #include <filesystem>
 #include <string>
@@ -12,18 +13,19 @@
 namespace sextant {
 
 struct RescoreRequest {
-  std::filesystem::path folder;   ///< of the finished run or sweep
-  std::string config;             ///< configuration in place of the recorded one; empty: that one
-  Json options = Json::object();  ///< laid over the recorded tree: "estimator", "pipeline", ...
+  std::filesystem::path folder;  ///< folder of the finished run or sweep
+  std::string config;  ///< configuration that replaces the recorded one; empty: use the recorded one
+  Json options = Json::object();  ///< changes of the recorded tree: "estimator", "pipeline", ...
   std::string data_root;          ///< for relative paths of sources
 };
 
-/// Whether the folder holds a sweep rather than a run. Throws Error when it holds neither.
+/// Returns true for the folder of a sweep, false for that of a run. Throws Error if it is neither.
 bool is_sweep(const std::filesystem::path& folder);
 
-/// What run() is to be given. Throws Error on a folder without outputs of an external program.
+/// Returns the argument for run(). Throws Error on a folder without outputs of an external program.
 RunConfig rescored_run(const RescoreRequest& request);
-/// What sweep() is to be given, `out` apart; estimators inside are run again. Likewise.
+/// Returns the argument for sweep(), without `out`; built-in estimators are run again. Throws like
+/// rescored_run().
 SweepConfig rescored_sweep(const RescoreRequest& request);
 
 }  // namespace sextant

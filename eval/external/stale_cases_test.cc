@@ -1,4 +1,4 @@
-// Sweeps whose external estimator is another version than before.
+// Sweeps whose external estimator has changed since an earlier run.
 
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/external/external_testing.h"
@@ -42,7 +42,7 @@ class StaleCasesTest : public ExternalEstimatorTest {
     }
     return bytes;
   }
-  /// The sweep of `out` is what one into a new folder is.
+  /// Expects that the sweep in `out` equals one in a new folder.
   void expect_as_new(const std::string& out, const std::string& estimator) {
     sweep(config_of("new_" + out, estimator));
     EXPECT_EQ(untimed_bytes(out), untimed_bytes("new_" + out));
@@ -58,7 +58,7 @@ TEST_F(StaleCasesTest, AnUnchangedProgramIsNotRunAgain) {
   const std::string estimator = config(std::string(good) + "; echo x >> $(dirname $0)/.count");
   sweep_into("a", estimator);
   const auto bytes = all_bytes("a");
-  EXPECT_EQ(fs::file_size(count), 12U);  // 6 cases, a line each
+  EXPECT_EQ(fs::file_size(count), 12U);  // 6 cases, one line each
   const SweepOutcome again = sweep_into("a", estimator);
   EXPECT_EQ(again.n_before, 12U);
   EXPECT_EQ(again.n_stale, 0U);
@@ -74,7 +74,9 @@ TEST_F(StaleCasesTest, AChangedScriptIsRunAgain) {
   EXPECT_EQ(outcome.n_before, 6U);  // those of motion_only
   EXPECT_EQ(outcome.n_stale, 6U);
   ASSERT_EQ(told_.size(), 1U);
-  EXPECT_THAT(told_[0], HasSubstr("'program': another version of it made 6 finished cases (program.sh changed): run again"));
+  EXPECT_THAT(
+      told_[0],
+      HasSubstr("'program': another version of it made 6 finished cases (program.sh changed): run again"));
   expect_as_new("a", estimator);
   EXPECT_EQ(sweep_into("a", estimator).n_before, 12U);
 }
@@ -86,7 +88,8 @@ TEST_F(StaleCasesTest, AChangedConfigurationIsRunAgain) {
   EXPECT_THAT(told_, ElementsAre(HasSubstr("(configuration changed)")));
   expect_as_new("a", estimator);
   // and of a plan
-  SweepConfig by_plan = sweep_config("a", {{"name", estimator}, {"options", {{"camera", {{"inverse", false}}}}}});
+  SweepConfig by_plan =
+      sweep_config("a", {{"name", estimator}, {"options", {{"camera", {{"inverse", false}}}}}});
   EXPECT_EQ(sweep(by_plan).n_stale, 6U);
 }
 
@@ -142,9 +145,10 @@ TEST_F(StaleCasesTest, OfAnUnfinishedSweepTheStaleCasesAloneAreRunAgain) {
   const auto with_second = [&](const std::string& command) {
     write_file(file("second/second.json"), Json{{"command", command}}.dump());
     SweepConfig c = config_of("a", estimator);
-    const Json plan = {{"sources", {fixture_.source()}},
-                       {"estimators", {estimator, "motion_only", "external:" + file("second/second.json").string()}},
-                       {"seeds", 2}};
+    const Json plan = {
+        {"sources", {fixture_.source()}},
+        {"estimators", {estimator, "motion_only", "external:" + file("second/second.json").string()}},
+        {"seeds", 2}};
     c.plan = parse_plan(plan.dump(), file("plan.json").string(), "");
     return c;
   };
@@ -154,7 +158,9 @@ TEST_F(StaleCasesTest, OfAnUnfinishedSweepTheStaleCasesAloneAreRunAgain) {
   const SweepOutcome outcome = sweep(with_second("true"));
   EXPECT_EQ(outcome.n_before, 2U);  // motion_only
   EXPECT_EQ(outcome.n_stale, 2U);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("'program': another version of it made 2 finished cases (program.sh changed, second/")));
+  EXPECT_THAT(told_,
+              ElementsAre(HasSubstr(
+                  "'program': another version of it made 2 finished cases (program.sh changed, second/")));
   SweepConfig fresh = with_second("true");
   fresh.out = file("b");
   sweep(fresh);
@@ -207,7 +213,8 @@ TEST_F(StaleCasesTest, ShardsOfDifferentVersionsAreNotMerged) {
   shard(2, config(worse));
   const std::vector<fs::path> parts = {file("part1"), file("part2")};
   expect_error([&] { merge_sweeps(parts, file("all")); },
-               "part2: another version of 'program' ran there than in " + file("part1").string() + " (program.sh changed)");
+               "part2: another version of 'program' ran there than in " + file("part1").string() +
+                   " (program.sh changed)");
   merge_sweeps(parts, file("mixed"), /*allow_mixed=*/true);
   EXPECT_EQ(of("mixed").at("program").size(), 2U);
   EXPECT_EQ(of("mixed", "plan.json"), of("mixed"));

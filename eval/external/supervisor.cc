@@ -20,7 +20,7 @@ namespace {
 
 constexpr int shortest_look_ms = 1, longest_look_ms = 20;
 constexpr double grace_s = 1, killing_s = 5;
-constexpr double margin_s = 2;  // for a machine that is busy
+constexpr double margin_s = 2;  // for a busy machine
 constexpr double kb = 1024, mb = 1e6;
 
 double now_s() {
@@ -29,7 +29,7 @@ double now_s() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// The start of a file of /proc, in `buffer`.
+/// Returns the beginning of a file of /proc, in `buffer`.
 std::string_view peek(const char* path, char* buffer, size_t size) {
   const int file = ::open(path, O_RDONLY | O_CLOEXEC);
   if (file < 0) return {};
@@ -38,7 +38,7 @@ std::string_view peek(const char* path, char* buffer, size_t size) {
   return {buffer, n > 0 ? static_cast<size_t>(n) : 0};
 }
 
-/// "/proc/PID/WHAT", made without allocating.
+/// The path "/proc/PID/WHAT", built without allocation.
 class ProcPath {
  public:
   explicit ProcPath(pid_t pid) { add("/proc/").add(pid); }
@@ -66,14 +66,14 @@ void for_each_child(pid_t parent, const Use& use) {
   while (!text.empty()) {
     pid_t pid = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), pid);
-    // A number that the buffer cuts off is followed by no blank: the next look sees it.
+    // A number that the buffer truncates is not followed by a blank: the next call reads it.
     if (error != std::errc() || end == text.data() + text.size()) return;
     use(pid);
     text.remove_prefix(static_cast<size_t>(end - text.data()) + 1);
   }
 }
 
-/// The largest resident size that the process has had, bytes; 0 when it is gone.
+/// Returns the peak resident size of the process in bytes; 0 if it is gone.
 double peak_bytes(pid_t pid) {
   char buffer[4096];
   const std::string_view status = peek(ProcPath(pid).add("/status").text(), buffer, sizeof buffer);
@@ -86,7 +86,8 @@ double peak_bytes(pid_t pid) {
   return kb * static_cast<double>(kilobytes);
 }
 
-/// Kills the children of this process and, as they become its children by that, all below. False where some live on.
+/// Kills the children of this process and, as they become its children, all descendants. Returns false if
+/// some survive.
 bool kill_children(double stop_s) {
   while (now_s() < stop_s) {
     for_each_child(::getpid(), [](pid_t pid) { ::kill(pid, SIGKILL); });
@@ -101,7 +102,7 @@ bool kill_children(double stop_s) {
 
 class Supervisor {
  public:
-  /// `guard`: the parent.
+  /// `guard` is the parent.
   Supervisor(const Supervised& program, pid_t guard) : program_(program), guard_(guard) {}
 
   SupervisorReport run() {
@@ -110,7 +111,7 @@ class Supervisor {
     for (const int stream : program_.streams) ::close(stream);
     if (report_.start_error != 0) return report_;
     watch();
-    // A new process begins with the size of its parent on its account: below that ru_maxrss tells nothing.
+    // A new process starts with the size of its parent: ru_maxrss below that carries no information.
     const double inherited_bytes = 1.02 * peak_bytes(::getpid()) + mb;
     kill_all();
     copy_output();
@@ -130,7 +131,7 @@ class Supervisor {
   }
 
  private:
-  /// Until the program has ended, or has to.
+  /// Waits until the program has ended, or must end.
   void watch() {
     using End = ProcessOutcome::End;
     ProcessOutcome& outcome = report_.outcome;
@@ -144,7 +145,7 @@ class Supervisor {
       if (!asked && (now > last || log_bytes_ > program_.most_log_bytes)) {
         outcome.end = now > last ? End::timed_out : End::too_much_log;
         outcome.wall_s = now - start;
-        ::kill(-pid_, SIGTERM);  // it has a moment to write what it has
+        ::kill(-pid_, SIGTERM);  // gives it a moment to write its results
         last = now + grace_s;
         asked = true;
       }
@@ -158,7 +159,7 @@ class Supervisor {
         if (closed_[i]) wake[1 + i].fd = -1;
       }
       ::poll(wake, 3, look_ms);
-      if (wake[0].revents != 0) return;     // nobody waits any more
+      if (wake[0].revents != 0) return;   // the caller does not wait any more
       if (::getppid() != guard_) return;  // the guard was killed
       copy_output();
       look_ms = std::min(2 * look_ms, longest_look_ms);
@@ -169,8 +170,8 @@ class Supervisor {
     outcome.code = end_.si_status;
   }
 
-  /// Whether the program has; it stays a zombie, so that its group's number is not given to others. Orphans
-  /// that have ended are collected on the way.
+  /// Returns true if the program has ended; it stays a zombie, so that the number of its group is not reused.
+  /// Orphans that have ended are collected on the way.
   bool ended() {
     for (;;) {
       end_ = {};
@@ -180,14 +181,14 @@ class Supervisor {
     }
   }
 
-  /// The program's group, and round by round whoever has become an orphan by that.
+  /// Kills the program's group, and repeatedly the processes that become orphans by that.
   void kill_all() {
     const double stop = now_s() + killing_s;
     ::kill(-pid_, SIGKILL);
     report_.outcome.survivors = !kill_children(stop);
   }
 
-  /// The largest size so far of all below `parent`.
+  /// Updates the largest size of all processes below `parent`.
   void measure(pid_t parent, int depth) {
     constexpr int deepest = 8;
     if (depth == deepest) return;
@@ -197,7 +198,7 @@ class Supervisor {
     });
   }
 
-  /// What the program has written since; some MB at most, so that the time is kept.
+  /// Copies the program's new output; some MB at most, so that the time limit is observed.
   void copy_output() {
     constexpr int most_reads = 64;
     char buffer[1 << 16];
@@ -214,7 +215,7 @@ class Supervisor {
     }
   }
 
-  /// What cannot be written is lost: a full disk is no reason to stop the program.
+  /// Output that cannot be written is lost: a full disk does not stop the program.
   static void write(int file, const char* bytes, size_t n) {
     while (n > 0) {
       const ssize_t done = ::write(file, bytes, n);
@@ -235,17 +236,18 @@ class Supervisor {
   SupervisorReport report_;
 };
 
-/// Until the supervisor has ended, was stopped, or is late.
+/// Waits until the supervisor has ended, was stopped, or is late.
 void guard_supervisor(pid_t supervisor, double last_s) {
   while (now_s() < last_s) {
     siginfo_t seen{};
-    const int failed = ::waitid(P_PID, static_cast<id_t>(supervisor), &seen, WEXITED | WSTOPPED | WNOHANG | WNOWAIT);
+    const int failed =
+        ::waitid(P_PID, static_cast<id_t>(supervisor), &seen, WEXITED | WSTOPPED | WNOHANG | WNOWAIT);
     if (failed != 0 || seen.si_pid == supervisor) return;
     ::poll(nullptr, 0, longest_look_ms);
   }
 }
 
-/// Everything that was open in the process it is a copy of, such as the pipes of other programs.
+/// Closes all files that were open in the copied process, such as the pipes of other programs.
 void close_others(const Supervised& program) {
   int mine[] = {2,
                 program.alive,
@@ -269,7 +271,7 @@ void close_others(const Supervised& program) {
 
 pid_t fork_alone() {
 #ifdef __SANITIZE_THREAD__
-  return ::fork();  // the sanitizer has to know
+  return ::fork();  // the sanitizer requires this call
 #else
   return ::_Fork();
 #endif
@@ -290,7 +292,7 @@ void kill_below(pid_t guard) {
       });
     };
     kill_tree(kill_tree, guard, 0);
-    ::kill(guard, SIGCONT);  // it collects who has ended
+    ::kill(guard, SIGCONT);  // so that it collects ended processes
     if (any) ::poll(nullptr, 0, longest_look_ms);
   }
   ::kill(guard, SIGKILL);
@@ -307,14 +309,14 @@ void supervise(const Supervised& program) {
     ::setpgid(0, 0);
     ::prctl(PR_SET_CHILD_SUBREAPER, 1);
     const SupervisorReport report = Supervisor(program, guard).run();
-    if (::getppid() != guard) ::_exit(1);  // killed: what the program has done by itself is not known
+    if (::getppid() != guard) ::_exit(1);  // killed: the program's own exit status is unknown
     const ssize_t written = ::write(program.report, &report, sizeof report);
     ::_exit(written == sizeof report ? 0 : 1);
   }
   SupervisorReport failed;
   failed.start_error = supervisor < 0 ? errno : 0;
   if (supervisor < 0 && ::write(program.report, &failed, sizeof failed) < 0) ::_exit(1);
-  ::close(program.report);  // its end is the end of the supervisor
+  ::close(program.report);  // its end marks the end of the supervisor
   for (const int stream : program.streams) ::close(stream);
   if (supervisor > 0) guard_supervisor(supervisor, now_s() + supervision_limit_s(program.time_limit_s));
   ::_exit(kill_children(now_s() + killing_s) ? 0 : 1);

@@ -1,4 +1,4 @@
-// The configurations of published systems: what they hand to a program, and where they look for its results.
+// The configurations of published systems: arguments of the program, and location of its results.
 
 #include <cstdlib>
 #include <set>
@@ -15,7 +15,7 @@ class SystemConfigurations : public ExternalEstimatorTest {
     return (fs::path(SEXTANT_SYSTEMS_FOLDER) / name).string();
   }
 
-  /// Names a program that checks what it is given and copies right results to $output, in `variable`.
+  /// Provides, in `variable`, a program that checks its arguments and copies correct results to $output.
   void offer_program(const char* variable, const std::string& script) const {
     write_camera();
     write_poses(

@@ -50,8 +50,8 @@ struct Change {
 };
 
 /// Where NEW is furthest above BASE; below it for errors that got better.
-std::optional<Change> largest_change(const std::map<Case, Place>& base, const std::map<Case, Place>& fresh,
-                                     bool worse) {
+std::optional<Change> largest_case_change(const std::map<Case, Place>& base,
+                                          const std::map<Case, Place>& fresh, bool worse) {
   std::optional<Change> largest;
   for (const auto& [where, in_base] : base) {
     const auto in_fresh = fresh.find(where);
@@ -115,7 +115,8 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
   const auto in_base = places_of(rows, base), in_fresh = places_of(rows, fresh);
   std::map<std::string, std::string> pages;  // by command, without --out
   for (size_t i = 0; i < rows.size(); ++i) {
-    const auto change = largest_change(in_base[i], in_fresh[i], rows[i]->verdict != GateVerdict::improved);
+    const auto change =
+        largest_case_change(in_base[i], in_fresh[i], rows[i]->verdict != GateVerdict::improved);
     if (!change) continue;
     const Subject& s = rows[i]->subject;
     const std::string command = fmt::format("sextant view {} {}{} --estimator {} --level {} --seed {}", shell_word(c.base),

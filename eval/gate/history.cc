@@ -113,12 +113,12 @@ void add_times(const Side& side, const std::vector<SubjectCases>& reference, Poi
   for (const auto& [key, values] : samples) point[key] = median(values);
 }
 
-std::string unit_of(const std::string& metric) {
+std::string unit_of_series(const std::string& metric) {
   if (const MetricDefinition* error = find_metric(NumberMap::errors, metric)) return error->unit;
   return metric == "coverage" ? "share" : "ms";
 }
 
-bool is_time(const std::string& metric) { return unit_of(metric) == "ms"; }
+bool is_time(const std::string& metric) { return unit_of_series(metric) == "ms"; }
 
 /// Fewer times do not show their own noise.
 constexpr size_t enough_times = 6;
@@ -162,7 +162,7 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   }
   if (points.size() < 2) fail("{}: one result has no trend: expected at least two", points.front().string());
   for (auto& [key, values] : all) {
-    Series series{key.first, key.second, unit_of(key.second), std::move(values), {}};
+    Series series{key.first, key.second, unit_of_series(key.second), std::move(values), {}};
     find_changes(series, policy);
     history.series.push_back(std::move(series));
   }

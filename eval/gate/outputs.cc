@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-std::string unit_of(const std::string& metric) {
+std::string unit_of_metric(const std::string& metric) {
   const MetricDefinition* definition = find_metric(NumberMap::errors, metric);
   return definition == nullptr ? metric.substr(metric.rfind('_') + 1) : definition->unit;
 }
@@ -112,8 +112,9 @@ Json comparison_github(const Comparison& c, const Policy& policy) {
   Json json = Json::array();
   for (const AccuracyRow& row : c.accuracy) {
     if (policy.accuracy.of(row.metric).direction != Direction::lower) continue;
-    json.push_back(github_entry(fmt::format("{} {}", to_string(row.subject), row.metric), unit_of(row.metric),
-                                row.base + row.difference, around_base(row), row.verdict));
+    json.push_back(github_entry(fmt::format("{} {}", to_string(row.subject), row.metric),
+                                unit_of_metric(row.metric), row.base + row.difference, around_base(row),
+                                row.verdict));
   }
   for (const SpeedRow& row : c.speed)
     json.push_back(github_entry(row.name, "ns", row.base_ns * row.ratio, in_ns(row), row.verdict));

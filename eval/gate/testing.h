@@ -10,6 +10,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/philox.h"
+#include "sextant/base/testing.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
@@ -17,11 +18,6 @@
 #include "sextant/eval/records/testing.h"
 
 namespace sextant {
-
-/// Standard normal.
-inline double normal(PhiloxStream& random) {
-  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * M_PI * random.uniform());
-}
 
 /// 2 sequences x `seeds` x 6 frames x ego and two objects.
 inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
@@ -36,7 +32,7 @@ inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
               frame};
           r.n_points = 500;
           r.n_inliers = 450;
-          const double scale = std::exp(0.3 * normal(random));
+          const double scale = std::exp(0.3 * standard_normal(random));
           r.errors = {{"Et_m", 0.01 * scale}, {"ER_deg", 0.02 * scale}};
           if (r.is_ego()) {
             r.values = {{"step_gt_m", 0.6}};
@@ -44,7 +40,7 @@ inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
             r.values = {{"distance_gt_m", 9.0}, {"dynamic_gt", 1.0}};
             r.errors["Ev_kmh"] = 0.3 * scale;
           }
-          r.time_ms = {{"refine", 0.3 * std::exp(0.1 * normal(random))}, {"total", 1.5}};
+          r.time_ms = {{"refine", 0.3 * std::exp(0.1 * standard_normal(random))}, {"total", 1.5}};
           records.push_back(std::move(r));
         }
       }
@@ -78,7 +74,7 @@ inline Json benchmark_json(int repetitions, uint64_t draw, double slower = 1, do
                {"benchmarks", Json::array()}};
   for (const char* name : {"estimate/joint_flow/3000", "ransac/3000/30"}) {
     for (int i = 0; i < repetitions; ++i) {
-      const double factor = (name[0] == 'e' ? slower : 1.0) * std::exp(sigma * normal(random));
+      const double factor = (name[0] == 'e' ? slower : 1.0) * std::exp(sigma * standard_normal(random));
       json["benchmarks"].push_back({{"name", name},
                                     {"run_name", name},
                                     {"run_type", "iteration"},

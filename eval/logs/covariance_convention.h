@@ -1,6 +1,6 @@
 #pragma once
 
-// What the numbers of a recorded covariance mean, with R = R_world_body:
+// Conventions of recorded covariances, with R = R_world_body:
 //
 //   convention  order               position error in   rotation error
 //   ros         position, rotation  world               world   R_true = exp(e) R      PoseWithCovariance

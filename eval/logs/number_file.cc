@@ -37,13 +37,13 @@ bool NumberFile::next() {
       continue;
     }
     if (records_ == 0 && header_.empty() && !begins_as_number(line)) {
-      if (line.find('\0') != std::string_view::npos) fail_here("holds a zero byte: this is no text file");
+      if (line.find('\0') != std::string_view::npos) fail_here("contains a zero byte: expected a text file");
       header_ = line.substr(0, most_comment_bytes);
       continue;
     }
     line_bytes_ = line.size();
     if (separator_ == either) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
-    if (line.back() == separator_) line.remove_suffix(1);  // some writers end each line with one
+    if (line.back() == separator_) line.remove_suffix(1);  // some writers end each line with a separator
     for_each_field(line, separator_, [this](std::string_view field) { values_.push_back(parse(field)); });
     ++records_;
     return true;
@@ -56,7 +56,7 @@ double NumberFile::parse(std::string_view field) const {
   const size_t column = values_.size() + 1;
   if (value && std::isfinite(*value)) return *value;
   if (value) {
-    fail_here("value {} is '{}', which is no finite number: remove poses that were not estimated", column,
+    fail_here("value {} is '{}', which is not a finite number: remove poses that were not estimated", column,
               shown(field));
   }
   if (field.empty()) fail_here("value {} is empty: a number was expected", column);

@@ -1,13 +1,14 @@
 #pragma once
 
-// Streams a text file of numbers, one record a line: any size, a few MB of memory, about 25 ns a number.
+// Streams a text file of numbers with one record per line: any size, a few MB of memory, about 25 ns per
+// number.
 //
 //   NumberFile file(path, ' ');
 //   while (file.next()) series.add(file.values()[1], ...);
 //
-// Lines and fields as in datasets/codec/text_rows.h. Lines that begin with '#' are comments. A file whose
-// first record does not begin with a number has a header there, which header() gives. Every other field must
-// be a finite number in C notation; all messages start "PATH:LINE: " and say what to do.
+// Lines and fields are those of datasets/codec/text_rows.h. Lines that begin with '#' are comments. If the
+// first record does not begin with a number, it is a header, which header() returns. Every other field must
+// be a finite number in C notation; all messages start with "PATH:LINE: " and say what to do.
 
 #include <optional>
 #include <span>
@@ -20,33 +21,38 @@
 
 namespace sextant {
 
-/// What a reader takes of a file that may be too large or unfinished.
+/// Rules for reading a file that may be too large or unfinished.
 struct ReadRules {
-  std::optional<FileKind> kind = std::nullopt;  ///< empty: the reader's own
-  bool whole_lines = false;  ///< a last line without its end, which may hold half a number, is left out
-  std::optional<CovarianceConvention> covariance = std::nullopt;  ///< of poses; empty: by how many numbers it has
+  std::optional<FileKind> kind = std::nullopt;  ///< nullopt: the default of the reader
+  /// leaves out a last line without its end of line, which may contain a truncated number
+  bool whole_lines = false;
+  /// Convention of pose covariances; nullopt: determined by the number of values.
+  std::optional<CovarianceConvention> covariance = std::nullopt;
 };
 
 class NumberFile {
  public:
-  /// A separator that the first record decides: a comma where it has one, else blanks.
+  /// Separator determined by the first record: a comma if it contains one, otherwise blanks.
   static constexpr char either = '\0';
 
-  /// `separator` as for_each_field() has it. Throws Error when the file cannot be read.
+  /// Opens a file; `separator` as in for_each_field(). Throws Error if the file cannot be read.
   NumberFile(const std::string& path, char separator, const ReadRules& rules = {});
 
-  /// Steps to the next record; false at the end. Throws Error on what is no finite number.
+  /// Advances to the next record; returns false at the end. Throws Error on a value that is not a finite
+  /// number.
   bool next();
 
   std::span<const double> values() const { return values_; }
-  int64_t line() const { return lines_.number(); }  ///< 1 for the first of the file
-  bool is_cut() const { return lines_.is_cut(); }   ///< at the end: the last line was left out
-  /// About how many records the file has, judged by the first; at most 2^20, as later ones may be longer.
+  int64_t line() const { return lines_.number(); }  ///< from 1
+  bool is_cut() const { return lines_.is_cut(); }   ///< at the end: true if the last line was left out
+  /// Returns the approximate number of records, judged by the first one; at most 2^20, since later ones may
+  /// be longer.
   size_t expected_records() const;
   const std::string& path() const { return lines_.name(); }
-  const std::string& header() const { return header_; }      ///< without blanks at the ends; may be empty
-  const std::string& comments() const { return comments_; }  ///< of the first lines, at most 4 kB
-  /// The header, else the last comment before the first record: where the columns have names, they are here.
+  const std::string& header() const { return header_; }      ///< trimmed; may be empty
+  const std::string& comments() const { return comments_; }  ///< comments in the first lines, at most 4 kB
+  /// Returns the header, otherwise the last comment before the first record: the line that may contain column
+  /// names.
   const std::string& column_names() const { return header_.empty() ? last_comment_ : header_; }
   char separator() const { return separator_; }
 
@@ -60,7 +66,7 @@ class NumberFile {
 
   TextLines lines_;
   char separator_;
-  size_t line_bytes_ = 0;  // of the present record
+  size_t line_bytes_ = 0;  // length of the current record
   int64_t records_ = 0;
   std::vector<double> values_;
   std::string header_;

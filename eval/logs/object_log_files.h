@@ -1,6 +1,6 @@
 #pragma once
 
-// How the readers of logs of objects (object_logs.h) open a folder and read the lines of its files.
+// Access to the folder and the lines of object logs, for their readers (object_logs.h).
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,7 @@
 
 namespace sextant {
 
-inline bool is_identity(const SE3& T) {
-  return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1;
-}
+inline bool is_identity(const SE3& T) { return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1; }
 
 inline int whole(const NumberFile& file, size_t i, const char* what) {
   const double value = file.values()[i];
@@ -28,7 +26,7 @@ inline SE3 quaternion_pose(const NumberFile& file, size_t first, RepairLog& log)
   return {Eigen::Quaterniond(quaternion_at(file, first + 3, false, log)), position_at(file, first)};
 }
 
-/// A folder of logs, as far as the request takes its files.
+/// A folder of logs, restricted to the files that the request accepts.
 class LogFolder {
  public:
   LogFolder(const std::string& path, const ObjectLogRequest& request) : path_(path), request_(request) {
@@ -64,10 +62,10 @@ void for_each_record(const LogFolder& folder, const std::string& name, char sepa
   for (std::string& text : repairs.warnings(file.path())) out.warnings.push_back(std::move(text));
 }
 
-/// The frames of each object in a file must ascend.
+/// Checks that the frames of each object in a file are ascending.
 class FrameOrder {
  public:
-  /// Notes where `key` stands. `what`: "object" or "label".
+  /// Records the frame of `key`. `what`: "object" or "label".
   void check(const NumberFile& file, ObjectFrame key, const char* what, LogLines* lines = nullptr) {
     const auto [last, is_first] = last_.try_emplace(key.first, key.second);
     if (!is_first && key.second == last->second)
@@ -84,18 +82,20 @@ class FrameOrder {
   std::map<int, int> last_;
 };
 
-/// A pose of 12 or 16 values, row by row, from `first` on. Throws Error on a last row other than 0 0 0 1.
+/// Returns the pose of 12 or 16 values, row by row, from `first` on. Throws Error on a last row other than 0
+/// 0 0 1.
 inline SE3 matrix_pose(const NumberFile& file, size_t first, RepairLog& log) {
   const std::span<const double> v = file.values();
   if (v.size() == first + 16) {
     const auto last = v.subspan(first + 12, 4);
     constexpr double rounding = 1e-6;
-    const bool is_transposed = std::abs(v[first + 3]) + std::abs(v[first + 7]) + std::abs(v[first + 11]) < rounding &&
-                               std::abs(last[0]) + std::abs(last[1]) + std::abs(last[2]) > rounding;
+    const bool is_transposed =
+        std::abs(v[first + 3]) + std::abs(v[first + 7]) + std::abs(v[first + 11]) < rounding &&
+        std::abs(last[0]) + std::abs(last[1]) + std::abs(last[2]) > rounding;
     if (std::abs(last[0]) > rounding || std::abs(last[1]) > rounding || std::abs(last[2]) > rounding ||
         std::abs(last[3] - 1) > rounding) {
-      file.fail_here("the last row of the 4x4 matrix is {} {} {} {}, expected 0 0 0 1{}", last[0], last[1], last[2],
-                     last[3],
+      file.fail_here("the last row of the 4x4 matrix is {} {} {} {}, expected 0 0 0 1{}", last[0], last[1],
+                     last[2], last[3],
                      is_transposed ? ": the matrix looks transposed (written column by column): transpose it"
                                    : ": write the matrix row by row");
     }

@@ -49,7 +49,7 @@ void read_dynosam_cameras(const LogFolder& folder, const std::string& name, Obje
   });
 }
 
-/// The rate of frame_id, timestamp [ns].
+/// Computes the rate from the lines frame_id, timestamp [ns].
 void read_dynosam_times(const LogFolder& folder, const std::string& name, ObjectLog& out) {
   std::vector<double> steps_s;
   std::optional<std::pair<int, double>> last;
@@ -98,8 +98,8 @@ std::vector<ObjectLog> read_dynosam(const LogFolder& folder) {
   return logs;
 }
 
-std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::string& name,
-                                            ObjectLog& out, LogLines* lines = nullptr) {
+std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::string& name, ObjectLog& out,
+                                            LogLines* lines = nullptr) {
   std::map<ObjectFrame, SE3> motions;
   FrameOrder order;
   for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
@@ -122,12 +122,12 @@ void read_vdo_cameras(const LogFolder& folder, const std::string& name, Trajecto
   });
 }
 
-/// The files of one stage of VDO-SLAM; empty names where there is none.
+/// The files of one stage of VDO-SLAM; names are empty if the file does not exist.
 struct VdoFiles {
   std::string motions, cameras;
 };
 
-/// Puts `name` into `file`, which one alone may claim.
+/// Stores `name` in `file`, which must be empty.
 void claim(const LogFolder& folder, const char* kind, const std::string& name, std::string& file) {
   if (!file.empty()) {
     fail("{}: holds several {}*.txt: keep one run a folder (there are {} and {})", folder.path(), kind, file,
@@ -170,7 +170,7 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
     fail("{}: holds no {}: expected a folder of VDO-SLAM's results", folder.path(),
          wanted == LogStage::refined ? "obj_mot_*_rf*.txt" : "obj_mot_*.txt");
   }
-  // Of one stage's motions alone: the best cameras that are there.
+  // For a log with the motions of one stage only: the best cameras available.
   if (wanted == LogStage::any) files.cameras = !refined.cameras.empty() ? refined.cameras : initial.cameras;
   ObjectLog log{.estimator = "vdo", .frame = MotionFrame::body};
   for (const auto& [key, motion] : read_vdo_motions(folder, files.motions, log))
@@ -192,20 +192,21 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
     }
   }
   if (!files.cameras.empty()) read_vdo_cameras(folder, files.cameras, log.camera, log);
-  if (!truth.cameras.empty()) read_vdo_cameras(folder, truth.cameras, log.true_camera, log, &log.camera_lines);
+  if (!truth.cameras.empty())
+    read_vdo_cameras(folder, truth.cameras, log.true_camera, log, &log.camera_lines);
   return {log};
 }
 
-// ---- association
+// ---- association of ids
 
-/// H in the world of one true step; empty when a pose is missing.
+/// Returns H in the world of one true step; nullopt if a pose is missing.
 std::optional<SE3> true_motion(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
   const auto after = poses.find(key), before = poses.find({key.first, key.second - 1});
   if (after == poses.end() || before == poses.end()) return std::nullopt;
   return after->second * before->second.inverse();
 }
 
-/// Distance of a logged object from a true one in frame k, each seen from its own camera, m.
+/// Returns the distance of a logged object from a true one in frame k, each relative to its own camera, m.
 double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& camera, const SE3& true_pose) {
   const auto own = log.camera.pose(logged.second), other = camera.pose(logged.second);
   const SE3& pose = log.poses.at(logged);
@@ -213,8 +214,8 @@ double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& ca
   return ((own->inverse() * pose).translation() - (other->inverse() * true_pose).translation()).norm();
 }
 
-/// How well a logged step agrees with one of a true object, 1 exact, 0 not: by position where the log has it,
-/// else by motion.
+/// Returns the agreement of a logged step with one of a true object, from 0 to 1 (exact): by position if the
+/// log has it, otherwise by motion.
 double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<ObjectFrame, SE3>& poses,
                  const Trajectory& camera, ObjectFrame key) {
   constexpr double near_m = 3, agrees_m = 0.5;
@@ -228,7 +229,7 @@ double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<Object
   return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / agrees_m);
 }
 
-/// Logged id -> true id.
+/// Returns the true id of each logged id.
 std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
                                const Trajectory& camera) {
   constexpr int fewest = 3;
@@ -247,7 +248,8 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
       both.agreement += agrees;
     }
   }
-  std::vector<std::tuple<double, bool, int, int>> best;  // most agreement first, then equal ids, small ids
+  // ordered by agreement, then equal ids, then small ids
+  std::vector<std::tuple<double, bool, int, int>> best;
   for (const auto& [ids, both] : shared) {
     if (both.steps >= fewest)
       best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
@@ -301,7 +303,8 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
     motions[key] = {*H, motion.truth ? in_world(*motion.truth, of_truth, key.second) : std::nullopt};
   }
   if (motions.empty())
-    fail("--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are none");
+    fail(
+        "--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are none");
   std::map<ObjectFrame, SE3> lost;
   for (const auto& [key, X] : log.lost_truth) {
     if (const auto H = in_world(X, of_truth, key.second)) lost.emplace(key, *H);
@@ -311,7 +314,8 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
   log.frame = MotionFrame::world;
   if (log.motion_covariances.entries.empty()) return;
   log.motion_covariances = {};
-  log.warnings.push_back(log.estimator + ": covariances of motions in the camera frame are not used: no NEES");
+  log.warnings.push_back(log.estimator +
+                         ": covariances of motions in the camera frame are not used: no NEES");
 }
 
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
@@ -319,7 +323,8 @@ std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
   for (const auto& [key, motion] : log.motions) {  // an object's frames in order
     const ObjectFrame previous(key.first, key.second - 1);
     const auto truth = log.true_poses.find(previous);
-    if (truth != log.true_poses.end()) poses.emplace(previous, truth->second);  // where no stretch ends there
+    // unless a sequence of steps ends there
+    if (truth != log.true_poses.end()) poses.emplace(previous, truth->second);
     const auto before = poses.find(previous);
     if (before == poses.end()) continue;
     poses[key] =
@@ -343,7 +348,8 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
     PoseCovariance J = PoseCovariance::Zero();
     const Eigen::Matrix3d R = T.rotation().toRotationMatrix();
     J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R;
-    for (auto& [key, covariance] : log.pose_covariances.entries) covariance.P = J * covariance.P * J.transpose();
+    for (auto& [key, covariance] : log.pose_covariances.entries)
+      covariance.P = J * covariance.P * J.transpose();
     if (log.frame != MotionFrame::world) return;
     for (auto& [key, motion] : log.motions) motion.estimate = T * motion.estimate * T.inverse();
     for (auto& [key, covariance] : log.motion_covariances.entries) {
@@ -374,7 +380,7 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   std::map<ObjectFrame, SE3> poses = true_object_poses(truth);
   move_to_world_of(truth.camera, log);
   const std::map<int, int> ids = matched_ids(log, poses, truth.camera);
-  int unmatched = 1'000'000'000;  // ids of objects without truth, apart from all true ones
+  int unmatched = 1'000'000'000;  // ids of objects without truth, distinct from all true ones
   std::map<int, int> renamed;
   const auto new_id = [&](int id) {
     const auto known = ids.find(id);
@@ -394,7 +400,8 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   for (const auto& [key, pose] : log.poses) estimated[{new_id(key.first), key.second}] = pose;
   for (LogCovariances* covariances : {&log.motion_covariances, &log.pose_covariances}) {
     LogCovariances own;
-    for (const auto& [key, entry] : covariances->entries) own.entries.emplace(ObjectFrame(new_id(key.first), key.second), entry);
+    for (const auto& [key, entry] : covariances->entries)
+      own.entries.emplace(ObjectFrame(new_id(key.first), key.second), entry);
     for (const auto& [id, path] : covariances->paths) own.paths[new_id(id)] = path;
     *covariances = std::move(own);
   }

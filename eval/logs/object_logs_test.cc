@@ -11,7 +11,8 @@ namespace {
 
 constexpr double dt = 0.1;
 
-/// A car that drives and turns, seen from a moving camera; the estimate is off by `error` in its own frame.
+/// A car that drives and turns, observed from a moving camera; the estimate has the error `error` in its own
+/// frame.
 SE3 car(int frame) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(0.05 * frame, Eigen::Vector3d::UnitY())),
           Eigen::Vector3d(20 + 0.1 * frame, 1, 30 + 1.2 * frame)};
@@ -41,7 +42,7 @@ SE3 world_of(const SE3& body, int k) { return car(k - 1) * body * car(k - 1).inv
 
 constexpr int n_frames = 8;
 
-/// Motions of frames 1..7 but 5, under id `id`.
+/// Writes motions of frames 1..7 except 5, with the id `id`.
 void write_dynosam(const TempFolder& folder, int id) {
   std::string motions = "frame_id,object_id,...\n", poses = motions, cameras = "frame_id,...\n";
   for (int k = 0; k < n_frames; ++k) {
@@ -115,7 +116,7 @@ TEST(ObjectLogs, VdoInTheBodyFrame) {
   EXPECT_NEAR(records[0].errors.at("Et_body_m"), 0.05, 1e-9);
   EXPECT_FALSE(records[0].errors.contains("Et_m")) << "needs poses that this log does not have";
   const Json rows = rows_to_json(object_table(records, metric_presets()));
-  EXPECT_FALSE(rows[0].contains("Et_m"));  // paper
+  EXPECT_FALSE(rows[0].contains("Et_m"));  // preset paper
   EXPECT_EQ(rows[0]["coverage_percent"], 100);
 }
 
@@ -146,9 +147,11 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
   EXPECT_NEAR((read("initial").camera.pose(2)->translation() - camera(2).translation()).norm(), 0.5, 1e-9);
   EXPECT_NEAR((read("refined").camera.pose(2)->translation() - camera(2).translation()).norm(), 0, 1e-9);
   expect_error([&] { read("final"); }, "unknown stage 'final'");
-  expect_error([&] {
-                read_object_logs(folder.path(), {LogFormat::dynosam, LogStage::refined});
-              }, "only results of format vdo have stages");
+  expect_error(
+      [&] {
+        read_object_logs(folder.path(), {LogFormat::dynosam, LogStage::refined});
+      },
+      "only results of format vdo have stages");
   folder.write("b_refined_stereo_new.txt", late);
   expect_error([&] { read("initial"); }, "holds several refined_*.txt: keep one run a folder");
   std::filesystem::remove(folder.path() / "b_refined_stereo_new.txt");
@@ -180,7 +183,7 @@ TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
     ObjectTruth right, other;
     right.id = 7;
     right.T_camera_object = camera(k).inverse() * car(k);
-    other.id = 40;  // the log's number, but another car that drives the other way
+    other.id = 40;  // the log's id, but another car that drives the other way
     other.T_camera_object =
         camera(k).inverse() * SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-4, 1, 60 - 2.0 * k));
     truth.objects[k] = {right, other};
@@ -200,7 +203,7 @@ TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
   EXPECT_EQ(not_detected, 7);
 }
 
-/// Truth of `car`, as object 7, and of another beside it that moves as it does, as object 3.
+/// Returns the truth of `car`, as object 7, and of another car next to it with the same motion, as object 3.
 SequenceTruth two_alike() {
   SequenceTruth truth;
   const SE3 beside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(4, 0, 0));
@@ -263,7 +266,7 @@ TEST(ObjectLogs, MotionsAreChainedFromTheTruePoseBeforeThem) {
     log.motions[{3, k}].estimate = body_truth(k);
     if (k != 2) log.true_poses[{3, k - 1}] = car(k - 1);
   }
-  log.motions[{3, 7}].estimate = body_truth(7);  // nothing to start from
+  log.motions[{3, 7}].estimate = body_truth(7);  // no pose to start from
   const std::map<ObjectFrame, SE3> poses = chained_poses(log);
   std::vector<int> frames;
   for (const auto& [key, pose] : poses) {
@@ -285,7 +288,8 @@ TEST(ObjectLogs, DamageIsTold) {
   folder.write("m_object_motion_log.csv",
                "frame_id,object_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
                "1,3,0,0,0,1,0,0,0,0,0,1,1,0,0,0\n");
-  EXPECT_THAT(error(LogFormat::dynosam), HasSubstr(":2: the header names other columns than frame_id,object_id"));
+  EXPECT_THAT(error(LogFormat::dynosam),
+              HasSubstr(":2: the header names other columns than frame_id,object_id"));
   folder.write("obj_mot_x.txt", fmt::format("1 3{}\n1 3{}\n", matrix(reported), matrix(reported)));
   EXPECT_THAT(error(LogFormat::vdo), HasSubstr(":2: label 3 is given twice in frame 1"));
   folder.write("a_refined_rgbd.txt", "");

@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// What a line begins with.
+/// First value of a line.
 enum class Key { frame, time, row };
 
 struct Row {
@@ -42,13 +42,15 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
       row.key = static_cast<double>(file.rows.size());
       row.pose = matrix_pose(lines, 0, repairs);
     } else {
-      lines.fail_here("expected frame and 12 or 16 values of a matrix, or t x y z qx qy qz qw, got {} values", n);
+      lines.fail_here("expected frame and 12 or 16 values of a matrix, or t x y z qx qy qz qw, got {} values",
+                      n);
     }
     const Key key = tum ? Key::time : n == 12 || n == 16 ? Key::row : Key::frame;
-    if (!file.rows.empty() && key != file.key) lines.fail_here("expected as many values as in the lines before");
+    if (!file.rows.empty() && key != file.key)
+      lines.fail_here("expected as many values as in the lines before");
     if (!file.rows.empty() && !(row.key > file.rows.back().key)) {
-      lines.fail_here("{} {} comes after {}: expected ascending frames or times, each once", tum ? "time" : "frame",
-                      row.key, file.rows.back().key);
+      lines.fail_here("{} {} comes after {}: expected ascending frames or times, each once",
+                      tum ? "time" : "frame", row.key, file.rows.back().key);
     }
     file.key = key;
     is_tum = tum;
@@ -57,23 +59,25 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
     if (!has_covariance) return;
     covered.add(row.pose.rotation().toRotationMatrix(), row.pose.translation());
     covered.lines.push_back(static_cast<int>(row.line));
-    add_covariance(covered, lines.values().subspan(8), folder.request().rules.covariance, lines.path(), lines.line());
+    add_covariance(covered, lines.values().subspan(8), folder.request().rules.covariance, lines.path(),
+                   lines.line());
   });
   file.path = (std::filesystem::path(folder.path()) / name).string();
   if (!covered.empty()) {
     if (covered.size() != file.rows.size())
-      fail("{}: {} of {} rows have covariances: expected one with each", file.path, covered.size(), file.rows.size());
+      fail("{}: {} of {} rows have covariances: expected one with each", file.path, covered.size(),
+           file.rows.size());
     RepairLog repairs;
     finish_covariances(covered, file.path, repairs);
     for (std::string& text : repairs.warnings(file.path)) out.warnings.push_back(std::move(text));
     file.covariances = std::move(covered.covariances);
   }
-  // Whole numbers in the place of the time are frame numbers.
+  // Whole numbers in the column of the time are frame numbers.
   if (is_tum && whole_numbers) file.key = Key::frame;
   return file;
 }
 
-/// The rate at which all times are those of frames: 1 / the least step.
+/// Returns the rate for which all times are those of frames: 1 / the smallest step.
 std::optional<double> rate_of(const std::vector<PlainFile>& files) {
   double least_s = std::numeric_limits<double>::infinity();
   for (const PlainFile& file : files) {
@@ -97,7 +101,8 @@ void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
     const double frame = std::round(at);
     constexpr double nearest = 0.25;
     if (!(std::abs(at - frame) <= nearest) || !(frame >= 0) || frame > 1e9) {
-      fail("{}:{}: {} {} is that of no frame{}", file.path, row.line, file.key == Key::time ? "time" : "frame", row.key,
+      fail("{}:{}: {} {} is that of no frame{}", file.path, row.line,
+           file.key == Key::time ? "time" : "frame", row.key,
            file.key == Key::time
                ? fmt::format(" at {:.6g} Hz: give --rate, or frame numbers in the first column", rate_hz)
                : ": expected a whole number from 0 to 1e9");
@@ -115,7 +120,8 @@ struct ObjectFile {
   bool is_truth = false;
 };
 
-/// "obj_3_motion.txt", "obj_3.tum", "obj_3_gt.tum", "object_3_pose_gt.txt": those of the kind, "motion" or "pose".
+/// Parses "obj_3_motion.txt", "obj_3.tum", "obj_3_gt.tum", "object_3_pose_gt.txt", for the kind "motion" or
+/// "pose".
 std::optional<ObjectFile> object_file(const std::string& name, std::string_view kind) {
   std::string_view rest = name;
   if (rest.starts_with("object_"))
@@ -140,7 +146,7 @@ std::optional<ObjectFile> object_file(const std::string& name, std::string_view 
   return file;
 }
 
-/// Of the cameras; empty: none.
+/// Returns the first existing file of the cameras; empty: none.
 std::string first_of(const LogFolder& folder, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     if (folder.has(name)) return name;
@@ -198,13 +204,14 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
         if (files[i].covariances.empty()) return;
         LogCovariances& covariances = poses ? log.pose_covariances : log.motion_covariances;
         const auto at = static_cast<size_t>(&row - files[i].rows.data());
-        covariances.entries.emplace(key, LogCovariances::Entry{files[i].covariances[at], static_cast<int>(row.line)});
+        covariances.entries.emplace(
+            key, LogCovariances::Entry{files[i].covariances[at], static_cast<int>(row.line)});
         covariances.paths[id] = files[i].path;
       }
     });
   }
   const auto before = [](ObjectFrame key) { return ObjectFrame(key.first, key.second - 1); };
-  for (const auto& [key, pose] : log.poses) {  // format poses
+  for (const auto& [key, pose] : log.poses) {  // only in format poses
     const auto previous = log.poses.find(before(key));
     if (previous != log.poses.end()) motions.emplace(key, pose * previous->second.inverse());
   }
@@ -221,7 +228,8 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
       log.lost_truth.emplace(key, motion);
     }
   }
-  for_each_frame(files[n_objects], rate_hz, [&](int frame, const Row& row) { log.camera.set(frame, row.pose); });
+  for_each_frame(files[n_objects], rate_hz,
+                 [&](int frame, const Row& row) { log.camera.set(frame, row.pose); });
   for_each_frame(files[n_objects + 1], rate_hz, [&](int frame, const Row& row) {
     log.true_camera.set(frame, row.pose);
     log.camera_lines.path = files[n_objects + 1].path;

@@ -1,6 +1,6 @@
 #pragma once
 
-// The formats `motions` and `poses` of object_logs.h: one file an object.
+// The formats `motions` and `poses` of object_logs.h: one file per object.
 
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace sextant {
 
-/// One log, of all objects of the folder. Throws Error on a folder without such files.
+/// Returns one log with all objects of the folder. Throws Error on a folder without such files.
 std::vector<ObjectLog> read_plain(const LogFolder& folder);
 
 }  // namespace sextant

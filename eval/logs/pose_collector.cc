@@ -41,8 +41,8 @@ void sort_by(const std::vector<T>& keys, PoseSeries& series, PoseSeries* truth, 
   series.keep(order);
 }
 
-/// True where time stamps were rounded to the seven digits of "%.6e" and became equal by that: all have at most seven
-/// digits, and the unit of the seventh digit is not much smaller than the steps between them.
+/// Returns true if time stamps were rounded to the seven digits of "%.6e" and became equal: all have at most
+/// seven digits, and the unit of the seventh digit is not much smaller than the steps between them.
 bool collapsed_to_seven_digits(const std::vector<double>& stamps) {
   double largest = 0, least_step = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < stamps.size(); ++i) {
@@ -50,7 +50,7 @@ bool collapsed_to_seven_digits(const std::vector<double>& stamps) {
     largest = std::max(largest, std::abs(stamps[i]));
     if (i > 0 && stamps[i] > stamps[i - 1]) least_step = std::min(least_step, stamps[i] - stamps[i - 1]);
   }
-  constexpr double usual_step_s = 0.01;  // where no two stamps differ
+  constexpr double usual_step_s = 0.01;  // used if no two stamps differ
   if (least_step == std::numeric_limits<double>::infinity()) least_step = usual_step_s;
   return largest > 0 && std::pow(10, std::floor(std::log10(largest)) - 5) > least_step * (1 - 1e-9);
 }
@@ -68,13 +68,13 @@ void check_rising(const std::vector<T>& keys, const std::vector<int>& lines, con
   if constexpr (std::is_same_v<T, double>) {
     if (collapsed_to_seven_digits(keys)) {
       fail(
-          "{}:{}: time stamp {} stands in line {} too: all stamps have seven digits, as \"%.6e\" prints them, and "
-          "collapse; print them with all digits, as \"%.9f\" does",
+          "{}:{}: time stamp {} stands in line {} too: all stamps have seven digits, as \"%.6e\" prints "
+          "them, and collapse; print them with all digits, as \"%.9f\" does",
           path, lines[i + 1], keys[i + 1], lines[i]);
     }
   }
-  fail("{}:{}: {} {} stands in line {} too: expected one pose each; remove one of the lines", path, lines[i + 1],
-       what, keys[i + 1], lines[i]);
+  fail("{}:{}: {} {} stands in line {} too: expected one pose each; remove one of the lines", path,
+       lines[i + 1], what, keys[i + 1], lines[i]);
 }
 
 }  // namespace

@@ -9,11 +9,11 @@
 namespace sextant {
 namespace {
 
-constexpr double largest_asymmetry = 1e-6;   // of the square root of the product of variances
-constexpr double least_eigenvalue = -1e-9;   // of the correlation matrix
-constexpr double singular = 1e-12;           // the same
+constexpr double largest_asymmetry = 1e-6;  // relative to the square root of the product of the variances
+constexpr double least_eigenvalue = -1e-9;  // of the correlation matrix
+constexpr double singular = 1e-12;          // eigenvalue of the correlation matrix
 
-/// Upper triangle of n x n row by row, to both triangles from (at, at) on.
+/// Copies the upper triangle of an n x n matrix, given row by row, to both triangles from (at, at) on.
 void put_triangle(PoseCovariance& P, std::span<const double> numbers, int at, int n) {
   size_t k = 0;
   for (int i = 0; i < n; ++i) {
@@ -35,7 +35,7 @@ PoseCovariance matrix_of(std::span<const double> numbers) {
   return P;
 }
 
-/// Unit diagonal, so that metres and radians compare; 0 where a variance is 0.
+/// Scales to a unit diagonal, so that metres and radians are comparable; 0 for a variance of 0.
 PoseCovariance correlation_of(const PoseCovariance& P) {
   PoseCovariance C = P;
   for (int i = 0; i < 6; ++i) {
@@ -58,21 +58,21 @@ void check(const PoseCovariance& P, const std::string& path, int64_t number) {
     for (int j = 0; j < i; ++j) {
       if (std::abs(C(i, j) - C(j, i)) <= largest_asymmetry) continue;
       fail(
-          "{}:{}: the covariance of the pose is not symmetric: ({},{}) is {:.6g}, ({},{}) is {:.6g}; expected a "
-          "covariance row by row: are blocks transposed, or columns missing?",
+          "{}:{}: the covariance of the pose is not symmetric: ({},{}) is {:.6g}, ({},{}) is {:.6g}; "
+          "expected a covariance row by row: are blocks transposed, or columns missing?",
           path, number, i + 1, j + 1, P(i, j), j + 1, i + 1, P(j, i));
     }
   }
   const double least = smallest_eigenvalue(C);
   if (least < least_eigenvalue) {
     fail(
-        "{}:{}: the covariance of the pose is not positive definite (the correlation matrix has the eigenvalue "
-        "{:.3g}): expected the upper triangle or the whole matrix row by row",
+        "{}:{}: the covariance of the pose is not positive definite (the correlation matrix has the "
+        "eigenvalue {:.3g}): expected the upper triangle or the whole matrix row by row",
         path, number, least);
   }
 }
 
-/// See covariance_convention.h.
+/// Converts a covariance to the axes of the world; see covariance_convention.h.
 PoseCovariance in_world(const PoseCovariance& P, const Eigen::Matrix3d& R, CovarianceConvention convention) {
   if (convention == CovarianceConvention::ros) return P;
   PoseCovariance J = PoseCovariance::Zero();
@@ -101,7 +101,9 @@ void finish_covariances(PoseSeries& series, const std::string& path, RepairLog& 
   if (all.empty()) return;
   if (all.size() != series.size())
     fail("{}: {} of {} poses have covariances: expected one with each", path, all.size(), series.size());
-  const auto number = [&](size_t i) { return series.lines.empty() ? static_cast<int>(i) + 1 : series.lines[i]; };
+  const auto number = [&](size_t i) {
+    return series.lines.empty() ? static_cast<int>(i) + 1 : series.lines[i];
+  };
   std::optional<size_t> unknown;
   size_t n_unknown = 0;
   for (size_t i = 0; i < all.size(); ++i) {
@@ -109,12 +111,13 @@ void finish_covariances(PoseSeries& series, const std::string& path, RepairLog& 
     if (n_unknown++ == 0) unknown = i;
   }
   if (unknown && n_unknown < all.size())
-    fail("{}:{}: the covariance of the pose is all zeros, but others are not: expected one with each pose", path,
-         number(*unknown));
+    fail("{}:{}: the covariance of the pose is all zeros, but others are not: expected one with each pose",
+         path, number(*unknown));
   if (unknown) return all.clear();
   for (size_t i = 0; i < all.size(); ++i) {
     if (smallest_eigenvalue(correlation_of(all[i])) > singular) continue;
-    log.note("covariances that are singular, of a pose with a direction that is exactly known: no NEES", number(i));
+    log.note("covariances that are singular, of a pose with a direction that is exactly known: no NEES",
+             number(i));
     return all.clear();
   }
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-// Recordings for tests, written after their formats' specifications: ROS 1 bags, MCAP files and the SQLite files of
-// rosbag2, with messages of poses and of transforms.
+// Recordings for tests, written according to the specifications of the formats: ROS 1 bags, MCAP files and
+// the SQLite files of rosbag2, with messages of poses and of transforms.
 
 #include <bzlib.h>
 #include <gtest/gtest.h>
@@ -24,14 +24,17 @@ template <typename T>
 inline std::string bytes(T value) {
   return {reinterpret_cast<const char*>(&value), sizeof(T)};
 }
-inline std::string text32(const std::string& text) { return bytes(static_cast<uint32_t>(text.size())) + text; }
+inline std::string text32(const std::string& text) {
+  return bytes(static_cast<uint32_t>(text.size())) + text;
+}
 
 struct Sample {
   uint32_t sec, nsec;
   double v[7];  ///< position, quaternion x y z w
   std::array<double, 36> covariance{};
 };
-inline const Sample samples[] = {{1000, 500'000'000, {1, 2, 3, 0, 0, 0, 1}}, {1001, 0, {2, 2, 3, 0, 0, 0.6, 0.8}}};
+inline const Sample samples[] = {{1000, 500'000'000, {1, 2, 3, 0, 0, 0, 1}},
+                                 {1001, 0, {2, 2, 3, 0, 0, 0.6, 0.8}}};
 
 inline std::string doubles(const double* v, size_t n) {
   return {reinterpret_cast<const char*>(v), n * sizeof(double)};
@@ -46,7 +49,7 @@ inline std::string ros1_message(const std::string& type, const Sample& s, const 
   return out + doubles(s.covariance.data(), 36) + doubles(twist.data(), twist.size());
 }
 
-/// CDR, either byte order.
+/// Writer of CDR in either byte order.
 class CdrWriter {
  public:
   explicit CdrWriter(bool big) : big_(big) {}
@@ -71,7 +74,7 @@ class CdrWriter {
 };
 
 inline std::string cdr_message(const std::string& type, const Sample& s, bool big = false,
-                        const std::string& frame = "map") {
+                               const std::string& frame = "map") {
   CdrWriter out(big);
   out.put(static_cast<int32_t>(s.sec));
   out.put(s.nsec);
@@ -140,7 +143,7 @@ inline std::string mcap_record(char code, const std::string& content) {
 }
 
 inline std::string mcap_of(const std::vector<Channel>& channels, const std::string& compression = "",
-                    const std::string& encoding = "cdr", bool whole_chunk = true) {
+                           const std::string& encoding = "cdr", bool whole_chunk = true) {
   std::string chunk;
   for (uint16_t id = 1; id <= channels.size(); ++id) {
     const Channel& c = channels[id - 1];
@@ -164,18 +167,20 @@ inline std::string mcap_of(const std::vector<Channel>& channels, const std::stri
          end;
 }
 
-/// A rosbag2 as its SQLite storage lays it out (schema version 3).
+/// Returns a rosbag2 in its SQLite storage (schema version 3).
 inline std::string rosbag2_of(const std::vector<Channel>& channels, const std::string& more_sql = "") {
   const ScratchFolder folder("sextant_rosbag2_");
   const std::string path = (folder.path() / "bag_0.db3").string();
   sqlite3* db = nullptr;
-  const auto expect = [&](int code) { EXPECT_TRUE(code == SQLITE_OK || code == SQLITE_DONE) << sqlite3_errmsg(db); };
+  const auto expect = [&](int code) {
+    EXPECT_TRUE(code == SQLITE_OK || code == SQLITE_DONE) << sqlite3_errmsg(db);
+  };
   expect(sqlite3_open(path.c_str(), &db));
   const auto run = [&](const char* sql) { expect(sqlite3_exec(db, sql, nullptr, nullptr, nullptr)); };
   run("CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);"
       "INSERT INTO schema VALUES(3, 'humble');"
-      "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);"
-      "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
+      "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT "
+      "NULL);CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
       "  serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);"
       "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL,"
       "  data BLOB NOT NULL);"
@@ -186,8 +191,9 @@ inline std::string rosbag2_of(const std::vector<Channel>& channels, const std::s
     expect(sqlite3_bind_int(row, 1, id));
     for (size_t i = 0; i < values.size(); ++i) {
       const auto n = static_cast<int>(values[i].size());
-      expect(values.size() == 1 ? sqlite3_bind_blob(row, 2, values[i].data(), n, SQLITE_TRANSIENT)
-                                : sqlite3_bind_text(row, static_cast<int>(i) + 2, values[i].data(), n, SQLITE_TRANSIENT));
+      expect(values.size() == 1
+                 ? sqlite3_bind_blob(row, 2, values[i].data(), n, SQLITE_TRANSIENT)
+                 : sqlite3_bind_text(row, static_cast<int>(i) + 2, values[i].data(), n, SQLITE_TRANSIENT));
     }
     expect(sqlite3_step(row));
     sqlite3_finalize(row);

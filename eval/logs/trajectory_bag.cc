@@ -8,10 +8,10 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view magic = "#ROSBAG V2.0\n";
+constexpr std::string_view bag_magic = "#ROSBAG V2.0\n";
 constexpr uint32_t longest_header = uint32_t{1} << 20;
 
-enum Op : uint8_t { op_message = 0x02, op_chunk = 0x05, op_connection = 0x07 };
+enum BagOp : uint8_t { op_message = 0x02, op_chunk = 0x05, op_connection = 0x07 };
 
 /// The fields NAME=VALUE of a record's header.
 class Fields {
@@ -117,18 +117,18 @@ class BagReader {
   std::string file_;
   TopicPoses poses_;
   Decompressor decompressor_;
-  std::map<uint32_t, std::optional<std::string>> topics_;  // of connections; empty: not wanted
+  std::map<uint32_t, std::optional<std::string>> topics_;  // of connections; nullopt: not wanted
 };
 
 }  // namespace
 
-bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
+bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(bag_magic); }
 
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
-  if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
+  if (bytes.size() < bag_magic.size() || bytes.view(0, bag_magic.size()) != bag_magic)
     fail("{}: is no ROS bag of version 2.0", bytes.name());
   BagReader reader(bytes, topic, rules);
-  reader.read(bytes, magic.size(), bytes.size(), false);
+  reader.read(bytes, bag_magic.size(), bytes.size(), false);
   return reader.finish();
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t block_bytes = size_t{1} << 18;
 
-/// What comes out of a decompressor, block by block.
+/// Output of a decompressor, block by block.
 class Output {
  public:
   Output(uint64_t size, const std::string& where) : size_(size), where_(where) {}
@@ -116,9 +116,10 @@ std::string Decompressor::decompress(std::string_view kind, std::string_view byt
                                      const std::string& where) {
   if (size > largest_block) fail("{}: a block of {} bytes: {} at most", where, size, largest_block);
   if (size > left_) {
-    fail("{}: the compressed chunks up to here unpack to more than 16 MB and 200 times the file: "
-         "decompress the recording if it is not damaged",
-         where);
+    fail(
+        "{}: the compressed chunks up to here unpack to more than 16 MB and 200 times the file: "
+        "decompress the recording if it is not damaged",
+        where);
   }
   left_ -= size;
   Output out(size, where);

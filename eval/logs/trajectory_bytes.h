@@ -1,7 +1,8 @@
 #pragma once
 
-// Binary files, read at any place without trusting a length in them: what a length asks for is compared with
-// what is there before memory is taken.
+// Random access to binary files that does not trust any length in them: a length is compared with the bytes
+// that exist before memory is allocated.
+//
 
 #include <cstdint>
 #include <cstring>
@@ -18,7 +19,7 @@ namespace sextant {
 /// A file, or bytes in memory.
 class ByteSource {
  public:
-  /// Throws Error when the file cannot be read.
+  /// Throws Error if the file cannot be read.
   explicit ByteSource(const std::string& path, const FileKind& kind = recording_file);
   ByteSource(std::string_view bytes, std::string name)
       : name_(std::move(name)), memory_(bytes), size_(bytes.size()) {}
@@ -26,7 +27,7 @@ class ByteSource {
   const std::string& name() const { return name_; }
   uint64_t size() const { return size_; }
   bool is_in_memory() const { return !file_; }
-  /// `n` bytes at `at`, valid until the next call. Throws Error where the file ends before.
+  /// Returns `n` bytes at `at`, valid until the next call. Throws Error if the file ends before.
   std::string_view view(uint64_t at, uint64_t n);
 
  private:
@@ -34,11 +35,11 @@ class ByteSource {
   std::optional<FileReader> file_;
   std::string_view memory_;
   uint64_t size_ = 0;
-  std::vector<char> block_;  // of the file, from block_at_ on
+  std::vector<char> block_;  // part of the file, beginning at block_at_
   uint64_t block_at_ = 0;
 };
 
-/// Little-endian values one after the other. Throws Error "WHERE: ..." where the bytes end before.
+/// Reads consecutive little-endian values. Throws Error "WHERE: ..." if the bytes end before.
 class ByteCursor {
  public:
   ByteCursor(std::string_view bytes, const std::string& where) : bytes_(bytes), where_(where) {}
@@ -55,7 +56,7 @@ class ByteCursor {
     at_ += out.size();
     return out;
   }
-  /// A length of 32 bits and as many bytes.
+  /// Reads a length of 32 bits and as many bytes.
   std::string_view text() { return take(number<uint32_t>()); }
   uint64_t remaining() const { return bytes_.size() - at_; }
 
@@ -65,24 +66,26 @@ class ByteCursor {
   size_t at_ = 0;
 };
 
-/// The larger of what a block of a recording may hold, compressed or not.
+/// Largest size of a block of a recording, compressed or not.
 constexpr uint64_t largest_block = uint64_t{1} << 28;
 
-/// Decompresses the chunks of one file, which all together may unpack to 16 MB and 200 times the file: a recording of
-/// poses reaches a tenth of that, a decompression bomb several thousand times its size.
+/// Decompresses the chunks of one file, which together may decompress to 16 MB plus 200 times the file: a
+/// recording of poses reaches a tenth of that, a decompression bomb several thousand times its size.
 class Decompressor {
  public:
   explicit Decompressor(uint64_t file_bytes) : left_(uint64_t{16'000'000} + 200 * file_bytes) {}
 
-  /// `kind`: lz4 (frame format), zstd or bz2. Memory grows with what comes out, not with what `size` claims.
-  /// Throws Error "WHERE: ..." on damage, on another size than `size`, beyond largest_block and beyond the file's limit.
-  std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size, const std::string& where);
+  /// `kind`: lz4 (frame format), zstd or bz2. Memory grows with the actual output, not with the declared
+  /// `size`. Throws Error "WHERE: ..." on damage, on another size than `size`, above largest_block and above
+  /// the file's limit.
+  std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
+                         const std::string& where);
 
  private:
   uint64_t left_;
 };
 
-/// A file that lies in memory, for readers that want a path.
+/// A file in memory, for readers that require a path.
 class MemoryFile {
  public:
   explicit MemoryFile(std::string_view bytes);

@@ -16,7 +16,7 @@ struct Name {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-/// Names between commas, or between blanks where there is no comma; a bracket belongs to the name before it.
+/// Splits names at commas, or at blanks if there is no comma; a bracket belongs to the name before it.
 std::vector<Name> names_of(std::string_view header) {
   while (!header.empty() && (header.front() == '#' || header.front() == '%' || is_blank(header.front())))
     header.remove_prefix(1);
@@ -24,7 +24,7 @@ std::vector<Name> names_of(std::string_view header) {
   const bool commas = header.find(',') != std::string_view::npos;
   std::vector<Name> names;
   std::string word;
-  bool open = false, ended = true;  // within brackets; the next letter begins a name
+  bool open = false, ended = true;  // inside brackets; the next letter begins a name
   const auto end_word = [&] {
     if (!word.empty()) names.back().words.push_back(std::move(word));
     word.clear();
@@ -69,7 +69,7 @@ double seconds_in(std::string_view unit) {
   return 0;
 }
 
-/// The unit of a column of time, 0 where it is not told; empty for another column.
+/// Returns the unit of a time column, 0 if it is not given; nullopt for other columns.
 std::optional<double> time_unit(const Name& name) {
   std::vector<std::string> words = name.words;
   double unit = seconds_in(name.unit);
@@ -83,7 +83,7 @@ std::optional<double> time_unit(const Name& name) {
   return std::nullopt;
 }
 
-/// 0 .. 2: x y z of a position, 3 .. 6: x y z w of a quaternion; -1: neither.
+/// Returns 0 .. 2 for x y z of a position, 3 .. 6 for x y z w of a quaternion, -1 for others.
 int component(const Name& name) {
   if (name.words.empty()) return -1;
   std::vector<std::string> words = name.words;
@@ -94,7 +94,7 @@ int component(const Name& name) {
   const auto any = [&](std::initializer_list<std::string_view> known) {
     return std::any_of(words.begin(), words.end(), [&](const std::string& w) { return is_one_of(w, known); });
   };
-  // What else comes with x, y and z: truth beside an estimate, velocities, biases, covariances.
+  // Other quantities with x, y and z components: truth next to an estimate, velocities, biases, covariances.
   if (any({"gt", "truth", "v", "vel", "velocity", "linear", "angular", "twist", "w", "a", "acc", "b", "bias",
            "bw", "ba", "cov", "covariance", "std", "sigma"}))
     return -1;
@@ -105,15 +105,14 @@ int component(const Name& name) {
   return -1;
 }
 
-/// Where the twelve names of OpenVINS stand; empty where one is missing.
+/// Returns the columns of the twelve names of OpenVINS; nullopt if one is missing.
 std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>& names) {
   constexpr std::array<std::string_view, 12> expected = {"pr11", "pr12", "pr13", "pr22", "pr23", "pr33",
                                                          "pt11", "pt12", "pt13", "pt22", "pt23", "pt33"};
   std::array<size_t, 12> out{};
   for (size_t k = 0; k < expected.size(); ++k) {
-    const auto at = std::ranges::find_if(names, [&](const Name& name) {
-      return name.words.size() == 1 && name.words[0] == expected[k];
-    });
+    const auto at = std::ranges::find_if(
+        names, [&](const Name& name) { return name.words.size() == 1 && name.words[0] == expected[k]; });
     if (at == names.end()) return std::nullopt;
     out[k] = static_cast<size_t>(at - names.begin());
   }
@@ -124,7 +123,8 @@ std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>
 
 bool PoseColumns::in_order(bool w_first) const {
   const std::array<size_t, 4> last = {4, 5, 6, 7}, first = {5, 6, 7, 4};
-  return has_quaternion && time == 0 && position == std::array<size_t, 3>{1, 2, 3} && quaternion == (w_first ? first : last);
+  return has_quaternion && time == 0 && position == std::array<size_t, 3>{1, 2, 3} &&
+         quaternion == (w_first ? first : last);
 }
 
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place) {

@@ -28,13 +28,14 @@ int frame_number(const NumberFile& file, size_t i) {
 
 constexpr size_t most_poses = 20'000'000;  // 2 GB in memory
 
-/// The reader behind every text format: `add` puts one record of `n` values into the file's series.
+/// Reader of all text formats: `add` appends one record of `n` values to the file's series.
 class TextReader {
  public:
   TextReader(const std::string& path, char separator, const ReadRules& rules)
       : file_(path, separator, rules) {}
 
-  /// `accepts(n, separator)`: whether records may have n values; all must have as many as the first.
+  /// `accepts(n, separator)` returns true if records may have n values; all must have as many as the first
+  /// one.
   template <typename Accepts, typename Add>
   TrajectoryFile read(const char* expected, const Accepts& accepts, const Add& add) {
     size_t n = 0;
@@ -69,13 +70,13 @@ class TextReader {
   RepairLog log_;
 };
 
-/// tum, tum_ns, euroc and table: time, position and quaternion, in the columns that a header names or else in
-/// the format's own order.
+/// The formats tum, tum_ns, euroc and table: time, position and quaternion, in the columns named by a header
+/// or otherwise in the format's own order.
 struct StampedFormat {
   const char* name;
   const char* expected;
-  std::optional<bool> w_first;  ///< empty: by the header alone
-  double seconds_per_unit;      ///< 0: by the header
+  std::optional<bool> w_first;  ///< nullopt: only determined by the header
+  double seconds_per_unit;      ///< 0: determined by the header
   bool has_quaternion = true;
 };
 constexpr StampedFormat tum = {"tum", "t tx ty tz qx qy qz qw", false, 1};
@@ -85,7 +86,7 @@ constexpr StampedFormat table_format = {"table", "a header that names time, x y 
                                         0};
 constexpr StampedFormat positions = {"positions", "t x y z", std::nullopt, 1, false};
 
-/// From here on stamps can only be nanoseconds: in microseconds they lie beyond the year 5000.
+/// From here on stamps can only be nanoseconds: as microseconds they would be after the year 5000.
 constexpr double only_nanoseconds = 1e17;
 
 std::optional<PoseColumns> named_columns(const NumberFile& file) {
@@ -93,7 +94,7 @@ std::optional<PoseColumns> named_columns(const NumberFile& file) {
                     fmt::format("{}:{}", file.path(), file.line()));
 }
 
-/// Of a first record.
+/// Determines the columns from a first record.
 PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   const auto named = named_columns(file);
   if (!named) {
@@ -136,16 +137,17 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns) {
   const double t = file.values()[columns.time];
   if (columns.seconds_per_unit == 1e-9 && t != 0 && std::abs(t) < least_ns)  // seconds, or a frame number
     file.fail_here("time stamp {} is below {} ns: expected nanoseconds", t, least_ns);
-  // A division where it is one: 1e-9 has no exact double.
+  // A division, because 1e-9 has no exact double.
   const double t_s = columns.seconds_per_unit == 1 ? t : t / std::round(1 / columns.seconds_per_unit);
   if (!(std::abs(t_s) <= latest_s)) {
-    const double epochs = std::abs(t) / 1.7e9;  // of today in s
+    const double epochs = std::abs(t) / 1.7e9;  // of the present time in s
     if (epochs > 1e8)
-      file.fail_here("time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
+      file.fail_here(
+          "time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
     const char* unit = epochs > 1e5 ? "us" : "ms";
     file.fail_here(
-        "time stamp {} is no number of seconds: it seems to be {}; write a header with the unit above the first "
-        "line, as '# t [{}] tx ty tz qx qy qz qw'",
+        "time stamp {} is no number of seconds: it seems to be {}; write a header with the unit above the "
+        "first line, as '# t [{}] tx ty tz qx qy qz qw'",
         t, unit, unit);
   }
   return t_s;
@@ -194,7 +196,7 @@ TrajectoryFile read_kitti(const std::string& path, const ReadRules& rules) {
           });
 }
 
-/// Seven values alone: the row is the time, or --rate gives one.
+/// Seven values without time: the row is the time, or --rate determines it.
 TrajectoryFile read_tartanair(const std::string& path, const ReadRules& rules) {
   static constexpr const char* columns = "tx,ty,tz,qx,qy,qz,qw";
   return TextReader(path, NumberFile::either, rules)
@@ -288,7 +290,7 @@ std::span<const TrajectoryFormat> trajectory_formats() { return table(); }
 
 namespace {
 
-/// Of a first record with time, position and quaternion, or of one that nothing names.
+/// Returns the formats of a first record with time, position and quaternion, or without column names.
 FittingFormats formats_of_record(const NumberFile& file) {
   const size_t n = file.values().size();
   const bool commas = file.separator() == ',';
@@ -307,7 +309,8 @@ FittingFormats formats_of_record(const NumberFile& file) {
             "its columns have no header with a name each, so it may be euroc "
             "(t in ns, quaternion w first) or tum (t in s, quaternion w last)"};
   if (n == 4) return {{"positions"}, ""};
-  if (!commas && (n == 8 || (n > 8 && is_covariance_size(n - 8)))) return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
+  if (!commas && (n == 8 || (n > 8 && is_covariance_size(n - 8))))
+    return {{std::abs(file.values()[0]) >= only_nanoseconds ? "tum_ns" : "tum"}, ""};
   if (!commas && (n == 12 || n == 13)) return {{"kitti"}, ""};
   if (!commas && n == 17) return {{"vdo"}, ""};
   if (n == 7) return {{"tartanair"}, ""};
@@ -323,7 +326,8 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) 
   if (is_bag(start)) return {{"bag"}, ""};
   if (is_mcap(start)) return {{"mcap"}, ""};
   if (is_rosbag2(start)) return {{"rosbag2"}, ""};
-  if (!split.topic.empty()) fail("{}: only recordings (.bag, .mcap, .db3) have topics: give the file alone", path);
+  if (!split.topic.empty())
+    fail("{}: only recordings (.bag, .mcap, .db3) have topics: give the file alone", path);
   NumberFile file(path, NumberFile::either, rules);
   FittingFormats fitting;
   try {
@@ -349,8 +353,10 @@ std::string detect_trajectory_format(const std::string& path, const ReadRules& r
   }
   std::vector<std::string> names;
   for (const TrajectoryFormat& f : trajectory_formats()) names.push_back(f.name);
-  fail("{}: cannot tell the format of this trajectory ({}); give --format, one of {}", path, fitting.problem,
-       fmt::join(names, ", "));
+  fail(
+      "{}: cannot determine the format of this trajectory ({}); give --format, one of "
+      "{}",
+      path, fitting.problem, fmt::join(names, ", "));
 }
 
 TrajectoryFile read_trajectory(const std::string& path, const std::string& format, const ReadRules& rules) {

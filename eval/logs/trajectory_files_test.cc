@@ -97,7 +97,7 @@ TEST_F(TrajectoryFiles, DamageIsToldWithItsLine) {
   EXPECT_THAT(error("# only a comment\n\n", "kitti"), HasSubstr("holds no pose"));
   EXPECT_THAT(error("1 9e9 2 3 0 0 0 1\n", "tum"), HasSubstr("expected metres"));
   EXPECT_THAT(error("1,,2,3,1,0,0,0\n", "euroc"), HasSubstr("value 2 is empty"));
-  EXPECT_THAT(error(std::string("\0\1\2\3", 4), "tum"), HasSubstr("no text file"));
+  EXPECT_THAT(error(std::string("\0\1\2\3", 4), "tum"), HasSubstr("expected a text file"));
   EXPECT_THAT(error(std::string(100000, '1'), "tum"), HasSubstr(":1:"));
   EXPECT_THAT(error("\xff\xfe"
                     "1\0",
@@ -132,17 +132,20 @@ TEST_F(TrajectoryFiles, StampsAndFramesMustRise) {
               HasSubstr(":2: time stamp 1 stands in line 1 too"));
   EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest + "1.403638e+09" + rest, "tum"),
               HasSubstr("as \"%.6e\" prints them"));
-  EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest, "tum"), HasSubstr("as \"%.6e\" prints them"));
+  EXPECT_THAT(error("1.403637e+09" + rest + "1.403637e+09" + rest, "tum"),
+              HasSubstr("as \"%.6e\" prints them"));
   EXPECT_THAT(error("4.900000" + rest + "5.000000" + rest + "5.000000" + rest, "tum"),
               HasSubstr(":3: time stamp 5 stands in line 2 too: expected one pose each"));
   const std::string matrix = " 1 0 0 1 0 1 0 2 0 0 1 3\n";
-  EXPECT_THAT(error("4" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 stands in line 1 too"));
+  EXPECT_THAT(error("4" + matrix + "4" + matrix, "kitti"),
+              HasSubstr(":2: frame number 4 stands in line 1 too"));
   EXPECT_THAT(error("5" + matrix + "4" + matrix, "kitti"), HasSubstr(":2: frame number 4 comes after 5"));
 }
 
 TEST_F(TrajectoryFiles, PositionsAlone) {
-  for (const char* text : {"1 1 2 3\n2 4 5 6\n", "1,1,2,3\n2,4,5,6\n", "t [ms],x,y,z,sigma\n1000,1,2,3,9\n2000,4,5,6,9\n",
-                           "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n1000000000,1,2,3\n2000000000,4,5,6\n"}) {
+  for (const char* text :
+       {"1 1 2 3\n2 4 5 6\n", "1,1,2,3\n2,4,5,6\n", "t [ms],x,y,z,sigma\n1000,1,2,3,9\n2000,4,5,6,9\n",
+        "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n1000000000,1,2,3\n2000000000,4,5,6\n"}) {
     const TrajectoryFile file = read(text);
     EXPECT_FALSE(file.poses.has_rotations()) << text;
     EXPECT_THAT(file.poses.stamps_s, ElementsAre(1, 2)) << text;
@@ -157,7 +160,7 @@ std::string numbers(const Eigen::VectorXd& v) {
   return text;
 }
 
-/// Positive definite, with all elements different.
+/// Positive definite, with distinct elements.
 PoseCovariance covariance() {
   PoseCovariance A;
   for (int i = 0; i < 36; ++i) A(i / 6, i % 6) = std::sin(1.0 + i * i);
@@ -166,7 +169,7 @@ PoseCovariance covariance() {
 
 TEST_F(TrajectoryFiles, CovariancesBehindTumLines) {
   const PoseCovariance P = covariance();
-  const std::string pose = "1 1 2 3 0 0 0.6 0.8";  // a turn about z
+  const std::string pose = "1 1 2 3 0 0 0.6 0.8";  // rotated about z
   Eigen::VectorXd triangle(21), blocks(12), full(36);
   int k = 0, b = 0;
   for (int i = 0; i < 6; ++i) {
@@ -190,7 +193,8 @@ TEST_F(TrajectoryFiles, CovariancesBehindTumLines) {
   EXPECT_LT((openvins.poses.covariances.at(0).bottomRightCorner<3, 3>() - turned).norm(), 1e-12);
   const std::string header =
       "# timestamp(s) tx ty tz qx qy qz qw Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 Pt12 Pt13 Pt22 Pt23 Pt33\n";
-  EXPECT_EQ(read(header + pose + numbers(blocks) + "\n").poses.covariances.at(0), openvins.poses.covariances[0]);
+  EXPECT_EQ(read(header + pose + numbers(blocks) + "\n").poses.covariances.at(0),
+            openvins.poses.covariances[0]);
 }
 
 TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
@@ -202,9 +206,11 @@ TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
     return first + numbers(Eigen::Map<const Eigen::VectorXd>(a.data(), 36)) + "\n" + second +
            numbers(Eigen::Map<const Eigen::VectorXd>(b.data(), 36)) + "\n";
   };
-  EXPECT_THAT(error(lines(P, transposed), "tum"), HasSubstr(":2: the covariance of the pose is not positive"));
+  EXPECT_THAT(error(lines(P, transposed), "tum"),
+              HasSubstr(":2: the covariance of the pose is not positive"));
   transposed.topRightCorner<3, 3>() = P.topRightCorner<3, 3>();
-  EXPECT_THAT(error(lines(P, transposed), "tum"), HasSubstr(":2: the covariance of the pose is not symmetric"));
+  EXPECT_THAT(error(lines(P, transposed), "tum"),
+              HasSubstr(":2: the covariance of the pose is not symmetric"));
   PoseCovariance negative = P;
   negative(4, 4) = -1e-3;
   EXPECT_THAT(error(lines(P, negative), "tum"), HasSubstr(":2: the covariance of the pose is not positive"));
@@ -214,11 +220,11 @@ TEST_F(TrajectoryFiles, CovariancesThatAreNone) {
 }
 
 TEST_F(TrajectoryFiles, UnknownFormatsAreNotGuessed) {
-  EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot tell the format"));
+  EXPECT_THAT(error("1 2 3\n", "auto"), HasSubstr("cannot determine the format"));
   EXPECT_THAT(error(tum, "kitty"), HasSubstr("did you mean 'kitti'"));
 }
 
-// The table of VSLAM-LAB: w last, although there are commas and nanoseconds as in EuRoC.
+// A table of VSLAM-LAB: w last, although there are commas and nanoseconds as in EuRoC.
 TEST_F(TrajectoryFiles, ColumnsAreThoseOfTheHeader) {
   const TrajectoryFile lab = read(
       "ts (ns),tx (m),ty (m),tz (m),qx,qy,qz,qw\n1403636579763555584,1,2,3,0,0,0.6,0.8\n"
@@ -238,8 +244,7 @@ TEST_F(TrajectoryFiles, ColumnsAreThoseOfTheHeader) {
 TEST_F(TrajectoryFiles, WhatFitsTwoFormatsIsNotGuessed) {
   for (const char* text : {"1403636579763555584,1,2,3,0,0,0.6,0.8\n", "1.5,1,2,3,0,0,0.6,0.8\n",
                            "#timestamp,p_x\n1403636579763555584,1,2,3,1,0,0,0,9,9\n"}) {
-    EXPECT_THAT(error(text, "auto"),
-                AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
+    EXPECT_THAT(error(text, "auto"), AllOf(HasSubstr("euroc"), HasSubstr("tum"), HasSubstr("--format")))
         << text;
   }
   EXPECT_NEAR(read("1.5,1,2,3,0,0,0.6,0.8\n", "tum").poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
@@ -288,9 +293,9 @@ TEST_F(TrajectoryFiles, BlocksMayEndAnywhere) {
 TEST_F(TrajectoryFiles, XmlThatIsCutOff) {
   EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item><frame_id>1</frame_id></item></val>", "vdo_xml"),
               HasSubstr(":2: frame 1 has no complete"));
-  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item>", "vdo_xml"), HasSubstr(":2: the file ends inside <item>: it is cut off"));
-  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val></wal>", "vdo_xml"),
-              HasSubstr(":2: unexpected </wal>"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val><item>", "vdo_xml"),
+              HasSubstr(":2: the file ends inside <item>: it is cut off"));
+  EXPECT_THAT(error("<?xml version=\"1.0\"?>\n<val></wal>", "vdo_xml"), HasSubstr(":2: unexpected </wal>"));
 }
 
 TEST_F(TrajectoryFiles, TumRoundTrip) {

@@ -6,37 +6,28 @@
 #include <optional>
 
 #include "sextant/base/interrupt.h"
+#include "sextant/eval/logs/mcap_writer.h"
 #include "sextant/eval/logs/trajectory_message.h"
 
 namespace sextant {
 namespace {
-
-constexpr std::string_view magic = "\x89MCAP0\r\n";
-
-enum Op : uint8_t {
-  op_schema = 0x03,
-  op_channel = 0x04,
-  op_message = 0x05,
-  op_chunk = 0x06,
-  op_data_end = 0x0f
-};
 
 class McapReader {
  public:
   McapReader(const ByteSource& bytes, const std::string& topic, const ReadRules& rules)
       : file_(bytes.name()), poses_(file_, topic, rules), decompressor_(bytes.size()) {}
 
-  /// Records from `at` on; true when the end of data was met.
+  /// Reads records from `at` on; returns true if the end of data was found.
   bool read(ByteSource& bytes, uint64_t at, bool in_chunk) {
     constexpr uint64_t head_bytes = 1 + 8;
     while (at < bytes.size()) {
       check_interrupt();
-      // Only where it is needed: a chunk may hold millions of records that are passed over.
+      // Evaluated only when needed: a chunk may contain millions of records that are skipped.
       const auto where = [&, begin = at] {
         return fmt::format("{}: record at byte {}{}", file_, begin, in_chunk ? " of its chunk" : "");
       };
       const std::string_view head = bytes.view(at, head_bytes);
-      const auto op = static_cast<uint8_t>(head[0]);
+      const auto op = static_cast<McapOp>(head[0]);
       uint64_t n = 0;
       std::memcpy(&n, head.data() + 1, sizeof n);
       at += head_bytes;
@@ -46,8 +37,8 @@ class McapReader {
             "it",
             where(), n, bytes.size() - at);
       }
-      if (op == op_data_end && !in_chunk) return true;
-      if (op == op_schema || op == op_channel || op == op_message || op == op_chunk)
+      if (op == McapOp::data_end && !in_chunk) return true;
+      if (op == McapOp::schema || op == McapOp::channel || op == McapOp::message || op == McapOp::chunk)
         take(op, bytes.view(at, n), in_chunk, where());
       at += n;
     }
@@ -57,17 +48,17 @@ class McapReader {
   TrajectoryFile finish() { return poses_.finish(); }
 
  private:
-  void take(uint8_t op, std::string_view content, bool in_chunk, const std::string& where) {
+  void take(McapOp op, std::string_view content, bool in_chunk, const std::string& where) {
     ByteCursor cursor(content, where);
-    if (op == op_schema) {
+    if (op == McapOp::schema) {
       const auto id = cursor.number<uint16_t>();
       schemas_[id] = cursor.text();
-    } else if (op == op_channel) {
+    } else if (op == McapOp::channel) {
       add_channel(cursor, where);
-    } else if (op == op_message) {
+    } else if (op == McapOp::message) {
       const auto channel = channels_.find(cursor.number<uint16_t>());
       if (channel == channels_.end()) fail("{}: a message before its channel: damaged", where);
-      cursor.take(4 + 8 + 8);  // number, time of recording, time of publication
+      cursor.take(4 + 8 + 8);  // sequence number, time of recording, time of publication
       if (channel->second) poses_.add(*channel->second, cursor.take(cursor.remaining()));
     } else {
       if (in_chunk) fail("{}: a chunk within a chunk: damaged", where);
@@ -110,18 +101,18 @@ class McapReader {
   TopicPoses poses_;
   Decompressor decompressor_;
   std::map<uint16_t, std::string> schemas_;                  // names
-  std::map<uint16_t, std::optional<std::string>> channels_;  // topics; empty: not wanted
+  std::map<uint16_t, std::optional<std::string>> channels_;  // topics; nullopt: not wanted
 };
 
 }  // namespace
 
-bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
+bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(mcap_magic); }
 
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
-  if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
+  if (bytes.size() < mcap_magic.size() || bytes.view(0, mcap_magic.size()) != mcap_magic)
     fail("{}: is no MCAP file of version 0", bytes.name());
   McapReader reader(bytes, topic, rules);
-  if (!reader.read(bytes, magic.size(), false))
+  if (!reader.read(bytes, mcap_magic.size(), false))
     fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
   return reader.finish();
 }

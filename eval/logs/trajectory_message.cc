@@ -6,6 +6,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sextant/base/json.h"
 #include "sextant/eval/logs/pose_covariance.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 
@@ -14,12 +15,11 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr size_t most_poses = 20'000'000;
 constexpr size_t largest_message = size_t{1} << 20;
 constexpr std::string_view static_ending = "_static";
 
-/// What follows the header: whether a child's frame id does, and how many doubles after the pose's seven, of which the
-/// first 36 are its covariance.
+/// Layout of a message after its header: with or without a child's frame id, and the number of doubles after
+/// the seven of the pose, the first 36 of which are its covariance.
 struct PoseMessage {
   std::string_view type;
   bool has_child;
@@ -32,6 +32,9 @@ constexpr PoseMessage messages[] = {
     {"nav_msgs/Odometry", true, 36 + 6 + 36},
 };
 
+/// Foxglove's schema of a pose, in JSON.
+constexpr std::string_view json_pose = "foxglove.PoseInFrame";
+
 const PoseMessage* pose_message(std::string_view type) {
   const auto* found = std::find_if(std::begin(messages), std::end(messages),
                                    [&](const PoseMessage& m) { return m.type == type; });
@@ -40,13 +43,13 @@ const PoseMessage* pose_message(std::string_view type) {
 
 bool is_transforms(std::string_view type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
 
-/// Names of topics are compared without the slash with which they may begin.
+/// Returns the name of a topic without a leading slash, for comparisons.
 std::string_view plain(std::string_view topic) {
   if (topic.starts_with('/')) topic.remove_prefix(1);
   return topic;
 }
 
-/// One message, whatever its serialisation.
+/// Reads one message in either serialisation.
 class MessageReader {
  public:
   MessageReader(std::string_view message, bool cdr, const std::string& where)
@@ -79,7 +82,7 @@ class MessageReader {
     if (cdr_ && out.ends_with('\0')) out.remove_suffix(1);
     return out;
   }
-  /// Nothing may be left but `n` doubles (and padding in CDR).
+  /// Throws Error unless exactly `n` doubles (and padding in CDR) are left.
   void expect_left(size_t n) {
     if (cdr_ && n > 0) align(largest_alignment_);
     const uint64_t left = bytes_.remaining(), expected = 8 * n;
@@ -131,7 +134,7 @@ bool TopicPoses::announce(const std::string& topic, const std::string& type, con
   t.type = name;
   t.encoding = encoding;
   const bool known = encoding == "ros1" || encoding == "cdr";
-  t.readable = known && pose_message(name) != nullptr;
+  t.readable = known ? pose_message(name) != nullptr : encoding == "json" && name == json_pose;
   t.holds_transforms = known && is_transforms(name);
   if (t.holds_transforms) {
     return !wanted_.empty() && (plain(topic) == plain(wanted_) ||
@@ -163,6 +166,27 @@ double read_stamp(MessageReader& reader, bool cdr, const std::string& where) {
   return seconds + nanoseconds / 1e9;
 }
 
+/// What a message says of a pose.
+struct StampedPose {
+  double stamp_s = 0;
+  std::string frame_ids;
+  double v[7] = {};  ///< position x y z (m), quaternion x y z w
+};
+
+StampedPose read_json_pose(std::string_view message, const std::string& where) {
+  const Json json = parse_json(message, where);
+  const Json stamp = json_object(json, "timestamp", where), pose = json_object(json, "pose", where);
+  StampedPose read;
+  read.stamp_s = json_member<double>(stamp, "sec", where) + json_member<double>(stamp, "nsec", where) / 1e9;
+  read.frame_ids = json_member<std::string>(json, "frame_id", where);
+  size_t i = 0;
+  const Json position = json_object(pose, "position", where),
+             rotation = json_object(pose, "orientation", where);
+  for (const char* key : {"x", "y", "z"}) read.v[i++] = json_member<double>(position, key, where);
+  for (const char* key : {"x", "y", "z", "w"}) read.v[i++] = json_member<double>(rotation, key, where);
+  return read;
+}
+
 }  // namespace
 
 void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view message) {
@@ -170,35 +194,42 @@ void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view me
   const std::string where = fmt::format("{}:{}", path, number);
   if (t.poses.size() == most_poses)
     fail("{}: more than {} poses: cut the recording into parts, or thin it out", path, most_poses);
-  const PoseMessage& kind = *pose_message(t.type);
-  const bool cdr = t.encoding == "cdr";
-  MessageReader reader(message, cdr, where);
-  const double stamp_s = read_stamp(reader, cdr, where);
-  std::string frame_ids(reader.text());
-  if (kind.has_child) frame_ids.append(" -> ").append(reader.text());
-  if (number == 1) t.frame_ids = frame_ids;
-  if (frame_ids != t.frame_ids) {
+  StampedPose pose;
+  std::array<double, 36> covariance{};
+  bool has_covariance = false;
+  if (t.encoding == "json") {
+    pose = read_json_pose(message, where);
+  } else {
+    const PoseMessage& kind = *pose_message(t.type);
+    const bool cdr = t.encoding == "cdr";
+    MessageReader reader(message, cdr, where);
+    pose.stamp_s = read_stamp(reader, cdr, where);
+    pose.frame_ids = reader.text();
+    if (kind.has_child) pose.frame_ids.append(" -> ").append(reader.text());
+    for (double& value : pose.v) value = reader.number<double>();
+    has_covariance = kind.doubles_after >= covariance.size();
+    if (has_covariance) {
+      for (double& value : covariance) value = reader.number<double>();
+    }
+    reader.expect_left(kind.doubles_after - (has_covariance ? covariance.size() : 0));
+  }
+  if (number == 1) t.frame_ids = pose.frame_ids;
+  if (pose.frame_ids != t.frame_ids) {
     fail(
         "{}: its frame ids are '{}', those of the first message '{}': "
         "the topic holds poses of several bodies; record one alone",
-        where, frame_ids.substr(0, 80), t.frame_ids.substr(0, 80));
+        where, pose.frame_ids.substr(0, 80), t.frame_ids.substr(0, 80));
   }
-  double v[7];
-  for (double& value : v) value = reader.number<double>();
-  std::array<double, 36> covariance{};
-  const bool has_covariance = kind.doubles_after >= covariance.size();
-  if (has_covariance) {
-    for (double& value : covariance) value = reader.number<double>();
-  }
-  reader.expect_left(kind.doubles_after - (has_covariance ? covariance.size() : 0));
-  if (stamp_s == 0 && ++t.n_without_stamp > 1)
+  if (pose.stamp_s == 0 && ++t.n_without_stamp > 1)
     fail("{}: a second pose with the time stamp 0: the headers of this topic are not stamped", where);
+  const auto& v = pose.v;
   const Eigen::Vector3d p(v[0], v[1], v[2]);
   check_position(p, path, number);
-  t.poses.stamps_s.push_back(stamp_s);
+  t.poses.stamps_s.push_back(pose.stamp_s);
   t.poses.add(checked_rotation({v[6], v[3], v[4], v[5]}, path, number, t.log), p);
   if (!has_covariance) return;
-  const bool is_unknown = covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
+  const bool is_unknown =
+      covariance[0] == -1 || std::ranges::all_of(covariance, [](double value) { return value == 0; });
   if (is_unknown && t.n_unknown_covariances++ == 0) t.first_unknown = number;
   if (is_unknown)
     t.poses.covariances.push_back(PoseCovariance::Zero());
@@ -241,7 +272,8 @@ std::string TopicPoses::list(bool readable) const {
 namespace {
 
 std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -259,7 +291,8 @@ TrajectoryFile TopicPoses::finish_transforms() {
 
 TrajectoryFile TopicPoses::finish() {
   constexpr const char* expected_types =
-      "PoseStamped, PoseWithCovarianceStamped, TransformStamped (geometry_msgs) or Odometry (nav_msgs)";
+      "PoseStamped, PoseWithCovarianceStamped, TransformStamped (geometry_msgs), Odometry (nav_msgs) or "
+      "foxglove.PoseInFrame (JSON)";
   std::string topic = wanted_;
   if (topic.empty()) {
     size_t n = 0;
@@ -273,7 +306,7 @@ TrajectoryFile TopicPoses::finish() {
   }
   const auto is_it = [&](const auto& entry) { return plain(entry.first) == plain(topic); };
   if (std::ranges::count_if(topics_, is_it) > 1)
-    fail("{}: has the topic {} with and without its slash: they cannot be told apart", file_, topic);
+    fail("{}: has the topic {} with and without its slash: they are indistinguishable", file_, topic);
   const auto found = std::ranges::find_if(topics_, is_it);
   if (found == topics_.end()) fail("{}: has no topic {}; it has: {}", file_, topic, list(false));
   Topic& t = found->second;
@@ -281,13 +314,13 @@ TrajectoryFile TopicPoses::finish() {
   if (!frames_.empty())
     fail("{}:{}: is of type {}, which has no frames to choose: give the topic alone", file_, topic, t.type);
   if (!t.readable)
-    fail("{}:{}: is of type {} ({}): expected {} in ros1 or cdr", file_, topic, t.type, t.encoding,
-         expected_types);
+    fail("{}:{}: is of type {} ({}): expected {}", file_, topic, t.type, t.encoding, expected_types);
   if (t.poses.empty()) fail("{}:{}: holds no message", file_, topic);
   TrajectoryFile out;
   out.poses = std::move(t.poses);
   if (t.n_unknown_covariances > 0 && t.n_unknown_covariances < out.poses.size())
-    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES", t.first_unknown);
+    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES",
+               t.first_unknown);
   if (t.n_unknown_covariances > 0) out.poses.covariances.clear();
   finish_covariances(out.poses, file_ + ":" + topic, t.log);
   sort_and_unite(out.poses, nullptr, t.log);

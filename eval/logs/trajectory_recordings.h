@@ -1,16 +1,17 @@
 #pragma once
 
-// Poses of a topic in a recording, or the path of a frame in its transforms (trajectory_message.h). The records are read
-// one after the other, so an index is not needed. Memory: one chunk (256 MB at most, compressed and not) and 104 bytes a
-// pose.
+// Poses of a topic in a recording, or the path of a frame in its transforms (trajectory_message.h). Records
+// are read sequentially, so no index is needed. Memory: one chunk (256 MB at most, compressed and not) and
+// 104 bytes per pose.
 //
-//   bag    ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4; one that ends within a record
-//          is an Error
-//   mcap   (mcap.dev/spec), chunks uncompressed, lz4 or zstd, checked by their CRC where they have one; one without its end
-//          of data is an Error
-//   rosbag2  the SQLite file .db3 of a rosbag2 (ROS 2): the tables topics(id, name, type, serialization_format, ..) and
-//          messages(id, topic_id, timestamp, data), messages in CDR, each compressed with zstd or not. metadata.yaml is
-//          not needed. One that is cut off or was not closed is an Error; nothing in it is run or written
+//   bag      ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4; a file that
+//            ends within a record is an Error
+//   mcap     (mcap.dev/spec), chunks uncompressed, lz4 or zstd, checked by their CRC if present; a file
+//            without its end of data is an Error
+//   rosbag2  the SQLite file .db3 of a rosbag2 (ROS 2): the tables topics(id, name, type,
+//            serialization_format, ..) and messages(id, topic_id, timestamp, data), messages in CDR,
+//            optionally compressed one by one with zstd. metadata.yaml is not needed. A file that is
+//            truncated or was not closed is an Error; nothing in it is executed or written
 
 #include <string>
 
@@ -23,7 +24,7 @@ bool is_bag(std::string_view first_bytes);
 bool is_mcap(std::string_view first_bytes);
 bool is_rosbag2(std::string_view first_bytes);
 
-/// `topic` may be empty where only one has poses. Throw Error.
+/// Read a recording; `topic` may be empty if only one has poses. Throw Error.
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
 TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});

@@ -26,7 +26,7 @@ void expect_samples(const TrajectoryFile& file) {
   EXPECT_NEAR(file.poses.rotations[1](0, 0), 1 - 2 * 0.36, 1e-15) << "x y z w";
 }
 
-// ---- what is read
+// ---- accepted recordings
 
 TEST(Bag, EveryTypeAndCompression) {
   for (const char* type : {"geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped",
@@ -85,11 +85,13 @@ TEST(Recordings, CovariancesOfPosesAreRead) {
     expect_read(decode_trajectory(ros1(known[0], known[1]), "bag"));
     const std::string type = name.substr(0, name.find('/')) + "/msg" + name.substr(name.find('/'));
     for (const bool big : {false, true}) {
-      const Channel channel{"/pose", type, {cdr_message(type, known[0], big), cdr_message(type, known[1], big)}};
+      const Channel channel{
+          "/pose", type, {cdr_message(type, known[0], big), cdr_message(type, known[1], big)}};
       expect_read(decode_trajectory(mcap_of({channel}), "mcap"));
       expect_read(decode_trajectory(rosbag2_of({channel}), "rosbag2"));
     }
-    EXPECT_TRUE(decode_trajectory(ros1(samples[0], samples[1]), "bag").poses.covariances.empty()) << "zeros: unknown";
+    EXPECT_TRUE(decode_trajectory(ros1(samples[0], samples[1]), "bag").poses.covariances.empty())
+        << "zeros: unknown";
     const TrajectoryFile mixed = decode_trajectory(ros1(samples[0], known[1]), "bag");
     EXPECT_TRUE(mixed.poses.covariances.empty());
     EXPECT_THAT(mixed.warnings, ElementsAre(HasSubstr(":1: covariances that are unknown")));
@@ -102,25 +104,29 @@ TEST(Recordings, CovariancesOfPosesAreRead) {
 
 TEST(Rosbag2, IsReadFromItsFileAlone) {
   TempFolder folder;
-  const std::string path = folder.write(
-      "odd %41 #?name.db3", rosbag2_of({cdr_channel("/a", "nav_msgs/msg/Odometry"),
-                                        cdr_channel("/b'); DROP TABLE messages; --", "nav_msgs/msg/Odometry")}));
+  const std::string path =
+      folder.write("odd %41 #?name.db3",
+                   rosbag2_of({cdr_channel("/a", "nav_msgs/msg/Odometry"),
+                               cdr_channel("/b'); DROP TABLE messages; --", "nav_msgs/msg/Odometry")}));
   EXPECT_EQ(read_trajectory(path + ":/a").format, "rosbag2");
   expect_samples(read_trajectory(path + ":a"));
   expect_samples(read_trajectory(path + ":/b'); DROP TABLE messages; --"));
-  EXPECT_THAT(error_of([&] { read_trajectory(path + ":/' OR 1=1 --"); }), HasSubstr("has no topic /' OR 1=1 --; it has: /a"));
+  EXPECT_THAT(error_of([&] { read_trajectory(path + ":/' OR 1=1 --"); }),
+              HasSubstr("has no topic /' OR 1=1 --; it has: /a"));
   EXPECT_THAT(error_of([&] { read_trajectory(path); }), HasSubstr("2 topics with poses"));
   expect_samples(read_trajectory(path + ":/a"));
   folder.write("odd %41 #?name.db3-wal", "not yet merged");
   expect_error([&] { read_trajectory(path + ":/a"); }, "the recording was not closed");
 }
 
-// A topic may stand in a recording as "pose", as evo's example has it, and be asked for as /pose, or the other way.
+// A topic may be stored as "pose", as in evo's example, and requested as /pose, or vice versa.
 TEST(Recordings, TheSlashOfATopicDoesNotCount) {
   TempFolder folder;
   for (const char* stored : {"pose", "/pose"}) {
-    const std::string bag = folder.write("run.bag", bag_of({ros1_channel(stored, "nav_msgs/Odometry"), images}));
-    const std::string mcap = folder.write("run.mcap", mcap_of({cdr_channel(stored, "nav_msgs/msg/Odometry")}));
+    const std::string bag =
+        folder.write("run.bag", bag_of({ros1_channel(stored, "nav_msgs/Odometry"), images}));
+    const std::string mcap =
+        folder.write("run.mcap", mcap_of({cdr_channel(stored, "nav_msgs/msg/Odometry")}));
     for (const char* asked : {":pose", ":/pose"}) {
       expect_samples(read_trajectory(bag + asked));
       expect_samples(read_trajectory(mcap + asked));
@@ -148,7 +154,7 @@ TEST(Recordings, AreFoundByTheirFirstBytesAndTakeATopic) {
   expect_error([&] { read_trajectory(text + ":/a"); }, "only recordings");
 }
 
-// ---- what is refused
+// ---- rejected recordings
 
 std::string bag_error(const std::string& b, const std::string& topic = "") {
   return error_of([&] { decode_trajectory(b, "bag", topic); });
@@ -189,7 +195,7 @@ TEST(Recordings, CutOffAnywhereIsAnError) {
       bag.size() -
       bag_record(op('\x04') + bag_field("ver", bytes(uint32_t{1})), std::string(16, '\0')).size();
   for (size_t n = 0; n < bag.size(); ++n) {
-    if (n == index) continue;  // a whole chunk, without its index
+    if (n == index) continue;  // a complete chunk, without its index
     EXPECT_NE(bag_error(bag.substr(0, n)), "no error") << n;
   }
   EXPECT_EQ(bag_error(bag.substr(0, index)), "no error");
@@ -208,7 +214,8 @@ TEST(Recordings, LengthsThatLieTakeNoMemory) {
     return "#ROSBAG V2.0\n" + bag_record(header + bag_field("size", size), compressed("lz4", "short"));
   };
   EXPECT_THAT(bag_error(chunk(bytes(uint32_t{0xffffffff}))), HasSubstr("268435456 at most"));
-  EXPECT_THAT(bag_error(chunk(bytes(uint32_t{200'000'000}))), HasSubstr("more than 16 MB and 200 times the file"));
+  EXPECT_THAT(bag_error(chunk(bytes(uint32_t{200'000'000}))),
+              HasSubstr("more than 16 MB and 200 times the file"));
   EXPECT_THAT(bag_error(chunk(bytes(uint32_t{10'000'000}))), HasSubstr("holds 5 of its 10000000 bytes"));
   EXPECT_THAT(bag_error(chunk(bytes(uint32_t{3}))), HasSubstr("more than its 3 bytes"));
   EXPECT_THAT(bag_error(chunk("12")), HasSubstr("field 'size' has 2 bytes"));

@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-constexpr std::string_view magic("SQLite format 3\0", 16);
+constexpr std::string_view sqlite_magic("SQLite format 3\0", 16);
 constexpr std::string_view zstd_magic = "\x28\xb5\x2f\xfd";
 
 uint32_t big_endian32(std::string_view bytes) {
@@ -25,14 +25,15 @@ struct Close {
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 
-/// What a statement of ours may do: read. Views, triggers and functions of the file's schema are never run.
-int allow_reading(void* /*context*/, int action, const char* /*a*/, const char* /*b*/, const char* /*database*/,
-                  const char* view) {
+/// Authorizer that allows statements to read only. Views, triggers and functions of the file's schema never
+/// run.
+int allow_reading(void* /*context*/, int action, const char* /*a*/, const char* /*b*/,
+                  const char* /*database*/, const char* view) {
   const bool reads = action == SQLITE_SELECT || action == SQLITE_READ;
   return reads && view == nullptr ? SQLITE_OK : SQLITE_DENY;
 }
 
-/// A database that is read, whatever it holds. All messages begin with its name.
+/// An untrusted database, opened for reading. All messages begin with its name.
 class Database {
  public:
   Database(ByteSource& bytes, bool in_memory) : name_(bytes.name()) {
@@ -53,7 +54,7 @@ class Database {
     expect(sqlite3_prepare_v2(db_.get(), sql, -1, &statement, nullptr));
     return std::unique_ptr<sqlite3_stmt, Close>(statement);
   }
-  /// False at the end.
+  /// Returns false at the end.
   bool step(sqlite3_stmt* statement) {
     const int code = sqlite3_step(statement);
     if (code != SQLITE_ROW && code != SQLITE_DONE) expect(code);
@@ -64,7 +65,7 @@ class Database {
   static int flags(bool in_memory) {
     return SQLITE_OPEN_URI | (in_memory ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY);
   }
-  /// `immutable`: no lock and no journal is looked for, which are none of a recording that is finished.
+  /// `immutable`: neither locks nor journals are used, which a finished recording does not have.
   static std::string uri_of(const std::string& path) {
     std::string uri = "file:";
     for (const char c : fs::absolute(path).lexically_normal().string()) {
@@ -100,35 +101,38 @@ std::string text_at(sqlite3_stmt* row, int column) {
   return text == nullptr ? "" : std::string(text, static_cast<size_t>(sqlite3_column_bytes(row, column)));
 }
 
-/// Throws Error on a file that ends before the pages that its header counts, or that is not finished.
+/// Throws Error on a file that is shorter than the pages counted in its header, or not finished.
 void check_whole(ByteSource& bytes, bool in_memory) {
   constexpr uint64_t header_bytes = 100;
-  if (bytes.size() < magic.size() || bytes.view(0, magic.size()) != magic)
+  if (bytes.size() < sqlite_magic.size() || bytes.view(0, sqlite_magic.size()) != sqlite_magic)
     fail("{}: is no SQLite database: expected the .db3 of a rosbag2", bytes.name());
   if (bytes.size() < header_bytes) fail("{}: ends within its header: it is cut off", bytes.name());
   const std::string header(bytes.view(0, header_bytes));
-  const uint64_t stored = static_cast<unsigned char>(header[16]) << 8 | static_cast<unsigned char>(header[17]);
+  const uint64_t stored =
+      static_cast<unsigned char>(header[16]) << 8 | static_cast<unsigned char>(header[17]);
   const uint64_t page = stored == 1 ? 65536 : stored;
-  const bool count_holds = big_endian32(std::string_view(header).substr(24)) ==
-                           big_endian32(std::string_view(header).substr(92));
+  const bool count_holds =
+      big_endian32(std::string_view(header).substr(24)) == big_endian32(std::string_view(header).substr(92));
   const uint64_t pages = big_endian32(std::string_view(header).substr(28));
   if (count_holds && pages * page > bytes.size()) {
-    fail("{}: has {} bytes where its header counts {} pages of {}: it is cut off; `ros2 bag reindex` or `sqlite3 FILE "
-         ".recover` may repair it",
-         bytes.name(), bytes.size(), pages, page);
+    fail(
+        "{}: has {} bytes where its header counts {} pages of {}: it is cut off; `ros2 bag reindex` or `sqlite3 FILE "
+        ".recover` may repair it",
+        bytes.name(), bytes.size(), pages, page);
   }
   if (in_memory) return;
   for (const char* ending : {"-wal", "-journal"}) {
     std::error_code none;
     const uint64_t size = fs::file_size(bytes.name() + ending, none);
     if (!none && size > 0) {
-      fail("{}: the recording was not closed, {}{} holds a part of it: run `sqlite3 {} 'PRAGMA journal_mode=DELETE'`",
-           bytes.name(), bytes.name(), ending, bytes.name());
+      fail(
+          "{}: the recording was not closed, {}{} holds a part of it: run `sqlite3 {} 'PRAGMA journal_mode=DELETE'`",
+          bytes.name(), bytes.name(), ending, bytes.name());
     }
   }
 }
 
-/// Messages that were compressed one by one (compression mode MESSAGE).
+/// Decompresses a message (compression mode MESSAGE).
 std::string decompressed(Decompressor& decompressor, std::string_view message, const std::string& where) {
   const unsigned long long size = ZSTD_getFrameContentSize(message.data(), message.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN)
@@ -138,7 +142,7 @@ std::string decompressed(Decompressor& decompressor, std::string_view message, c
 
 }  // namespace
 
-bool is_rosbag2(std::string_view first_bytes) { return first_bytes.starts_with(magic); }
+bool is_rosbag2(std::string_view first_bytes) { return first_bytes.starts_with(sqlite_magic); }
 
 TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
   const bool in_memory = bytes.is_in_memory();
@@ -146,7 +150,7 @@ TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const R
   Database db(bytes, in_memory);
   TopicPoses poses(bytes.name(), topic, rules);
   Decompressor decompressor(bytes.size());
-  std::map<int64_t, std::optional<std::string>> topics;  // by id; empty: not wanted
+  std::map<int64_t, std::optional<std::string>> topics;  // by id; nullopt: not wanted
   const auto rows = db.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
   while (db.step(rows.get())) {
     const std::string name = text_at(rows.get(), 1);
@@ -157,15 +161,17 @@ TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const R
   for (int64_t number = 1; db.step(messages.get()); ++number) {
     const auto found = topics.find(sqlite3_column_int64(messages.get(), 0));
     if (found == topics.end()) {
-      fail("{}: message {} is of the topic with id {}, which the table topics does not have: damaged", bytes.name(),
-           number, sqlite3_column_int64(messages.get(), 0));
+      fail("{}: message {} is of the topic with id {}, which the table topics does not have: damaged",
+           bytes.name(), number, sqlite3_column_int64(messages.get(), 0));
     }
     if (!found->second) continue;
     const void* blob = sqlite3_column_blob(messages.get(), 1);
     const auto n = static_cast<size_t>(sqlite3_column_bytes(messages.get(), 1));
-    const std::string_view message(blob == nullptr ? "" : static_cast<const char*>(blob), blob == nullptr ? 0 : n);
+    const std::string_view message(blob == nullptr ? "" : static_cast<const char*>(blob),
+                                   blob == nullptr ? 0 : n);
     if (message.starts_with(zstd_magic)) {
-      poses.add(*found->second, decompressed(decompressor, message, fmt::format("{}: message {}", bytes.name(), number)));
+      poses.add(*found->second,
+                decompressed(decompressor, message, fmt::format("{}: message {}", bytes.name(), number)));
     } else {
       poses.add(*found->second, message);
     }

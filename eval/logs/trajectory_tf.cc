@@ -18,7 +18,7 @@ std::string without_slash(const std::string& frame) {
   return frame.starts_with('/') ? frame.substr(1) : frame;
 }
 
-std::string shown(const std::string& frame) { return frame.substr(0, 80); }
+std::string shown_frame(const std::string& frame) { return frame.substr(0, 80); }
 
 }  // namespace
 
@@ -28,22 +28,24 @@ void TransformTree::add(const std::string& given_parent, const std::string& give
   const std::string parent = without_slash(given_parent), child = without_slash(given_child);
   if (parent.empty() || child.empty() || parent == child)
     fail("{}:{}: a transform from '{}' to '{}': expected two different names of frames", path, number,
-         shown(child), shown(parent));
+         shown_frame(child), shown_frame(parent));
   check_position(position_m, path, number);
   const Eigen::Matrix3d R = checked_rotation(rotation, path, number, log_);
   const auto [found, is_new] = edges_.try_emplace(child, Edge{parent, is_static, {}});
   Edge& edge = found->second;
   ++n_messages_;
   if (edge.parent != parent) {
-    fail("{}:{}: the frame '{}' has the parent '{}' here and '{}' before: a tree of transforms has one for each",
-         path, number, shown(child), shown(parent), shown(edge.parent));
+    fail(
+        "{}:{}: the frame '{}' has the parent '{}' here and '{}' before: a tree of transforms has one for "
+        "each",
+        path, number, shown_frame(child), shown_frame(parent), shown_frame(edge.parent));
   }
   if (edge.is_static != is_static) {
-    fail("{}:{}: the transform of '{}' in '{}' is on the static topic and on the other: it cannot be both", path,
-         number, shown(child), shown(parent));
+    fail("{}:{}: the transform of '{}' in '{}' is on the static topic and on the other: it cannot be both",
+         path, number, shown_frame(child), shown_frame(parent));
   }
   if (is_static && !is_new) {
-    // Static transforms are repeated for late listeners; the last one holds.
+    // Static transforms are repeated for late listeners; the last one is valid.
     const bool same = edge.poses.rotations.back() == R && edge.poses.positions_m.back() == position_m;
     if (!same) log_.note("static transforms that change: the last one is taken", number);
     edge.poses = {};
@@ -57,13 +59,13 @@ std::string TransformTree::list() const {
   size_t n = 0;
   for (const auto& [child, edge] : edges_) {
     if (n++ == most_listed) return out + ", ...";
-    out += fmt::format("{}{}.{} ({})", n > 1 ? ", " : "", shown(edge.parent), shown(child),
+    out += fmt::format("{}{}.{} ({})", n > 1 ? ", " : "", shown_frame(edge.parent), shown_frame(child),
                        edge.is_static ? "static" : fmt::format("{} transforms", edge.poses.size()));
   }
   return n > 0 ? out : "none";
 }
 
-/// The frame, its parent, and so on up to a root.
+/// Returns the frame, its parent, and so on up to a root.
 std::vector<std::string> TransformTree::way_up(const std::string& frame, const std::string& where) const {
   std::vector<std::string> way = {frame};
   std::set<std::string> seen = {frame};
@@ -75,18 +77,21 @@ std::vector<std::string> TransformTree::way_up(const std::string& frame, const s
   return way;
 }
 
-/// "parent.child" in its parts. Names may hold dots themselves: the one split at which both sides are frames.
+/// Splits "parent.child". Names may contain dots: finds the only split with frames on both sides.
 TransformTree::Pair TransformTree::pair_of(const std::string& frames, const std::string& where) const {
   std::set<std::string> known;
   for (const auto& [child, edge] : edges_) known.insert({child, edge.parent});
   std::vector<Pair> splits, fitting;
   for (size_t dot = frames.find('.'); dot != std::string::npos; dot = frames.find('.', dot + 1)) {
     splits.push_back({without_slash(frames.substr(0, dot)), without_slash(frames.substr(dot + 1))});
-    if (known.contains(splits.back().parent) && known.contains(splits.back().child)) fitting.push_back(splits.back());
+    if (known.contains(splits.back().parent) && known.contains(splits.back().child))
+      fitting.push_back(splits.back());
   }
   if (splits.empty()) {
-    fail("{}: give the transform as PARENT.CHILD, the path of the frame CHILD in the frame PARENT; there are: {}",
-         where, list());
+    fail(
+        "{}: give the transform as PARENT.CHILD, the path of the frame CHILD in the frame PARENT; there are: "
+        "{}",
+        where, list());
   }
   if (fitting.size() > 1)
     fail("{}: the dots in the names can be read in several ways; the transforms are: {}", where, list());
@@ -95,7 +100,7 @@ TransformTree::Pair TransformTree::pair_of(const std::string& frames, const std:
   if (fitting.empty()) {
     const bool has_parent = known.contains(splits[0].parent);
     fail("{}: there is no frame '{}'; the transforms are: {}", where,
-         shown(has_parent ? splits[0].child : splits[0].parent), list());
+         shown_frame(has_parent ? splits[0].child : splits[0].parent), list());
   }
   return fitting.front();
 }
@@ -105,9 +110,11 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
   std::vector<std::string> down = way_up(parent, where), up = way_up(child, where);
   const auto meeting = std::ranges::find_first_of(up, down);
   if (meeting == up.end()) {
-    fail("{}: the frames '{}' and '{}' are not connected: the one hangs under '{}', the other under '{}'; the "
-         "transforms are: {}",
-         where, shown(parent), shown(child), shown(down.back()), shown(up.back()), list());
+    fail(
+        "{}: the frames '{}' and '{}' are not connected: the one hangs under '{}', the other under '{}'; the "
+        "transforms are: {}",
+        where, shown_frame(parent), shown_frame(child), shown_frame(down.back()), shown_frame(up.back()),
+        list());
   }
   const std::string ancestor = *meeting;
   up.erase(meeting, up.end());
@@ -129,8 +136,8 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
   for (auto frame = up.rbegin(); frame != up.rend(); ++frame) add(*frame, false);
   const auto nearest = std::find_if(steps.rbegin(), steps.rend(), [](const Step& s) { return !s.is_static; });
   if (nearest == steps.rend())
-    fail("{}: all transforms between '{}' and '{}' are static: there is no path; the transforms are: {}", where,
-         shown(parent), shown(child), list());
+    fail("{}: all transforms between '{}' and '{}' are static: there is no path; the transforms are: {}",
+         where, shown_frame(parent), shown_frame(child), list());
 
   std::vector<double> times = nearest->poses.stamps_s;
   const size_t n_times = times.size();
@@ -143,10 +150,12 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
     gap_s = std::max(gap_s, found.largest_gap_s);
   }
   if (times.empty())
-    fail("{}: the moving transforms between '{}' and '{}' have no time in common", where, shown(parent), shown(child));
+    fail("{}: the moving transforms between '{}' and '{}' have no time in common", where, shown_frame(parent),
+         shown_frame(child));
   std::vector<SE3> product(times.size());
   for (const Step& step : steps) {
-    const PoseSeries moving = step.is_static ? PoseSeries() : interpolate_poses(step.poses, times, any_gap_s).poses;
+    const PoseSeries moving =
+        step.is_static ? PoseSeries() : interpolate_poses(step.poses, times, any_gap_s).poses;
     for (size_t i = 0; i < times.size(); ++i) {
       const SE3 one = step.is_static ? step.poses.pose(0) : moving.pose(i);
       product[i] = product[i] * (step.inverse ? one.inverse() : one);
@@ -160,7 +169,8 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
                          n_times - times.size(), n_times),
              0);
   }
-  if (gap_s > 0) log.note(fmt::format("moving transforms on the way are interpolated over up to {:.3g} s", gap_s), 0);
+  if (gap_s > 0)
+    log.note(fmt::format("moving transforms on the way are interpolated over up to {:.3g} s", gap_s), 0);
   return series;
 }
 

@@ -12,7 +12,8 @@ namespace {
 
 using namespace recordings;  // NOLINT: this file is written in their terms
 
-// map -> odom (slow) -> base (fast) -> mount (static, turned by 90 deg about z) -> camera (static); lidar beside it.
+// map -> odom (slow) -> base (fast) -> mount (static, rotated by 90 deg about z) -> camera (static); lidar
+// next to it.
 Sample at(uint32_t sec, uint32_t nsec, double x, double y = 0, double z = 0, double half_turn_z = 0) {
   return {sec, nsec, {x, y, z, 0, 0, std::sin(half_turn_z), std::cos(half_turn_z)}, {}};
 }
@@ -30,7 +31,9 @@ std::string recording(const std::string& format, const std::vector<std::vector<T
   const bool ros1 = format == "bag";
   Channel a{slash + "tf", ros1 ? "tf2_msgs/TFMessage" : "tf2_msgs/msg/TFMessage", {}}, b = a;
   b.topic += "_static";
-  const auto message = [&](const std::vector<Transform>& t) { return ros1 ? ros1_transforms(t) : cdr_transforms(t); };
+  const auto message = [&](const std::vector<Transform>& t) {
+    return ros1 ? ros1_transforms(t) : cdr_transforms(t);
+  };
   for (const auto& t : tf) a.messages.push_back(message(t));
   if (!tf_static.empty()) b.messages = {message(tf_static), message(tf_static)};
   if (ros1) return bag_of({b, a}, "lz4");
@@ -70,7 +73,8 @@ TEST(TransformTree, OtherMovingTransformsAreInterpolatedAndSaid) {
 }
 
 TEST(TransformTree, NamesOfTopicsAndFramesWithAndWithoutSlash) {
-  const std::string bag = recording("bag", {{{"/map", "/odom", at(1, 0, 1)}, {"/map", "/odom", at(2, 0, 2)}}}, {}, "");
+  const std::string bag =
+      recording("bag", {{{"/map", "/odom", at(1, 0, 1)}, {"/map", "/odom", at(2, 0, 2)}}}, {}, "");
   for (const char* topic : {"/tf:map.odom", "tf:/map./odom", "tf:map.odom"})
     EXPECT_EQ(decode_trajectory(bag, "bag", topic).poses.size(), 2U) << topic;
   const std::string dots = recording("bag", {{{"a.b", "c.d", at(1, 0, 1)}}}, {});
@@ -92,8 +96,9 @@ TEST(TransformTree, FramesThatAreNotThereAreNamed) {
 }
 
 TEST(TransformTree, HostileTreesAreErrors) {
-  EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}, {"b", "c", at(1, 0, 1)}, {"c", "a", at(1, 0, 1)}}}, {}, "a.b"),
-              HasSubstr("go round in a circle: a in c in b in a"));
+  EXPECT_THAT(
+      tree_error({{{"a", "b", at(1, 0, 1)}, {"b", "c", at(1, 0, 1)}, {"c", "a", at(1, 0, 1)}}}, {}, "a.b"),
+      HasSubstr("go round in a circle: a in c in b in a"));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}, {"c", "b", at(1, 0, 1)}}}, {}, "a.b"),
               HasSubstr("the frame 'b' has the parent 'c' here and 'a' before"));
   EXPECT_THAT(tree_error({{{"a", "a", at(1, 0, 1)}}}, {}, "a.b"), HasSubstr("two different names"));
@@ -117,9 +122,10 @@ TEST(TransformTree, HostileTreesAreErrors) {
 
 TEST(TransformTree, StaticTransformsThatChangeAreSaid) {
   const Channel moves{"/tf", "tf2_msgs/TFMessage", {ros1_transforms({{"a", "b", at(1, 0, 1)}})}};
-  const Channel fixes{"/tf_static",
-                      "tf2_msgs/TFMessage",
-                      {ros1_transforms({{"b", "c", at(0, 0, 1)}}), ros1_transforms({{"b", "c", at(0, 0, 3)}})}};
+  const Channel fixes{
+      "/tf_static",
+      "tf2_msgs/TFMessage",
+      {ros1_transforms({{"b", "c", at(0, 0, 1)}}), ros1_transforms({{"b", "c", at(0, 0, 3)}})}};
   const TrajectoryFile file = decode_trajectory(bag_of({moves, fixes}), "bag", "/tf:a.c");
   EXPECT_EQ(file.poses.positions_m[0], Eigen::Vector3d(4, 0, 0));
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("static transforms that change")));

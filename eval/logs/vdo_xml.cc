@@ -10,13 +10,15 @@
 namespace sextant {
 namespace {
 
-/// The leaf elements of a file in order: <name>text</name>, and where containers begin and end. Ours, as
-/// pugixml's document alone takes as long as all of this (codec_bench: poses_as_xml, xml_pugixml).
+/// Iterates over the leaf elements of a file: <name>text</name>, and the beginning and end of containers. A
+/// separate parser, because loading pugixml's document alone takes as long as all of this (codec_bench:
+/// poses_as_xml, xml_pugixml).
 class XmlLeaves {
  public:
   XmlLeaves(std::string_view text, std::string path) : text_(text), path_(std::move(path)) {}
 
-  /// Steps to the next leaf; false at the end. name() is the leaf's, within() the innermost container's.
+  /// Advances to the next leaf; returns false at the end. name() is the leaf's, within() the innermost
+  /// container's.
   bool next() {
     for (;;) {
       const size_t open = text_.find('<', at_);
@@ -85,7 +87,7 @@ class XmlLeaves {
   std::string_view name_, leaf_;
 };
 
-/// One <pose> or <gt_pose> as it fills up.
+/// One <pose> or <gt_pose> during parsing.
 struct XmlPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();

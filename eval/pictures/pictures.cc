@@ -20,7 +20,7 @@ namespace {
 
 cv::Mat bgr_of(const Image<Rgb>& image) {
   const cv::Mat rgb(image.height(), image.width(), CV_8UC3,
-                    const_cast<Rgb*>(image.data()));  // OpenCV has no view of const data
+                    const_cast<Rgb*>(image.data()));  // OpenCV cannot view constant data
   cv::Mat bgr;
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
   return bgr;
@@ -36,8 +36,8 @@ std::string png_of(const cv::Mat& bgr) { return encode_png(rgb_of(bgr), {.level 
 std::string jpeg_of(const cv::Mat& bgr, int quality) { return encode_jpeg(rgb_of(bgr), quality); }
 
 constexpr int scale = 2;              // canvas pixels per image pixel: thin lines and text stay sharp
-constexpr int strip_height = 56;      // legend, canvas pixels
-constexpr double flow_length = 0.25;  // drawn part of each flow vector
+constexpr int strip_height = 56;      // height of the legend, canvas pixels
+constexpr double flow_length = 0.25;  // drawn share of each flow vector
 
 const cv::Scalar white(255, 255, 255);
 const cv::Scalar black(0, 0, 0);
@@ -58,14 +58,14 @@ cv::Point at(double u, double v) {
 cv::Mat canvas_of(const Frame& frame) {
   cv::Mat large;
   cv::resize(bgr_of(frame.rgb), large, {}, scale, scale, cv::INTER_CUBIC);
-  large = large * 0.8;  // darker, so that the marks stand out
+  large = large * 0.8;  // darker, for contrast with the marks
   cv::Mat canvas;
   cv::copyMakeBorder(large, canvas, strip_height, 0, 0, 0, cv::BORDER_CONSTANT, cv::Scalar(32, 32, 32));
   return canvas;
 }
 
-/// Inliers with the start of their flow; of points on a grid, only those in one third of its columns and
-/// rows.
+/// Draws inliers with the start of their flow; with `thin_out`, points on a grid are drawn in one third of
+/// its columns and rows only.
 void draw_points(const BodyResult& body, const cv::Scalar& colour, bool thin_out, cv::Mat& canvas) {
   constexpr double radius = 3.0;
   constexpr int cell_px = 9, kept_px = 3;
@@ -83,7 +83,7 @@ void draw_points(const BodyResult& body, const cv::Scalar& colour, bool thin_out
   }
 }
 
-/// Outline of one instance; its top-left corner on the canvas is returned.
+/// Draws the outline of one instance; returns its bounding box on the canvas.
 cv::Rect draw_contour(const Image<uint16_t>& mask, int instance, const cv::Scalar& colour, cv::Mat& canvas) {
   cv::Mat region(mask.height(), mask.width(), CV_8UC1, cv::Scalar(0));
   for (const auto [x, y] : pixels(mask)) region.at<uint8_t>(y, x) = mask(x, y) == instance ? 255 : 0;
@@ -99,7 +99,7 @@ cv::Rect draw_contour(const Image<uint16_t>& mask, int instance, const cv::Scala
   return box;
 }
 
-/// Text on a dark plate with a coloured edge, kept inside the picture.
+/// Draws text on a dark plate with a coloured edge, inside the picture.
 void draw_label(const std::string& text, cv::Point corner, const cv::Scalar& colour, cv::Mat& canvas) {
   constexpr double size = 0.8;
   int baseline = 0;
@@ -118,7 +118,7 @@ void draw_legend(const std::string& text, cv::Mat& canvas) {
   cv::putText(canvas, text, {46, strip_height / 2 + 9}, cv::FONT_HERSHEY_DUPLEX, 0.8, white, 1, cv::LINE_AA);
 }
 
-/// Points of the body, evenly out of all.
+/// Draws a subset of the body's inliers and outliers, evenly selected.
 void draw_points_of_both_kinds(const BodyResult& body, const cv::Scalar& colour, cv::Mat& canvas) {
   constexpr size_t most = 500;
   const auto& inliers = body.estimate.inliers;
@@ -144,7 +144,8 @@ void draw_points_of_both_kinds(const BodyResult& body, const cv::Scalar& colour,
   }
 }
 
-/// Around the body's points, in canvas pixels: twice as large, at least a quarter of the picture wide, 16:9.
+/// Returns a region around the body's points, in canvas pixels: twice their extent, at least a quarter of the
+/// picture's width, 16:9.
 cv::Rect region_of(const BodyResult& body, const cv::Size& canvas) {
   constexpr double room = 2.0, aspect = 16.0 / 9.0;
   double left = canvas.width, right = 0, top = canvas.height, bottom = 0;
@@ -238,12 +239,12 @@ namespace {
 constexpr int gap_px = 4;
 constexpr double nearest_m = 4;  // the red end of the depth scale
 
-/// Okabe and Ito's colours, BGR.
+/// Colours of Okabe and Ito, BGR.
 const std::array<cv::Vec3b, 7> object_tints = {cv::Vec3b(0, 159, 230), {233, 180, 86}, {115, 158, 0},
                                                {66, 228, 240},         {178, 114, 0},  {0, 94, 213},
                                                {167, 121, 204}};
 
-/// The image in BGR; few colours, so that the file stays small. Gray stands in for colour.
+/// Returns the image in BGR with few colours, for a small file. Gray is used if there is no colour.
 cv::Mat image_of(const Frame& frame) {
   if (!frame.rgb.empty()) return bgr_of(frame.rgb);
   cv::Mat bgr;
@@ -255,7 +256,7 @@ cv::Mat image_of(const Frame& frame) {
   return bgr;
 }
 
-/// Few levels a channel, with ordered dither, so that a noisy picture stays small as PNG.
+/// Reduces the levels per channel with ordered dither, so that a noisy picture compresses well as PNG.
 void reduce_colours(cv::Mat& bgr) {
   constexpr int level_step = 8;
   static constexpr int bayer[2][2] = {{0, 4}, {6, 2}};
@@ -279,7 +280,7 @@ cv::Mat depth_picture(const Image<float>& depth_m) {
   return colour;
 }
 
-/// Hue by direction, from white to full colour by length as a share of `longest_px`.
+/// Returns hue by direction, and saturation by length as a share of `longest_px`, from white to full colour.
 cv::Vec3b flow_colour(double u, double v, double longest_px) {
   const double hue = std::fmod(std::atan2(v, u) / (2 * std::numbers::pi) + 1.0, 1.0) * 6;
   const double strength = std::sqrt(std::min(std::hypot(u, v) / longest_px, 1.0));
@@ -331,7 +332,7 @@ cv::Mat mask_picture(const Image<uint16_t>& mask, const cv::Mat& image) {
   return colour;
 }
 
-/// Evenly spread; the last frame has no flow.
+/// Returns evenly spaced frames; the last frame has no flow.
 std::vector<Frame> frames_of(const Sequence& sequence, int n_frames) {
   const SequenceInfo& info = sequence.info();
   Channels channels;

@@ -1,7 +1,8 @@
 #pragma once
 
-// Pictures of frames, and of what an estimator made of them. Colours are Okabe and Ito's, told apart by
-// colour-blind readers too.
+// Pictures of frames and of estimates. The colours are those of Okabe and Ito, which are distinguishable for
+// colour-blind readers.
+//
 
 #include <optional>
 #include <string>
@@ -13,29 +14,30 @@
 
 namespace sextant {
 
-// ---- one frame pair: the previous image with the static features and flow that gave the ego motion, and
-// every moving object with its points, contour and speed
+// ---- one frame pair: the previous image with the static features and flow behind the ego motion, and every
+// moving object with its points, contour and speed
+//
 
-/// PNG bytes. `frame` is the previous frame of the pair with rgb and mask; `records` are those of the pair.
-/// The picture is twice as wide as the frame; `width_px` > 0 shrinks it to that width.
+/// Returns PNG bytes. `frame` is the previous frame of the pair with rgb and mask; `records` are those of the
+/// pair. The picture is twice as wide as the frame; `width_px` > 0 reduces it to that width.
 std::string draw_overlay(const Frame& frame, const FrameResult& result, const std::vector<Record>& records,
                          int width_px = 0);
 
-/// JPEG bytes: one body of a pair on its previous frame, cut out around its points; the whole frame for the
-/// camera. Points that the estimate agrees with as discs, the others as crosses, all with a quarter of their
-/// flow, and the outline where the frame has masks. `frame` has rgb.
+/// Returns JPEG bytes of one body of a pair on its previous frame, cropped around its points; the whole frame
+/// for the camera. Inliers are drawn as discs, other points as crosses, all with a quarter of their flow; the
+/// outline is drawn if the frame has masks. `frame` must have rgb.
 std::string draw_body(const Frame& frame, const BodyResult& body, int width_px);
 
-// ---- a source run up to one frame pair, and the picture of that pair: fig. 1 of the paper
+// ---- a source processed up to one frame pair, and the picture of that pair: Fig. 1 of the paper
 
 struct ShowcaseRequest {
   SourceSpec source;
-  /// Current frame of the pair; the pipeline runs from the source's first. nullopt: the second frame of the
-  /// source.
+  /// Current frame of the pair; the pipeline starts at the first frame of the source. nullopt: the second
+  /// frame of the source.
   std::optional<int> frame;
   std::string estimator = RunConfig{}.estimator;
   Json options = Json::object();
-  int width_px = 0;  ///< of the picture; 0: twice the image's
+  int width_px = 0;  ///< width of the picture; 0: twice that of the image
   int jobs = 1;
   bool quiet = false;
 };
@@ -45,18 +47,19 @@ struct Showcase {
   RunResult run;
 };
 
-/// Throws Error where the frame is none of the source, or the source has no colour images.
+/// Throws Error if the source does not contain the frame, or has no colour images.
 Showcase make_showcase(const ShowcaseRequest& request);
 
-/// A run's files (run_files(), tracks.csv among them) and overlay.png.
+/// Returns a run's files (run_files(), including tracks.csv) and overlay.png.
 OutputFiles showcase_files(const ShowcaseRequest& request);
 
-// ---- strip: a picture that shows what a source gives: one row a frame, with columns for the image, depth
-// (near = red), flow (hue = direction, strength = length; the wheel is in the corner) and instance masks over
-// the image.
+// ---- strip: a picture of the content of a source. One row per frame, with columns for the image, depth
+// (near = red), flow (hue = direction, saturation = length; colour wheel in the corner) and instance masks
+// over the image.
+//
 
-/// PNG bytes. Frames are evenly spread; channels that one lacks are dark tiles; `tile_px` is the width of one
-/// tile.
+/// Returns PNG bytes. Frames are evenly spaced; missing channels are dark tiles; `tile_px` is the width of
+/// one tile.
 std::string draw_strip(const Sequence& sequence, int n_frames, int tile_px);
 
 }  // namespace sextant

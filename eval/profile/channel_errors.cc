@@ -34,13 +34,12 @@ double robust_sigma(std::vector<double> values) {
   return mad_to_sigma * middle_of(values);
 }
 
-/// The shortest interval that holds a quarter of the values: where they are densest, whatever most of them
-/// do.
+/// The shortest interval that contains a quarter of the values, which is where they are densest.
 struct Densest {
-  double middle = 0, sigma = 0;  ///< of a Gaussian with that quarter around its mean
+  double middle = 0, sigma = 0;  ///< mean and sigma of a Gaussian whose central quarter is this interval
 };
 Densest densest_quarter(std::vector<double> values) {
-  constexpr double half_width = 0.3186;  // of a Gaussian's central quarter, in sigma
+  constexpr double half_width = 0.3186;  // half width, in sigma, of a Gaussian's central quarter
   std::ranges::sort(values);
   const size_t step = values.size() / 4;
   size_t best = 0;
@@ -51,7 +50,7 @@ Densest densest_quarter(std::vector<double> values) {
   return {0.5 * (low + high), 0.5 * (high - low) / half_width};
 }
 
-/// Offset and sigma by axis; who belongs to the core.
+/// Offset and sigma by axis; membership in the core.
 struct Core {
   std::vector<double> offset, sigma;
 
@@ -227,7 +226,7 @@ SpatialCorrelation fit_correlation(const std::vector<CorrelationBin>& bins) {
   const auto basis = [&](size_t b, size_t k) { return gaussians[b].at(k); };
   std::vector<double> share(lengths_px.size(), 0);
   std::vector<bool> used(lengths_px.size(), true);
-  const auto descend = [&] {  // coordinate by coordinate; convex, so it converges
+  const auto descend = [&] {  // coordinate descent; converges since the problem is convex
     for (int iteration = 0; iteration < 20000; ++iteration) {
       for (size_t k = 0; k < share.size(); ++k) {
         if (!used[k]) continue;
@@ -288,7 +287,7 @@ ChannelErrors channel_errors(const std::vector<ChannelField>& frames, const std:
   }
   out.n_frames = static_cast<int>(frames.size());
   out.n = static_cast<long>(errors[0].size());
-  if (out.n < 1000) fail("{}: errors are known at {} pixels only: expected 1000 or more", channel, out.n);
+  if (out.n < 1000) fail("{}: errors are known at {} pixels only: expected at least 1000", channel, out.n);
   const Core core = fit_core(errors);
   for (const double sigma : core.sigma)
     if (!(sigma > 0)) fail("{}: all errors are the same: there is no noise to measure", channel);

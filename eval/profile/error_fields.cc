@@ -13,14 +13,14 @@ namespace sextant {
 namespace {
 
 constexpr float nearest_m = 3, farthest_m = 40;
-constexpr int grid_px = 6;  // of the points that the motion is estimated from, without an image
+constexpr int grid_px = 6;  // spacing of the points for the motion if there is no image
 
 bool is_background(const Frame& frame, int x, int y) {
   const float z = frame.depth_m(x, y);
   return z >= nearest_m && z <= farthest_m && (frame.mask.empty() || frame.mask(x, y) == 0);
 }
 
-/// Corners, where flow can be told; without an image a grid.
+/// Returns corners, where flow is well defined; a grid if there is no image.
 std::vector<Feature> points_of(const Frame& frame) {
   const int width = frame.flow.width(), height = frame.flow.height();
   const ExtractionOptions options;
@@ -33,7 +33,7 @@ std::vector<Feature> points_of(const Frame& frame) {
   return grid;
 }
 
-/// Of the camera, from the measured flow and depth of the background.
+/// Returns the camera motion fitted to the measured flow and depth of the background.
 std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera) {
   Problem problem{camera, {}, std::nullopt};
   for (const auto& [x, y, response] : points_of(frame)) {
@@ -50,7 +50,7 @@ std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera)
   return estimate.T_curr_prev;
 }
 
-/// The point at (x, y) in the next camera; empty where it is no background or behind.
+/// Returns the point at (x, y) in the next camera; nullopt if it is not background or behind the camera.
 std::optional<Eigen::Vector3d> moved(const Frame& frame, const StereoCamera& camera, const SE3& T, int x,
                                      int y) {
   if (!is_background(frame, x, y)) return std::nullopt;
@@ -69,7 +69,7 @@ Image<Flow> induced_flow(const Frame& frame, const StereoCamera& camera, const S
   return out;
 }
 
-/// Linear between the four pixels around, where they belong to one surface.
+/// Interpolates linearly between the four surrounding pixels if they belong to one surface.
 double disparity_at(const Image<float>& depth_m, double bf, double x, double y) {
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
   if (!depth_m.contains(left, top) || !depth_m.contains(left + 1, top + 1)) return NAN;

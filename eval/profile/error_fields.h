@@ -1,22 +1,20 @@
 #pragma once
 
-// The errors of a source's own flow and depth at the pixels of one frame: measured less reference.
+// Errors of a source's own flow and depth at the pixels of one frame: measured minus reference (px; NaN
+// without a reference).
 //
-//   flow, given      the data set's true flow; of an exact source with noise, its clean flow
-//   flow, induced    at pixels of the background (mask 0) 3 to 40 m away: project(T p z) - p, with the
-//                    measured
-//                    depth z and the motion T that fits the measured flow best (joint_flow_depth on corners,
-//                    without an image on a grid: what most of the flow on a smooth road agrees on need not be
-//                    a motion). So it holds what the depth's own error induces, and lacks 6 numbers a frame
-//   disparity, given bf / z less bf / z_true
-//   disparity, next_frame  at the same background pixels: the disparity read in the next frame where T leads,
-//                    less that of the point moved by T, divided by sqrt(2) because both err. What errs alike
-//                    in both frames does not show
-//   disparity, left_right  SGBM of the right image read where the left disparity leads, less that, over
-//                          sqrt(2);
-//                    beyond 1 px SGBM itself has thrown away
-//
-// px; NaN where there is no reference.
+//   flow, given             the data set's true flow; for an exact source with noise, its clean flow
+//   flow, induced           at background pixels (mask 0) 3 to 40 m away: project(T p z) - p, with the
+//                           measured depth z and the motion T that fits the measured flow best
+//                           (joint_flow_depth on corners, without an image on a grid; the flow that dominates
+//                           on a smooth road need not be consistent with a motion). It contains the error
+//                           induced by the depth, and lacks 6 degrees of freedom per frame
+//   disparity, given        bf / z minus bf / z_true
+//   disparity, next_frame   at the same background pixels: the disparity read in the next frame at the target
+//                           of T, minus that of the point moved by T, divided by sqrt(2) because both have
+//                           errors. Errors that are equal in both frames cancel
+//   disparity, left_right   SGBM of the right image read at the target of the left disparity, minus the left
+//                           disparity, over sqrt(2); SGBM itself removes differences above 1 px
 
 #include <optional>
 
@@ -35,22 +33,22 @@ struct ErrorFields {
   int frame = 0;
   Image<Flow> flow_px;
   Image<float> disparity_px;
-  // Of the same pixels, as measured:
+  // Measured values at the same pixels:
   Image<float> flow_length_px;
   Image<float> depth_m;
-  Image<uint16_t> mask;  ///< empty: the source has none
+  Image<uint16_t> mask;  ///< empty: the source has no masks
 };
 
-/// A source and what is added to it.
+/// A source and the noise added to it.
 class ErrorSource {
  public:
-  /// Chooses references; `depth` none: as available, given before next_frame. Throws Error when neither flow
-  /// nor depth has one, or when left_right is asked of a source without two images.
+  /// Chooses the references; `depth` none: the best available, given before next_frame. Throws Error if
+  /// neither flow nor depth has a reference, or if left_right is requested for a source without two images.
   ErrorSource(const Sequence& sequence, Noise noise, uint64_t seed, DepthReference depth);
 
   FlowReference flow_reference() const { return flow_; }
   DepthReference depth_reference() const { return depth_; }
-  /// Empty where a frame has neither.
+  /// Returns the errors of a frame; nullopt if it has neither flow nor depth errors.
   std::optional<ErrorFields> read(int frame) const;
 
  private:

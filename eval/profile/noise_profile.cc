@@ -48,7 +48,7 @@ std::vector<Image<float>> axes_of(const Image<Flow>& flow) {
   return axes;
 }
 
-/// Correlation of drawn noise with that mixture, at the pixels of these fields.
+/// Returns the correlation of noise drawn with that mixture, at the pixels of these fields.
 std::vector<double> injected_correlation(const std::vector<ChannelField>& frames,
                                          const SpatialCorrelation& spatial,
                                          const std::vector<CorrelationBin>& measured) {
@@ -135,14 +135,14 @@ Json json_of(const ProfileChannel& channel) {
   return json;
 }
 
-/// All inputs as one number: their paths are of one machine only.
+/// Returns one hash of all inputs, since their paths are specific to a machine.
 std::string inputs_sha256(const Sequence& sequence) {
   std::string all;
   for (const auto& [path, entry] : sequence.inputs().entries()) all += entry.sha256 + "\n";
   return sha256(all);
 }
 
-/// Lines in which paths begin below `root`.
+/// Returns the lines with paths relative to `root`.
 std::vector<std::string> below(const std::string& root, std::vector<std::string> lines) {
   if (root.empty()) return lines;
   const std::string folder = (std::filesystem::path(root) / "").string();
@@ -236,7 +236,7 @@ namespace {
 
 struct Axis {
   const char* title;
-  const char* label;  ///< in the legend, which has one line
+  const char* label;  ///< for the legend, which has one line
   const char* colour;
   int point;
 };
@@ -259,7 +259,7 @@ Panel panel_of(const std::string& name, const ProfileChannel& channel, std::span
                     interval ? Cell(interval->low) : Cell(), interval ? Cell(interval->high) : Cell()});
     }
   }
-  for (size_t b = 0; b < bins.size(); ++b)  // together, so that a line joins them
+  for (size_t b = 0; b < bins.size(); ++b)  // consecutively, so that a line joins them
     data.add_row({name, "injected", bins[b].distance_px, channel.injected[b], Cell(), Cell()});
   Panel panel{name + " against " + channel.reference, "", {}};
   panel.settings =

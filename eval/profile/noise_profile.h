@@ -1,8 +1,8 @@
 #pragma once
 
-// A noise profile: what the errors of a source's flow and disparity look like, as numbers, and the noise
-// (docs/noise.md) that has the same size, tails and correlation. `sextant noise fit` writes it, `"noise":
-// {"profile": NAME}` injects it.
+// A noise profile: statistics of the errors of a source's flow and disparity, and the noise (docs/noise.md)
+// with the same magnitude, tails and correlation. `sextant noise fit` writes it; `"noise": {"profile": NAME}`
+// injects it.
 //
 //   {"schema": 1, "name": "pwc_net_kitti03", "source": "vdo:kitti_03_demo@0-19", ...,
 //    "noise": {"flow": {"epe_x_px", "epe_y_px"}, "outliers": {"share", "radius_px"},
@@ -11,10 +11,10 @@
 //             "tail_radius_px", "correlation": [{"low_px", "high_px", "distance_px", "n", "value",
 //             "interval", "injected"}], "lengths_px", "shares", "dependence": [{"on", "low", "high", "n",
 //             "sigma_px", "tail_share"}]},
-//    "disparity": {... the same, one axis}}
+//    "disparity": {... as for flow, with one axis}}
 //
-// Noise has one correlation for all channels: that of the flow, where there is one. Offsets are told, not
-// injected. `injected` is the correlation of drawn noise with these lengths and shares, measured at the same
+// Noise has one correlation for all channels: that of the flow, if there is one. Offsets are reported, not
+// injected. `injected` is the correlation of noise drawn with these lengths and shares, measured at the same
 // pixels.
 
 #include <filesystem>
@@ -31,12 +31,12 @@ namespace sextant {
 
 struct ProfileOptions {
   std::string name;  ///< letters, digits, '_', '-', '.'
-  Noise noise;       ///< added to the source first
+  Noise noise;       ///< added to the source before measuring
   uint64_t seed = 0;
-  DepthReference depth = DepthReference::none;  ///< none: as available
-  int max_frames = 40;                          ///< evenly spread; more say little more
+  DepthReference depth = DepthReference::none;  ///< none: the best available
+  int max_frames = 40;                          ///< evenly spaced; more frames add little information
   int jobs = 1;
-  std::string data_root{};  ///< profiles are passed on: paths in their provenance begin below it
+  std::string data_root{};  ///< paths in the provenance are relative to it, since profiles are passed on
 };
 
 struct ProfileChannel {
@@ -50,24 +50,24 @@ struct NoiseProfile {
   Json provenance;
   std::optional<ProfileChannel> flow, disparity;
 
-  /// As the noise option takes it.
+  /// Returns the noise in the form of the noise option.
   Json noise() const;
   Json json() const;
 };
 
-/// Throws Error when nothing can be measured.
+/// Throws Error if nothing can be measured.
 NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& source,
                                const ProfileOptions& options);
 
-/// The profile of `source`, written to the JSON file `out`, and its figure into the folder `figure` (empty:
-/// no figure). An empty name is that of `out`.
+/// Fits the profile of `source`, writes it to the JSON file `out`, and its figure into the folder `figure`
+/// (empty: no figure). An empty name is replaced by that of `out`.
 NoiseProfile write_noise_profile(const SourceSpec& source, ProfileOptions options,
                                  const std::filesystem::path& out, const std::string& figure);
 
-/// Measured and injected correlation, one panel a channel.
+/// Returns the figure of measured and injected correlation, one panel per channel.
 Figure profile_figure(const NoiseProfile& profile);
 
-/// Size, tails and correlation, one line a channel.
+/// Returns the table of magnitude, tails and correlation, one line per channel.
 Table profile_table(const NoiseProfile& profile);
 
 }  // namespace sextant

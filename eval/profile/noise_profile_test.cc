@@ -11,7 +11,7 @@ std::unique_ptr<Sequence> scene() { return open_with("synthetic:s18@0-4", {{"cac
 
 double at(const SpatialCorrelation& spatial, double r) { return spatial.at(r); }
 
-// What is injected into a scene is found again: size by axis, tails, correlation.
+// Noise injected into a scene is recovered: magnitude by axis, tails, correlation.
 TEST(NoiseProfile, GivesItselfBack) {
   const SpatialCorrelation injected{{{5, 0.3}, {20, 0.3}, {60, 0.3}}};
   const Json noise = {
@@ -36,7 +36,7 @@ TEST(NoiseProfile, GivesItselfBack) {
   EXPECT_NEAR(disparity.sigma_px[0], 0.3, 0.03);
   for (const double r : {3.0, 20.0}) EXPECT_NEAR(at(disparity.spatial, r), at(injected, r), 0.1) << r;
 
-  // And the profile that was fitted, injected in turn.
+  // The fitted profile, injected in turn.
   const NoiseProfile second = fit_noise_profile(
       *sequence, "scene", {.name = "second", .noise = Noise(first.noise()), .seed = 2, .jobs = 2});
   EXPECT_NEAR(second.flow->errors.sigma_px[0] / flow.sigma_px[0], 1, 0.07);
@@ -45,7 +45,7 @@ TEST(NoiseProfile, GivesItselfBack) {
   for (const double r : {1.0, 3.0, 8.0, 20.0, 50.0, 100.0})
     EXPECT_NEAR(at(second.flow->errors.spatial, r), at(flow.spatial, r), 0.08) << r;
 
-  // The correlation that is drawn with the fit lies on the measured one.
+  // The correlation of noise drawn with the fit agrees with the measured one.
   for (size_t b = 0; b < flow.correlation.size(); ++b) {
     if (flow.correlation[b].distance_px >= 150) continue;
     EXPECT_NEAR(first.flow->injected[b], flow.correlation[b].value[0], 0.12)
@@ -53,7 +53,7 @@ TEST(NoiseProfile, GivesItselfBack) {
   }
   EXPECT_EQ(first.json(),
             fit_noise_profile(*sequence, "scene", {.name = "first", .noise = Noise(noise), .seed = 1})
-                .json());  // whatever the number of jobs
+                .json());  // for any number of jobs
   const Figure figure = profile_figure(first);
   EXPECT_FALSE(figure.data.rows.empty());
   EXPECT_EQ(profile_table(first).rows.size(), 2U);

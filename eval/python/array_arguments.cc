@@ -30,7 +30,7 @@ bool fits(const py::array& array, const std::vector<py::ssize_t>& shape) {
   return array.size() > 0;
 }
 
-/// How far R is from a rotation: the largest entry of R'R - I, or 2 where it mirrors.
+/// Returns the deviation of R from a rotation: the largest entry of R'R - I, or 2 for a reflection.
 double off_rotation(const Eigen::Matrix3d& R) {
   const Eigen::Matrix3d off = R.transpose() * R - Eigen::Matrix3d::Identity();
   return R.determinant() < 0 ? 2 : off.cwiseAbs().maxCoeff();
@@ -38,7 +38,7 @@ double off_rotation(const Eigen::Matrix3d& R) {
 
 using RowMajor4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
-/// What is wrong with it; empty: nothing.
+/// Returns the problem with a rigid motion; empty if there is none.
 std::string problem_of(const RowMajor4& m) {
   if ((m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() != 0)
     return fmt::format("the last row {} {} {} {}", m(3, 0), m(3, 1), m(3, 2), m(3, 3));

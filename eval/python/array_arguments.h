@@ -1,7 +1,7 @@
 #pragma once
 
-// Arrays of Python as arguments. What does not fit is an Error "NAME: expected ..., got ..." that says what
-// to do; nothing is converted or copied behind the caller's back.
+// Python arrays as arguments. An unsuitable argument is an Error "NAME: expected ..., got ..." that says what
+// to do; nothing is converted or copied implicitly.
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -14,30 +14,32 @@
 
 namespace sextant {
 
-/// `shape`: what is expected, -1 for any length; `in_words`: the same for messages, "(height, width)".
+/// Expected type and shape of an array. `shape`: -1 for any length; `in_words`: the shape in messages,
+/// "(height, width)".
 struct ExpectedArray {
-  std::string type;  ///< as numpy names it: "float32"
+  std::string type;  ///< name in numpy: "float32"
   std::vector<pybind11::ssize_t> shape;
   std::string in_words;
 };
 
-/// C-contiguous, aligned, of that type, with at least one element along every axis.
+/// Returns a C-contiguous, aligned array of the expected type, with at least one element along every axis.
 pybind11::array checked_array(const pybind11::handle& value, const std::string& name,
                               const ExpectedArray& expected);
 
-/// "nan at [3, 4] (and 11 more)": the places in an array for which `is_bad` holds; none: an empty text.
+/// Returns the elements of an array for which `is_bad` is true, as "nan at [3, 4] (and 11 more)"; empty if
+/// there are none.
 template <typename T, typename Bad>
 std::string places_of(const pybind11::array& array, const Bad& is_bad);
 
-/// (n, 3) or (n,) float64, finite.
+/// Returns a finite float64 array with the shape (n, 3) or (n,).
 pybind11::array finite_numbers(const pybind11::handle& value, const std::string& name,
                                std::vector<pybind11::ssize_t> shape, const std::string& in_words);
 
-/// (n, 4, 4) float64: rigid motions. Throws Error where one is not finite, its last row is not 0 0 0 1, or
-/// its rotation is off orthonormal by more than 0.01 or a reflection.
+/// Returns the rigid motions of a float64 array (n, 4, 4). Throws Error if one is not finite, its last row is
+/// not 0 0 0 1, or its rotation differs from orthonormal by more than 0.01 or is a reflection.
 std::vector<Eigen::Matrix4d> motions_of(const pybind11::handle& value, const std::string& name);
 std::vector<SE3> rigid_motions_of(const pybind11::handle& value, const std::string& name);
-/// The same as a path; the rotations are the matrices as they are.
+/// Returns the motions as a path whose rotations are the unchanged matrices.
 PoseSeries path_of(const pybind11::handle& value, const std::string& name);
 Eigen::Matrix4d motion_of(const pybind11::handle& value, const std::string& name);
 

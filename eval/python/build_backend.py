@@ -49,7 +49,7 @@ def call(*command, environment=None):
 
 
 def build_folder(interpreter):
-    """Where CMake builds, and what it is to be told."""
+    """Folder in which CMake builds, and its arguments."""
     if named := os.environ.get("SEXTANT_BUILD_DIR"):
         return pathlib.Path(named).resolve(), []
     release = ROOT / "build" / "release"
@@ -57,7 +57,7 @@ def build_folder(interpreter):
     known = re.search(r"^Python3_EXECUTABLE:\w+=(.*)$", cache.read_text(), re.MULTILINE) if cache.is_file() else None
     if known and os.path.realpath(known[1]) == interpreter and (release / "python").is_dir():
         return release, []
-    return ROOT / "build" / "wheel", ["-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DSEXTANT_TESTS=OFF", "-DSEXTANT_BENCHMARKS=OFF"]
+    return ROOT / "build" / "wheel", ["--preset", "release", "-DSEXTANT_TESTS=OFF", "-DSEXTANT_BENCHMARKS=OFF"]
 
 
 class CMakeBuild(build_ext):
@@ -93,7 +93,7 @@ class CMakeBuild(build_ext):
 
 
 class Backend(build_meta._BuildMetaBackend):
-    """What a setup.py would say, without one."""
+    """Backend of setuptools with the arguments of setup() in place of a setup.py."""
 
     def run_setup(self, setup_script="setup.py"):
         work = pathlib.Path(os.environ.get("SEXTANT_BUILD_DIR") or ROOT / "build", "setuptools")
@@ -111,7 +111,7 @@ class Backend(build_meta._BuildMetaBackend):
 
 
 def in_root(function, *arguments):
-    """setuptools takes paths from the current folder."""
+    """Calls a function in the folder ROOT, because setuptools resolves paths against the current folder."""
     before = os.getcwd()
     os.chdir(ROOT)
     try:
@@ -137,7 +137,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def source_files():
-    """Paths below ROOT, in order."""
+    """Returns the paths below ROOT, sorted."""
     listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
     if (ROOT / ".git").exists() and listed.returncode == 0:
         names = [name for name in listed.stdout.decode().split("\0") if name]

@@ -1,4 +1,4 @@
-// The module sextant._core: noise and records here, trajectories and motions in motion_binding.cc.
+// The module sextant._core: noise and records here; trajectories and motions in motion_binding.cc.
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -17,18 +17,18 @@ namespace py = pybind11;
 
 namespace sextant {
 
-// motion_binding.cc
+// Defined in motion_binding.cc.
 void bind_trajectories(py::module_& core);
 void bind_motions(py::module_& core);
 
 namespace {
 
-/// Of one frame; None where there is none.
+/// Arrays of one frame; None for missing ones.
 struct FrameArrays {
   py::object depth, flow, backward_flow, mask;
 };
 
-/// Rows and columns that all arrays of a frame share.
+/// The number of rows and columns, which all arrays of a frame share.
 class FrameSize {
  public:
   py::array check(const py::object& value, const std::string& name, ExpectedArray expected) {
@@ -58,9 +58,10 @@ class FrameSize {
 };
 
 constexpr const char* keep_says =
-    "; where that means that there is no measurement, give missing='keep': such pixels stay as they are";
+    "; if these pixels have no measurement, give missing='keep': they stay unchanged";
 
-/// Depths are above 0; NaN, infinity and 0 are no measurements, and refused unless they are to be kept.
+/// Checks depths: NaN, infinity and 0 are missing measurements, which are rejected unless they are to be
+/// kept.
 void check_depth(const py::array& depth, bool keep_missing) {
   const std::string negative = places_of<float>(depth, [](float z) { return z < 0; });
   if (!negative.empty()) fail("depth: expected depths above 0 m, got {}", negative);
@@ -151,7 +152,7 @@ static void bind_noise(py::module_& core) {
 
 namespace {
 
-/// A column that is being filled; `at` is where its next value goes.
+/// A column being filled; `at` is the position of its next value.
 struct Filling {
   py::array values;
   char* at = nullptr;
@@ -192,7 +193,7 @@ void put(Filling& column, ColumnKind kind, const RecordValue& value) {
   }
 }
 
-/// [(name, array, None)], of texts [(name, places, texts)], in order of the columns.
+/// Returns [(name, array, None)], for texts [(name, indices, texts)], in order of the columns.
 py::list read_columns(const std::string& folder) {
   std::vector<Filling> filling;
   std::vector<RecordColumn> columns;
@@ -232,13 +233,15 @@ static void bind_records(py::module_& core) { core.def("read_records", read_colu
 }  // namespace sextant
 
 PYBIND11_MODULE(_core, core) {
-  core.doc() = "Noise, errors, bound and records of Sextant, for the package around it.";
+  core.doc() = "Noise, errors, bound and records of Sextant, for the sextant package.";
   py::register_exception<sextant::InternalError>(core, "InternalError", PyExc_RuntimeError);
   py::register_exception<sextant::Error>(core, "Error", PyExc_ValueError);
-  core.def("version", [] { return std::string(sextant::version()); },
-           "Of the package and the program.\n\n>>> sextant.version().count('.')\n2\n");
-  core.def("git_commit", [] { return std::string(sextant::git_commit()); },
-           "That it was built from.\n\n>>> sextant.git_commit() != ''\nTrue\n");
+  core.def(
+      "version", [] { return std::string(sextant::version()); },
+      "Of the package and the program.\n\n>>> sextant.version().count('.')\n2\n");
+  core.def(
+      "git_commit", [] { return std::string(sextant::git_commit()); },
+      "That it was built from.\n\n>>> sextant.git_commit() != ''\nTrue\n");
   sextant::bind_noise(core);
   sextant::bind_trajectories(core);
   sextant::bind_motions(core);

@@ -1,4 +1,4 @@
-// Files of trajectories, flow and depth as arrays: what `sextant evaluate` reads, read by the same functions.
+// Files of trajectories, flow and depth as arrays, read by the functions of `sextant evaluate`.
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -15,7 +15,7 @@ namespace py = pybind11;
 namespace sextant {
 namespace {
 
-/// (n, 4, 4); the rotations are the matrices as read, identities where the recording has positions alone.
+/// Returns (n, 4, 4); the rotations are the matrices as read, identities if the recording has positions only.
 py::array_t<double> pose_array(const PoseSeries& series) {
   py::array_t<double> out({static_cast<py::ssize_t>(series.size()), py::ssize_t{4}, py::ssize_t{4}});
   for (size_t i = 0; i < series.size(); ++i) {
@@ -27,7 +27,7 @@ py::array_t<double> pose_array(const PoseSeries& series) {
   return out;
 }
 
-/// (poses, stamps or None, frames or None, has_rotations)
+/// Returns (poses, stamps or None, frames or None, has_rotations).
 py::tuple series_of(const PoseSeries& series) {
   py::object stamps = py::none(), frames = py::none();
   if (!series.stamps_s.empty()) stamps = array_of(series.stamps_s);
@@ -61,7 +61,7 @@ py::array_t<float> flow(const std::string& path, const std::string& format) {
   {
     const py::gil_scoped_release others_run;
     const std::string bytes = read_file(path);
-    image = format == "flo" ? decode_flo(bytes, path)
+    image = format == "flo"     ? decode_flo(bytes, path)
             : format == "kitti" ? flow_from_kitti(decode_png_rgb16(bytes, path))
                                 : flow_from_vkitti(decode_png_rgb16(bytes, path));
   }
@@ -84,8 +84,8 @@ py::array_t<float> depth(const std::string& path, const std::string& format, dou
 }  // namespace sextant
 
 PYBIND11_MODULE(_files, files) {
-  files.doc() = "Readers of trajectories, flow and depth, for the package around it.";
-  py::module_::import("sextant._core");  // knows Error
+  files.doc() = "Readers of trajectories, flow and depth, for the sextant package.";
+  py::module_::import("sextant._core");  // defines Error
   files.def("trajectory", sextant::trajectory);
   files.def("flow", sextant::flow);
   files.def("depth", sextant::depth);

@@ -1,5 +1,5 @@
-// Runs and sweeps whose estimators are functions of Python: kind "python:NAME" beside the names inside and
-// "external:".
+// Runs and sweeps whose estimators are Python functions: the kind "python:NAME", in addition to built-in
+// names and "external:".
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -23,7 +23,7 @@ namespace py = pybind11;
 namespace sextant {
 namespace {
 
-/// A function of Python that any thread may hold and let go.
+/// A Python function that any thread may hold and release.
 using Function = std::shared_ptr<const py::object>;
 
 Function held(py::object function) {
@@ -51,7 +51,7 @@ py::array_t<double> columns_of(const std::vector<double>& a, const std::vector<d
   return out;
 }
 
-/// (flow_x_px, flow_y_px, inverse_depth_per_m, flow_outlier_share, [(length_px, share)],
+/// Returns (flow_x_px, flow_y_px, inverse_depth_per_m, flow_outlier_share, [(length_px, share)],
 /// independent_gaussian), or None.
 py::object declared(const std::optional<MeasurementNoise>& noise) {
   if (!noise) return py::none();
@@ -61,7 +61,7 @@ py::object declared(const std::optional<MeasurementNoise>& noise) {
                         noise->flow_outlier_share, parts, noise->independent_gaussian);
 }
 
-/// Measurements and what is declared about them: all that an estimator sees.
+/// Returns the measurements and their declared noise, the complete input of an estimator.
 py::tuple arguments_of(const Problem& problem, const StartingPoint& start) {
   const Correspondences& p = problem.points;
   const PinholeCamera& c = problem.camera.left;
@@ -87,7 +87,8 @@ class PythonEstimator final : public Estimator {
   Json options() const override { return function_.options; }
 
  private:
-  /// (status, T_curr_prev, covariance or None, inliers or None, iterations): estimators.py sees to the types.
+  /// Converts (status, T_curr_prev, covariance or None, inliers or None, iterations), whose types
+  /// estimators.py checks.
   MotionEstimate estimate_of(const py::tuple& answer, const Problem& problem,
                              const StartingPoint& start) const {
     MotionEstimate estimate{.T_curr_prev = start.T_curr_prev, .inliers = start.inliers};
@@ -116,7 +117,7 @@ class PythonEstimator final : public Estimator {
   PythonFunction function_;
 };
 
-/// By name; never destroyed, as the interpreter may be gone before.
+/// Functions by name; never destroyed, since the interpreter may end before.
 std::map<std::string, PythonFunction>& functions() {
   static auto* const all = new std::map<std::string, PythonFunction>;
   return *all;
@@ -132,7 +133,7 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
                                  std::move(fingerprint));
 }
 
-/// Throws Error where a folder has the results of another version of the function.
+/// Throws Error if a folder contains the results of another version of the function.
 void check_same_version(const std::filesystem::path& folder, const Fingerprints& now) {
   if (!std::filesystem::exists(folder / "run.json")) return;
   const Fingerprints before = fingerprints_in(read_run_json(folder), (folder / "run.json").string());
@@ -146,12 +147,12 @@ void check_same_version(const std::filesystem::path& folder, const Fingerprints&
   }
 }
 
-/// On standard error, as the program tells its user.
+/// Prints to standard error, in the format of the program's messages.
 void tell_user(const char* kind, const std::string& text) {
   print_error(fmt::format("sextant: {}: {}\n", kind, one_line(text)));
 }
 
-/// The arguments of sextant.run(), which are those of `sextant run`.
+/// Runs with the arguments of sextant.run(), which are those of `sextant run`.
 std::string run_here(const std::vector<std::string>& sources, const std::string& estimator,
                      const std::string& options, const std::string& noise, const std::string& data_root,
                      double level, int n_seeds, int jobs, const std::string& preset, const std::string& out,
@@ -201,7 +202,7 @@ std::string sweep_here(const std::string& plan, const std::string& name, const s
 
 PYBIND11_MODULE(_inprocess, inprocess) {
   inprocess.doc() = "Runs and sweeps with estimators of this process.";
-  py::module_::import("sextant._core");  // knows Error
+  py::module_::import("sextant._core");  // defines Error
   sextant::add_external_estimators();
   sextant::add_estimator_kind("python", "python:NAME", sextant::open_function);
   inprocess.def("set_function", [](const std::string& name, py::object function, const std::string& options,

@@ -21,7 +21,7 @@ void expect_count(const Motions& motions, size_t n, const std::string& name) {
   if (motions.size() != n) fail("{}: expected {} motions, one a step, got {}", name, n, motions.size());
 }
 
-/// E_t (m) and E_R (deg) of each.
+/// Returns E_t (m) and E_R (deg) of each pair.
 py::tuple pose_changes(const Motions& estimates, const Motions& truths) {
   std::vector<double> Et_m, ER_deg;
   for (size_t i = 0; i < estimates.size(); ++i) {
@@ -54,7 +54,7 @@ std::optional<Cameras> cameras_of(const py::object& pair, const std::string& nam
   return cameras;
 }
 
-/// inverse(T_k) H T_k-1.
+/// Returns inverse(T_k) H T_k-1.
 Motions seen_from(const Cameras& cameras, const Motions& world) {
   Motions seen;
   for (size_t i = 0; i < world.size(); ++i)
@@ -62,7 +62,8 @@ Motions seen_from(const Cameras& cameras, const Motions& world) {
   return seen;
 }
 
-/// Errors of motions H in the world, as `sextant evaluate objects` takes them (docs/metrics.md).
+/// Returns errors of motions H in the world, with the definitions of `sextant evaluate objects`
+/// (docs/metrics.md).
 py::dict object_errors(const py::object& estimate, const py::object& truth, const py::object& pose,
                        double dt_s, const py::object& camera, const py::object& true_camera) {
   const Motions H = rigid_motions_of(estimate, "estimate"), H_true = rigid_motions_of(truth, "truth");
@@ -100,7 +101,7 @@ py::dict object_errors(const py::object& estimate, const py::object& truth, cons
   return errors;
 }
 
-/// Points as Correspondences takes them; flow and pixels are (n, 2).
+/// Converts points to Correspondences; flow and pixels are (n, 2).
 Correspondences points_of(const py::object& pixels, const py::object& depth, const py::object& flow,
                           const py::object& depth_curr) {
   const py::array p = finite_numbers(pixels, "pixels", {-1, 2}, "(n, 2)");
@@ -128,7 +129,7 @@ Correspondences points_of(const py::object& pixels, const py::object& depth, con
   return points;
 }
 
-/// [J previous depth only, both depths or None], or None.
+/// Returns [J with previous depth only, J with both depths or None], or None.
 py::object bound(const std::array<double, 5>& camera, const py::object& pixels, const py::object& depth,
                  const py::object& flow, const py::object& depth_curr, const py::object& motion,
                  const std::array<double, 3>& deviations,
@@ -215,11 +216,11 @@ std::vector<double> stamps_of(const py::object& value, const std::string& name) 
   const py::array array = finite_numbers(value, name, {-1}, "(n,)");
   const auto* first = static_cast<const double*>(array.data());
   std::vector<double> stamps(first, first + array.size());
-  if (!std::ranges::is_sorted(stamps)) fail("{}: expected time stamps that rise, got some that do not", name);
+  if (!std::ranges::is_sorted(stamps)) fail("{}: expected ascending time stamps", name);
   return stamps;
 }
 
-/// "10m" and its like; the program's flag for it is called --rpe.
+/// Parses "10m" and similar texts; the program's flag for it is --rpe.
 PairSelection selection_of(const std::string& delta) {
   try {
     return PairSelection::parse(delta);
@@ -228,7 +229,7 @@ PairSelection selection_of(const std::string& delta) {
   }
 }
 
-/// Of relative errors: the errors, and the pairs (i, j) that they are of.
+/// Returns the relative errors, and the pairs (i, j) behind them.
 py::tuple relative(const py::object& estimate, const py::object& reference, const std::string& delta,
                    bool all_pairs, double tolerance, bool pairs_from_reference, const std::string& relation,
                    const py::object& stamps) {
@@ -257,7 +258,7 @@ py::tuple relative(const py::object& estimate, const py::object& reference, cons
   return py::make_tuple(array_of(relative_errors(paths.estimate, paths.reference, pairs, kind)), of_pairs);
 }
 
-/// The estimate moved, [s R | t], its scale, and the flatness of the points.
+/// Returns the aligned estimate, [s R | t], its scale, and the flatness of the points.
 py::tuple aligned(const py::object& estimate, const py::object& reference, const std::string& method,
                   int first_n, const std::optional<std::array<double, 3>>& up) {
   Paths paths(estimate, reference);

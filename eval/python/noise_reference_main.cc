@@ -1,10 +1,10 @@
-// What the noise makes of one frame, in C++ alone: the test of the Python package compares with it bit for
+// Applies noise to one frame in C++ only: the test of the Python package compares its result with it bit for
 // bit.
 //
 //   noise_reference NOISE SEED DATASET SEQUENCE FRAME FX FY CX CY BF WIDTH HEIGHT IN OUT
 //
-// IN and OUT: depth (float), flow and backward flow (2 floats a pixel), mask (uint16), row by row, one after
-// the other.
+// IN and OUT contain, one after the other and row by row: depth (float), flow and backward flow (2 floats per
+// pixel), mask (uint16).
 
 #include <cstdio>
 #include <cstring>

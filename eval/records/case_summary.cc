@@ -44,14 +44,14 @@ void add_record(const Record& record, BodySums& body) {
   if (distance != nullptr && record.errors.contains("Et_m")) body.distance_gt_m.add(*distance);
 }
 
-void put(const MeanSums& mean, ByteWriter& out) {
+void write_sums(const MeanSums& mean, ByteWriter& out) {
   out.varint(mean.n);
   if (mean.n > 0) out.put(mean.sum);
 }
 
-/// The bins' distances, from that of 0 on, doubled; odd where a bin has more than one value, and then their
-/// number.
-void put(const SampleSums& sums, ByteWriter& out) {
+/// Encodes the bins: doubled distances between bins, from bin 0 on; odd if a bin has more than one value,
+/// followed by their number.
+void write_sums(const SampleSums& sums, ByteWriter& out) {
   out.varint(sums.n);
   if (sums.n == 0) return;
   out.put(sums.sum);
@@ -65,7 +65,7 @@ void put(const SampleSums& sums, ByteWriter& out) {
   }
 }
 
-void put(const LimitSums& limit, const SampleSums& error, ByteWriter& out) {
+void write_sums(const LimitSums& limit, const SampleSums& error, ByteWriter& out) {
   out.varint(limit.n);
   if (limit.n == 0) return;
   out.put(limit.bound_squares);
@@ -74,7 +74,7 @@ void put(const LimitSums& limit, const SampleSums& error, ByteWriter& out) {
   out.put(limit.error_squares);
 }
 
-void put(const BodySums& body, ByteWriter& out) {
+void write_sums(const BodySums& body, ByteWriter& out) {
   out.varint(static_cast<uint64_t>(body.body));
   out.varint(body.statuses.size());
   for (const auto& [status, n] : body.statuses) {
@@ -93,14 +93,14 @@ void put(const BodySums& body, ByteWriter& out) {
   for (const MetricDefinition* metric : metrics_for(compared)) {
     const auto error = body.errors.find(metric->name);
     const SampleSums& sums = error == body.errors.end() ? none : error->second;
-    put(sums, out);
+    write_sums(sums, out);
     const auto limit = body.limits.find(metric->name);
-    put(limit == body.limits.end() ? LimitSums() : limit->second, sums, out);
+    write_sums(limit == body.limits.end() ? LimitSums() : limit->second, sums, out);
   }
-  for (const MeanSums* mean : {&body.nees, &body.epe_initial_px, &body.distance_gt_m}) put(*mean, out);
+  for (const MeanSums* mean : {&body.nees, &body.epe_initial_px, &body.distance_gt_m}) write_sums(*mean, out);
 }
 
-/// What ByteReader trusts and this file cannot.
+/// Decoder with the checks that ByteReader does not make.
 class SummaryDecoder {
  public:
   SummaryDecoder(std::string_view bytes, const std::string& where) : in_(bytes, where), where_(where) {}
@@ -254,7 +254,7 @@ std::string encode_case_summary(const CaseSummary& summary) {
   for (const ResultSums& result : summary.results) {
     out.text(result.estimator);
     out.varint(result.bodies.size());
-    for (const BodySums& body : result.bodies) put(body, out);
+    for (const BodySums& body : result.bodies) write_sums(body, out);
   }
   return out.take();
 }
@@ -265,7 +265,7 @@ CaseSummary decode_case_summary(std::string_view bytes, const std::string& where
 
 namespace {
 
-constexpr int schema = 1;
+constexpr int summary_schema = 1;
 constexpr const char* kind = "case summaries";
 constexpr size_t digest_bytes = 8;
 constexpr size_t longest_header = 4096;
@@ -293,9 +293,11 @@ void check_keeps_records(const std::filesystem::path& records) {
 }
 
 SummaryWriter::SummaryWriter(const std::filesystem::path& path, uint64_t n_cases) : file_(path) {
-  file_.append(
-      json_line({{"sextant", kind}, {"schema", schema}, {"cases", n_cases}, {"errors", compared_errors()}}) +
-      "\n");
+  file_.append(json_line({{"sextant", kind},
+                          {"schema", summary_schema},
+                          {"cases", n_cases},
+                          {"errors", compared_errors()}}) +
+               "\n");
 }
 
 void SummaryWriter::append(uint64_t number, std::string_view bytes) {
@@ -315,7 +317,7 @@ void SummaryWriter::close(std::string_view noise) {
 }
 
 SummaryReader::SummaryReader(const std::filesystem::path& path) : name_(path.string()) {
-  // Says what is wrong with a path, and how large the file is.
+  // Reports problems with the path, and determines the size of the file.
   left_bytes_ = FileReader(path, recording_file).size();
   file_.open(path, std::ios::binary);
   std::string line;
@@ -327,8 +329,8 @@ SummaryReader::SummaryReader(const std::filesystem::path& path) : name_(path.str
   const Json header = parse_json(line, name_);
   if (json_member<std::string>(header, "sextant", name_) != kind)
     fail("{}: not a file of case summaries", name_);
-  if (const int found = json_member<int>(header, "schema", name_); found != schema)
-    fail("{}: schema {}, but this program reads schema {}", name_, found, schema);
+  if (const int found = json_member<int>(header, "schema", name_); found != summary_schema)
+    fail("{}: schema {}, but this program reads schema {}", name_, found, summary_schema);
   if (const Json errors = json_list(header, "errors", name_); errors != compared_errors()) {
     fail("{}: sums up the errors {}, but this program compares {}; sweep again", name_, json_line(errors),
          json_line(compared_errors()));

@@ -1,15 +1,14 @@
 #pragma once
 
-// The summary of a case that a sweep with "keep": "summary" keeps (one source, estimator, noise level and
-// seed): counts, sums and histograms of its records, body by body. A seed's values belong together in all
-// intervals, so that means, RMSE, coverage, trends and their intervals follow from these as from the records;
-// quantiles within 0.5 %.
+// Summary of a case for sweeps with "keep": "summary" (one source, estimator, noise level and seed): counts,
+// sums and histograms of its records, body by body. Since all intervals cluster by seed, means, RMSE,
+// coverage, trends and their intervals are the same as from the records; quantiles agree to 0.5 %.
 //
-// Over the records with status ok and truth ("estimated"):
-//   errors      of each `compared` error (metrics/definitions.h) n, sum, sum of squares, histogram
-//   limits      of each bounded error, over the records that have error and bound: n, the bound's sum of
+// The summary covers the records with status ok and truth ("estimated"):
+//   errors      of each `compared` error (metrics/definitions.h): n, sum, sum of squares, histogram
+//   limits      of each error with a CRLB, over the records that have error and bound: n, the bound's sum of
 //               squares, the error's sums
-//   nees, epe_initial_px (where true flow is given), distance_gt_m (where Et_m is there): n and sum
+//   nees, epe_initial_px (if true flow is given), distance_gt_m (if Et_m exists): n and sum
 
 #include <cstdint>
 #include <filesystem>
@@ -45,14 +44,14 @@ struct LimitSums {
   bool operator==(const LimitSums&) const = default;
 };
 
-/// One body of a case.
+/// Sums of one body of a case.
 struct BodySums {
-  int body = 0;  ///< 0: ego, else the object's id
+  int body = 0;  ///< 0: ego, otherwise the object's id
   std::map<std::pair<Status, Gate>, uint64_t> statuses;
-  uint64_t n_estimated = 0;  ///< status ok and truth
-  std::vector<int> missed;   ///< frames with truth, not estimated; rising
+  uint64_t n_estimated = 0;  ///< number of records with status ok and truth
+  std::vector<int> missed;   ///< frames with truth but without estimate; ascending
   std::map<std::string, SampleSums> errors;
-  std::map<std::string, LimitSums> limits;  ///< by the error's name
+  std::map<std::string, LimitSums> limits;  ///< by name of the error
   MeanSums nees, epe_initial_px, distance_gt_m;
 
   uint64_t n_records() const;
@@ -60,10 +59,10 @@ struct BodySums {
   bool operator==(const BodySums&) const = default;
 };
 
-/// One result of the case's estimator: it has several when a program outside gives several.
+/// Sums of one result of the case's estimator; an external program may have several results.
 struct ResultSums {
-  std::string estimator;         ///< as in records
-  std::vector<BodySums> bodies;  ///< in order of body
+  std::string estimator;         ///< name as in records
+  std::vector<BodySums> bodies;  ///< ordered by body
   bool operator==(const ResultSums&) const = default;
 };
 
@@ -77,36 +76,34 @@ struct CaseSummary {
   bool operator==(const CaseSummary&) const = default;
 };
 
-/// Of the records of one case.
+/// Summarises the records of one case.
 CaseSummary summarize_case(const std::vector<Record>& records);
 
 std::string encode_case_summary(const CaseSummary& summary);
-/// Throws Error that begins with `where` when the bytes are none.
+/// Decodes a summary. Throws Error that begins with `where` if the bytes are invalid.
 CaseSummary decode_case_summary(std::string_view bytes, const std::string& where);
 
-// ---- summary.bin, beside run.json what a sweep with "keep": "summary" leaves instead of records.jsonl:
+// ---- summary.bin, which a sweep with "keep": "summary" writes next to run.json instead of records.jsonl:
 //
 //   {"sextant":"case summaries","schema":1,"cases":12,"errors":["Et_m","ER_deg"]}   a line of JSON
 //   per case, in order of number
-//     varint number | varint n | n bytes, encode_case_summary() | the first 8 hexadecimal digits of their
-//     SHA-256
-//   varint n | n bytes, the sums of the noise of all cases, for whoever makes them | 8 digits of their
-//   SHA-256
+//     varint number | varint n | n bytes, encode_case_summary() | first 8 hexadecimal digits of their SHA-256
+//   varint n | n bytes, the noise verification of all cases, opaque here | 8 digits of their SHA-256
 //
-// `errors` are the compared errors in the order of the blocks. A case's bytes depend on the case alone, so
-// that shards merge to the file of a whole sweep. varint: base/byte_stream.h.
+// `errors` are the compared errors in the order of the blocks. The bytes of a case depend on the case only,
+// so that merged shards give the file of the whole sweep. varint: base/byte_stream.h.
 
 inline constexpr const char* summary_file_name = "summary.bin";
 
-/// Whether a folder holds the results of a run or a sweep: records.jsonl or summary.bin.
+/// Returns true if a folder contains the results of a run or a sweep: records.jsonl or summary.bin.
 bool has_results(const std::filesystem::path& folder);
-/// Throws Error where `records`, a file of records, is not there but a summary is.
+/// Throws Error if the file `records` does not exist but a summary does.
 void check_keeps_records(const std::filesystem::path& records);
 
 class SummaryWriter {
  public:
   SummaryWriter(const std::filesystem::path& path, uint64_t n_cases);
-  /// Cases come in order of number.
+  /// Cases must be appended in order of number.
   void append(uint64_t number, std::string_view bytes);
   void close(std::string_view noise);
 
@@ -114,8 +111,8 @@ class SummaryWriter {
   StreamedFile file_;
 };
 
-/// From the first case to the last. Throws Error that names file and case when the file is none, was cut off
-/// or damaged, or holds errors that this program does not compare.
+/// Reads a summary file from the first case to the last. Throws Error with file and case if it is not a
+/// summary file, is truncated or damaged, or contains errors that this program does not compare.
 class SummaryReader {
  public:
   explicit SummaryReader(const std::filesystem::path& path);
@@ -126,7 +123,8 @@ class SummaryReader {
     uint64_t number = 0;
     std::string bytes;
   };
-  /// Numbers rise; nothing after the last, when noise() is there.
+  /// Returns the next case, in ascending order of number; nullopt after the last one, when noise() is
+  /// available.
   std::optional<Block> next();
   const std::string& noise() const { return noise_; }
 
@@ -145,7 +143,7 @@ class SummaryReader {
   bool is_at_end_ = false;
 };
 
-/// Every case of a file, in order.
+/// Visits every case of a file, in order.
 void for_each_summary(const std::filesystem::path& path,
                       const std::function<void(const CaseSummary&)>& visit);
 

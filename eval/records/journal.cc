@@ -21,8 +21,8 @@ namespace {
 
 struct Header {
   uint64_t number = 0;
-  uint64_t n_records = 0;           ///< lines of content
-  std::optional<uint64_t> n_bytes;  ///< of content that is not lines
+  uint64_t n_records = 0;           ///< number of lines of content
+  std::optional<uint64_t> n_bytes;  ///< length of content that does not consist of lines
   Json noise;
   std::string sum;
 };
@@ -40,14 +40,15 @@ std::optional<Header> read_header(std::string_view line) {
   }
 }
 
-/// The next line with its end; nothing when the file ends before.
+/// Returns the next line including its end; nullopt if the file ends before.
 std::optional<std::string> whole_line(std::ifstream& file) {
   std::string line;
   if (!std::getline(file, line) || file.eof()) return std::nullopt;
   return line += '\n';
 }
 
-/// What follows the header, without the end of line after bytes; nothing when the file ends before.
+/// Returns the content after the header, without the end of line after bytes; nullopt if the file ends
+/// before.
 std::optional<std::string> read_content(std::ifstream& file, const Header& header, uint64_t left_bytes) {
   std::string content;
   if (!header.n_bytes) {
@@ -79,7 +80,7 @@ bool is_finished_sweep(const std::filesystem::path& folder) {
 
 Journal::Journal(std::filesystem::path path, Owners owners, const Fits& fits)
     : path_(std::move(path)), owners_(std::move(owners)) {
-  // A look at the state of a sweep (sweep_status.h) holds the lock for a moment: try again for half a second.
+  // Reading the status of a sweep (sweep_status.h) holds the lock briefly: retry for half a second.
   std::string holder;
   for (int tries = 0; tries < 5 && !lock_; ++tries) {
     if (tries > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -145,9 +146,12 @@ void Journal::append_block(uint64_t number, Json entry, const Block& known, std:
   const std::scoped_lock lock(mutex_);
   const auto give_up = [&] {
     const int reason = errno;
-    if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) end_ = 0;  // found again on resuming
-    fail("{}: cannot write: {}; {} cases are safe: make room and give the same command again", path_.string(),
-         std::strerror(reason), blocks_.size());
+    // the next resume will find the end again
+    if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) end_ = 0;
+    fail(
+        "{}: cannot write: {}; {} cases are safe: free some disk space and give the same "
+        "command again",
+        path_.string(), std::strerror(reason), blocks_.size());
   };
   size_t done = 0;
   while (done < block.size()) {

@@ -1,12 +1,11 @@
 #pragma once
 
-// The append-only file of a sweep; see sweep.h. A case is in it as a whole or not at all, and the sum of its
-// block is that of this sweep's case alone: a block of another sweep, or under another number, is none. Every
-// block is durable before the next begins: a power cut costs the last one.
+// Append-only journal of a sweep; see sweep.h. A case is recorded completely or not at all, and the checksum
+// of its block includes sweep and case: a block of another sweep, or under another number, is invalid. Every
+// block is synced before the next one begins: a power cut loses at most the last one.
 //
-// A block stands under the name of its owner: the sweep, and with it the version of the estimator that made
-// the case. The owners of a case are all that are known, its present one first; blocks of the others are
-// stale and are found as such.
+// A block has an owner: the sweep, together with the version of the estimator that computed the case. The
+// owners of a case are all known ones, the present one first; blocks of the others are reported as stale.
 
 #include <cstdint>
 #include <filesystem>
@@ -24,33 +23,35 @@
 
 namespace sextant {
 
-/// {"case","records"} and, unless it is null, "noise": a line of cases.jsonl, and of what precedes a block.
+/// Returns {"case","records"} and, unless it is null, "noise": a line of cases.jsonl and of the header of a
+/// block.
 Json case_json(uint64_t number, uint64_t n_records, const Json& noise);
 
-/// Whether a sweep has put all its results into `folder`: they are written before the journal is removed.
+/// Returns true if a sweep has written all its results into `folder`, which happens before the journal is
+/// removed.
 bool is_finished_sweep(const std::filesystem::path& folder);
 
 class Journal {
  public:
   struct Block {
     uint64_t n_records = 0;
-    Json noise;         ///< what was added in the case, NoiseVerification::sums(); null without noise
-    size_t offset = 0;  ///< of the content in the file: the records' lines, or a summary's bytes
+    Json noise;         ///< noise added in the case, NoiseVerification::sums(); null without noise
+    size_t offset = 0;  ///< offset of the content in the file: the records' lines, or a summary's bytes
     size_t bytes = 0;
-    size_t version = 0;  ///< place of its owner among those of the case; 0: not stale
+    size_t version = 0;  ///< index of its owner among those of the case; 0: not stale
   };
 
-  /// Whether this can be the content of the case.
+  /// Returns true if `content` can be the content of the case.
   using Fits = std::function<bool(uint64_t number, std::string_view content)>;
 
-  /// The owners of a case, of which the first is that of blocks to come; at least one.
+  /// Returns the owners of a case, at least one; new blocks belong to the first.
   using Owners = std::function<std::vector<std::string>(uint64_t number)>;
 
-  /// Opens or creates; finds the whole blocks of known owners and cuts off what follows the last of
-  /// them. Blocks that do not fit are passed over. Throws Error when another process has it open, or it
-  /// cannot be written.
+  /// Opens or creates the journal; finds the complete blocks of known owners and truncates what follows the
+  /// last of them. Blocks that do not fit are skipped. Throws Error if another process has the journal open,
+  /// or if it cannot be written.
   Journal(std::filesystem::path path, Owners owners, const Fits& fits);
-  /// All cases have one owner.
+  /// Overload for a single owner of all cases.
   Journal(std::filesystem::path path, const std::string& owner, const Fits& fits)
       : Journal(
             std::move(path), [owner](uint64_t) { return std::vector{owner}; }, fits) {}
@@ -58,15 +59,15 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Appends the records of one case. Safe to call from several threads. Throws Error when the disk is full;
-  /// the journal then is as before.
+  /// Appends the records of one case. Safe to call from several threads. Throws Error if the disk is full;
+  /// the journal is then unchanged.
   void append(uint64_t number, uint64_t n_records, std::string_view lines, const Json& noise = {});
-  /// The same of a case whose content is not lines.
+  /// Appends a case whose content does not consist of lines.
   void append_bytes(uint64_t number, std::string_view bytes);
 
   const std::map<uint64_t, Block>& blocks() const { return blocks_; }
   uint64_t bytes() const { return end_; }
-  /// Forgets all cases. Not beside an append() of another thread.
+  /// Removes all cases. Must not run concurrently with append().
   void clear();
   std::string content(const Block& block) const;
 

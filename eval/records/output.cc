@@ -38,8 +38,8 @@ void check_output_folder(const fs::path& folder, const Json& configuration, bool
 OutputFolder::OutputFolder(fs::path folder)
     : folder_(std::move(folder)), lock_(folder_), staging_(folder_ / ".incomplete") {
   std::error_code error;
-  fs::remove_all(staging_, error);  // of a run that was killed
-  // Nobody else may enter it, whoever may write into the folder.
+  fs::remove_all(staging_, error);  // left by a killed run
+  // Only this user may enter it, whoever may write into the folder.
   if (error || ::mkdir(staging_.c_str(), 0700) != 0) {
     fail("{}: cannot create: {}", staging_.string(), error ? error.message() : std::strerror(errno));
   }
@@ -51,7 +51,7 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::commit(const std::vector<std::string>& names) {
-  // Before anything is moved: a link in the way leaves earlier results as they were.
+  // Before anything is moved, so that a link in the way leaves earlier results unchanged.
   for (const std::string& name : names) {
     if (const fs::path below = fs::path(name).parent_path(); !below.empty())
       make_folder_below(folder_, below);

@@ -1,6 +1,6 @@
 #pragma once
 
-// An output folder that is either complete or not there.
+// Output folders whose results appear completely or not at all.
 
 #include <filesystem>
 #include <map>
@@ -13,20 +13,21 @@
 
 namespace sextant {
 
-/// Path relative to the output folder -> bytes.
+/// Bytes of each file, by path relative to the output folder.
 using OutputFiles = std::map<std::string, std::string>;
 
-/// The lock of an output folder, taken before anything is read or computed; none where no folder is given.
+/// Takes the lock of an output folder, before anything is read or computed; nullopt if `folder` is empty.
 std::optional<FolderLock> lock_folder(const std::string& folder);
 
-/// Throws Error when `folder` cannot take the results of `configuration` (resolved_configuration()): it is a
-/// file, or it holds the records of another configuration and `force` is off. A run may be repeated in place.
+/// Throws Error if `folder` cannot receive the results of `configuration` (resolved_configuration()): it is a
+/// file, or it contains the records of another configuration and `force` is off. A run may be repeated in
+/// place.
 void check_output_folder(const std::filesystem::path& folder, const Json& configuration, bool force);
 
-/// A folder into which files are written under temporary names: `path(NAME)` is where to write NAME, commit()
-/// moves them into place in the order given. Without commit() nothing of them stays, nor a folder that was
-/// made for them and is empty. It holds the lock of the folder, and no file goes through a link below it
-/// (base/file_lock.h, base/safe_paths.h).
+/// A folder into which files are written under temporary names: write NAME to path(NAME); commit() moves the
+/// files into place in the given order. Without commit() all of them are removed, and the folder too if it
+/// was created for them and is empty. Holds the lock of the folder, and writes no file through a link below
+/// it (base/file_lock.h, base/safe_paths.h).
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path folder);
@@ -43,9 +44,9 @@ class OutputFolder {
   std::filesystem::path staging_;
 };
 
-/// Creates the folder where needed, writes every file into a subfolder of it and moves them into place when
-/// all are there. When anything fails (or Ctrl-C comes) before, removes what it has written and created:
-/// earlier results are as they were. Rethrows.
+/// Creates the folder if needed, writes every file into a subfolder and moves them into place when all are
+/// complete. On any failure or Ctrl-C before, removes what it wrote and created, so that earlier results are
+/// unchanged, and rethrows.
 void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files);
 
 }  // namespace sextant

@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-/// "model name" of /proc/cpuinfo, where there is one.
+/// Returns "model name" of /proc/cpuinfo, if available.
 std::string cpu_model() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {

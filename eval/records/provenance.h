@@ -1,7 +1,7 @@
 #pragma once
 
-// run.json, the provenance of a folder of results: what this program writes there of itself, and the file as
-// others read it.
+// run.json, the provenance of a folder of results: what this program writes about itself, and reading the
+// file.
 
 #include <filesystem>
 #include <string>
@@ -11,17 +11,17 @@
 namespace sextant {
 
 std::string version();
-/// Commit of the source tree, with "-dirty" when it had changes; "unknown" outside git.
+/// Returns the commit of the source tree, with "-dirty" if it had changes; "unknown" outside git.
 std::string git_commit();
-/// Version and commit of this program: results of one sweep come from one.
+/// Returns version and commit of this program; all results of one sweep must have the same.
 Json program_identity();
-/// Version, build and machine: what every run.json begins with.
+/// Returns version, build and machine, with which every run.json begins.
 Json build_provenance();
 
-/// The file in `folder`. Where they are there, the members that this program goes by have their types:
-/// configuration, machine, packages, inputs are objects; sources and noise lists of objects with a text
-/// `source`; inputs hold {"sha256"} or a text; version, git_commit, compiler, flags are texts; cases is a
-/// number. Throws Error that names file and key.
+/// Reads run.json of `folder`. Members that this program uses must have their types if present:
+/// configuration, machine, packages and inputs are objects; sources and noise are lists of objects with a
+/// text `source`; inputs contain {"sha256"} or a text; version, git_commit, compiler and flags are texts;
+/// cases is a number. Throws Error that names file and key.
 Json read_run_json(const std::filesystem::path& folder);
 
 }  // namespace sextant

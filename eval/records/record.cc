@@ -51,7 +51,7 @@ class Writer {
   }
 };
 
-/// With messages that say where.
+/// Reader of JSON with messages that name the place.
 class StrictReader {
  public:
   StrictReader(const Json& json, const std::string& where) : json_(json), where_(where) {
@@ -154,7 +154,7 @@ void check_listed(const std::vector<Record>& records) {
 
 const std::vector<std::string>& record_field_names() {
   static const std::vector<std::string> names = [] {
-    Record whole;  // with every field that may be left out
+    Record whole;  // with every optional field
     whole.status = Status::gated;
     whole.flow_truth = "given";
     std::vector<std::string> keys;

@@ -1,14 +1,14 @@
 #pragma once
 
-// A record says what one estimator made of one body in one frame pair: one line of records.jsonl. Tables,
-// figures and comparisons are functions of records, so they can be redone without running anything.
+// A record is the result of one estimator for one body in one frame pair: one line of records.jsonl. Tables,
+// figures and comparisons are functions of records, so they can be repeated without running an estimator.
 //
 //   {"schema":1,"dataset":"synthetic","sequence":"s18",...,"errors":{"ER_deg":0.01,"Et_m":0.02},...}
 //
-// The keys of a line are the members of Record, in the order of record_fields.h; those inside the four maps
-// are in alphabetical order. docs/metrics.md defines every one of them, those of the maps from the list in
-// metrics/definitions.h. A number that is not finite is left out: never NaN, null or 0 in its place. Doubles
-// are written with the fewest digits that read back to the same value.
+// The keys of a line are the members of Record, in the order of record_fields.h; keys inside the four maps
+// are in alphabetical order. docs/metrics.md defines all of them, those of the maps from the list in
+// metrics/definitions.h. A number that is not finite is left out: it is never written as NaN, null or 0.
+// Doubles are written with the fewest digits that read back to the same value.
 
 #include <algorithm>
 #include <cstdint>
@@ -27,7 +27,7 @@
 
 namespace sextant {
 
-/// A few numbers by name, in the order of the names: a map in one piece of memory, 16 bytes a number.
+/// A few numbers by name, sorted by name: a map in contiguous memory with 16 bytes per number.
 class NamedNumbers {
  public:
   using key_type = Interned;
@@ -55,7 +55,7 @@ class NamedNumbers {
   }
   double& operator[](Interned name) { return emplace(name, 0.0).first->second; }
 
-  /// Leaves a number that is there.
+  /// Inserts a number unless the name exists.
   std::pair<iterator, bool> emplace(Interned name, double number) {
     const auto known = std::ranges::find(numbers_, name, &value_type::first);
     if (known != numbers_.end()) return {known, false};
@@ -68,7 +68,7 @@ class NamedNumbers {
   void insert(Iterator first, Iterator last) {
     for (; first != last; ++first) emplace(first->first, first->second);
   }
-  /// False where the name does not stand behind all others.
+  /// Appends a number; returns false unless the name comes after all others.
   bool append(Interned name, double number) {
     if (!empty() && !(numbers_.back().first < name)) return false;
     numbers_.emplace_back(name, number);
@@ -102,7 +102,7 @@ struct Record {
   Gate gate = Gate::none;  ///< written only when status is `gated`
   int n_points = 0;
   int n_inliers = 0;
-  Interned flow_truth;  ///< "given" or "induced"; empty (not written) when the record has no EPE
+  Interned flow_truth;  ///< "given" or "induced"; empty (not written) if the record has no EPE
   Numbers errors;
   Numbers values;
   Numbers bound;
@@ -113,32 +113,34 @@ struct Record {
   const Numbers& numbers(NumberMap map) const;
 };
 
-/// The keys of a line, in order.
+/// Returns the keys of a line, in order.
 const std::vector<std::string>& record_field_names();
 
-/// "values.altitude_m": keys in the four maps that the list of metrics lacks. Records of others may have
-/// them.
+/// Returns the keys in the four maps that the list of metrics lacks, as "values.altitude_m". Third-party
+/// records may have such keys.
 std::vector<std::string> unlisted_keys(const std::vector<Record>& records);
-/// Throws InternalError that names them: for whatever makes records.
+/// Throws InternalError that names unlisted keys; called by code that creates records.
 void check_listed(const std::vector<Record>& records);
 
-/// "object:ID".
+/// Returns "object:ID".
 std::string object_body(int id);
 
 Json to_json(const Record& record);
-/// Strict: a missing, unknown or ill-typed key throws Error that begins with `where` ("FILE:LINE").
+/// Parses a record strictly: a missing, unknown or ill-typed key throws Error that begins with `where`
+/// ("FILE:LINE").
 Record record_from_json(const Json& json, const std::string& where);
 
-/// The record without what differs from run to run on the same input: its times, and peak_memory_mb.
+/// Returns the record without the numbers that vary between runs on the same input: times and peak_memory_mb.
 Record strip_times(Record record);
 
-/// As "EtFRAME_m" and "ERFRAME_deg".
+/// Stores an error as "EtFRAME_m" and "ERFRAME_deg".
 void put(const PoseChangeError& error, const std::string& frame, Record::Numbers& numbers);
 
-/// Truth in both frames, and worth estimating: an object that is static by truth is not.
+/// Returns true if there is truth in both frames and the body should be estimated; objects that are static by
+/// truth should not.
 bool has_truth(const Record& record);
 
-/// Where a body stands in tables: 0 for ego, else its id.
+/// Returns the position of a body in tables: 0 for ego, otherwise its id.
 int body_order(Interned body);
 
 }  // namespace sextant

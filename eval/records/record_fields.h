@@ -1,13 +1,13 @@
 #pragma once
 
-// The fields of a line of records.jsonl, spelled once. What writes, reads or lists them is a visitor with
+// The fields of a line of records.jsonl, defined once. Writers, readers and listings are visitors with
 //
 //   field(name, value)                     a value that every line has
-//   field(name, value, rule)               the same, of which not every one will do
-//   only_if(is_there, name, value, why)    there exactly where `is_there`; `why` in words
-//   unless_empty(name, value, rule)        a text that is left out where it is empty
+//   field(name, value, rule)               a value that every line has, restricted by a rule
+//   only_if(is_there, name, value, why)    present exactly if `is_there`; `why` is the reason in words
+//   unless_empty(name, value, rule)        a text that is left out if it is empty
 //
-// in the order of the line, behind its `schema`.
+// called in the order of the line, after its `schema`.
 
 #include <string_view>
 
@@ -27,22 +27,23 @@ struct FieldRule {
     return holds(value.str());
   }
 };
-/// "ego", or "object:" and the digits of a number that an int holds.
+/// Returns true for "ego", and for "object:" followed by the digits of an int.
 bool is_body(std::string_view text);
 bool is_flow_truth(std::string_view text);
 bool is_count(int n);
 
-/// Numbers of a record have a size of at most 1e100: their squares and sums are finite doubles.
+/// Bound on the magnitude of a record's numbers, so that their squares and sums are finite doubles.
 inline constexpr double largest_number = 1e100;
 inline bool is_number(double value) { return value >= -largest_number && value <= largest_number; }
 inline constexpr const char* expected_number = "of a size of at most 1e100";
-/// Whether the map `map` may hold it. Errors that lib/metrics lists are magnitudes.
+/// Returns true if the map `map` may contain the value. Errors listed in lib/metrics must not be negative.
 bool is_number_of(std::string_view map, Interned name, double value);
 
-/// As statistics take a number: sizes below 1e-100 are 0, so that ratios are finite doubles too.
+/// Returns the number as used by statistics: magnitudes below 1e-100 become 0, so that ratios are finite
+/// doubles too.
 inline double summarised(double value) { return value < 1e-100 && value > -1e-100 ? 0 : value; }
 
-/// Sets the value of that name; or returns what would be right, in words.
+/// Sets the value with this name and returns null, or returns a description of the expected text.
 const char* from_text(std::string_view text, Status& status);
 const char* from_text(std::string_view text, Gate& gate);
 

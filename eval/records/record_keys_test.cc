@@ -1,4 +1,4 @@
-// The list of metrics against what is committed: documentation and results.
+// The list of metrics is consistent with the committed documentation and results.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -16,12 +16,12 @@ namespace {
 constexpr size_t block_bytes = size_t{4} << 20U;
 static_assert(block_bytes > max_record_bytes);
 
-/// Line after line of one file.
+/// Reads a file line by line.
 class LineReader {
  public:
   LineReader(std::string name, const RecordVisitor& visit) : name_(std::move(name)), visit_(visit) {}
 
-  /// Visits the whole lines; returns what follows them.
+  /// Visits the complete lines; returns the rest.
   std::string_view read_lines(std::string_view text) {
     while (!text.empty()) {
       const void* end = std::memchr(text.data(), '\n', text.size());
@@ -42,7 +42,7 @@ class LineReader {
   }
 
  private:
-  /// Of the line that was not read yet.
+  /// Returns the position of the line that is read next.
   std::string where() const { return fmt::format("{}:{}", name_, n_lines_ + 1); }
 
   void read_line(std::string_view line) {
@@ -92,7 +92,7 @@ void for_each_record(const std::filesystem::path& path, const RecordVisitor& vis
   const FileReader file(path, streamed_file);
   LineReader lines(path.string(), visit);
   std::vector<char> block(block_bytes);
-  size_t kept = 0;  // the beginning of a line
+  size_t kept = 0;  // length of the incomplete line kept from the last block
   for (uint64_t at = 0;;) {
     const size_t n = file.read(block.data() + kept, block.size() - kept, at);
     const std::string_view rest = lines.read_lines({block.data(), kept + n});
@@ -108,7 +108,7 @@ namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// The rest of a line; the first thing that does not fit makes it `bad` for good.
+/// Scans the rest of a line; the first mismatch makes it `bad` permanently.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) : text_(text) {}
@@ -126,7 +126,7 @@ class Scanner {
     return true;
   }
 
-  /// Whether ,"name": comes next.
+  /// Returns true if ,"name": comes next.
   template <size_t N>
   bool has_name(const char (&name)[N]) const {
     constexpr size_t n = N - 1;
@@ -140,10 +140,10 @@ class Scanner {
     return true;
   }
 
-  /// Between quotes, without escapes.
+  /// Scans a text between quotes without escapes.
   std::string_view text() {
     literal("\"");
-    // Escapes, control characters and what is not ASCII are the general parser's business.
+    // Escapes, control characters and non-ASCII characters are left to the general parser.
     const auto plain = [](char c) { return c >= 0x20 && c < 0x7f && c != '"' && c != '\\'; };
     size_t end = 0;
     while (end < text_.size() && plain(text_[end])) ++end;
@@ -169,7 +169,7 @@ class Scanner {
     return value;
   }
 
-  /// {"key":1.5,...}, keys rising.
+  /// Scans {"key":1.5,...} with ascending keys.
   void numbers(std::string_view name, Record::Numbers& numbers) {
     numbers.clear();
     literal("{");
@@ -194,7 +194,7 @@ class Scanner {
   bool good_ = true;
 };
 
-/// Each field in its place: ,"name":value.
+/// Scans each field in its place: ,"name":value.
 class FieldScanner : public Scanner {
  public:
   using Scanner::Scanner;
@@ -221,7 +221,7 @@ class FieldScanner : public Scanner {
 
   template <size_t N, typename T>
   void only_if(bool is_there, const char (&name)[N], T& value, const char*) {
-    if (is_there) field(name, value);  // where it is not, the next field does not fit
+    if (is_there) field(name, value);  // if it is absent, the next field does not match
   }
 
   template <size_t N>

@@ -1,7 +1,8 @@
 #pragma once
 
-// records.jsonl, one record a line: written, read whole, or read from its first line to its last with a few
-// MB of it in memory, for what needs less of a record than the record.
+// records.jsonl, one record per line: written, read completely, or streamed from the first line to the last
+// with a few MB in memory.
+//
 
 #include <filesystem>
 #include <functional>
@@ -13,30 +14,31 @@
 
 namespace sextant {
 
-/// One line a record, each ended by a newline.
+/// Returns one line per record, each ended by a newline.
 std::string write_records(const std::vector<Record>& records);
-/// `name` is used in messages as "NAME:LINE: ...". An unfinished last line is an error.
+/// Parses records; messages have the form "NAME:LINE: ...". An unfinished last line is an error.
 std::vector<Record> parse_records(std::string_view text, const std::string& name);
 std::vector<Record> read_records(const std::filesystem::path& path);
 
-/// A longer line holds no record; those that this program writes have about 1 kB.
+/// Longer lines are not records; those written by this program have about 1 kB.
 inline constexpr size_t max_record_bytes = size_t{1} << 20U;
 
-/// The record is that of one line, and may be taken away; the next one overwrites it.
+/// Receives the record of one line, which it may move from; the next line overwrites it.
 using RecordVisitor = std::function<void(Record&)>;
 
-/// In order of the lines. Throws Error "FILE:LINE: ...", also for an unfinished last line.
+/// Visits the records in order of the lines. Throws Error "FILE:LINE: ...", also for an unfinished last line.
 void for_each_record(const std::filesystem::path& path, const RecordVisitor& visit);
-/// The same of a text; `name` is the file in messages.
+/// Overload for a text; `name` is the file in messages.
 void for_each_record(std::string_view text, const std::string& name, const RecordVisitor& visit);
 
-// ---- scanning: reading records.jsonl is what comparing and reporting wait for. This reader takes a line
-// only in the very form in which write_records() writes it (keys in order, no spaces, no escapes) and is
-// several times as fast as a general JSON parser; every other line is left to record_from_json(), which also
-// says what is wrong. Compiled for any x86-64, simdjson is no faster (bench/records_bench.cc).
+// ---- scanning: reading records.jsonl dominates the time of comparing and reporting. This reader accepts a
+// line only in the exact form in which write_records() writes it (keys in order, no spaces, no escapes) and
+// is several times as fast as a general JSON parser. Every other line is left to record_from_json(), which
+// also reports errors. Compiled for any x86-64, simdjson is not faster (bench/records_bench.cc).
+//
 
-/// Makes `record` equal to that of record_from_json(). False, and any record, when the line is not in the
-/// writer's form.
+/// Sets `record` to the result of record_from_json(). Returns false, with `record` undefined, if the line is
+/// not in the writer's form.
 bool scan_record(std::string_view line, Record& record);
 
 }  // namespace sextant

@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Two bodies that have other numbers, in turn.
+/// Alternating records of two bodies with different numbers.
 std::vector<Record> many_records(int n) {
   std::vector<Record> records;
   for (int i = 0; i < n; ++i) {
@@ -30,7 +30,7 @@ std::vector<Record> many_records(int n) {
   return records;
 }
 
-void expect_refused(const std::filesystem::path& path, const std::string& part) {
+void expect_file_refused(const std::filesystem::path& path, const std::string& part) {
   expect_error([&] { for_each_record(path, [](Record&) {}); }, part);
 }
 
@@ -58,21 +58,21 @@ TEST(RecordStream, NamesTheLineBehindTheFirstBlock) {
   std::string text = write_records(many_records(30000));
   text.pop_back();
   write_file(path, text);
-  expect_refused(path, "records.jsonl:30000: the line is not finished");
+  expect_file_refused(path, "records.jsonl:30000: the line is not finished");
   write_file(path, text + "\n{}\n");
-  expect_refused(path, "records.jsonl:30001: key");
+  expect_file_refused(path, "records.jsonl:30001: key");
 }
 
 TEST(RecordStream, RefusesALineThatIsNoRecord) {
   const TempFolder folder;
   const std::filesystem::path path = folder.path() / "records.jsonl";
   const std::string good = write_records(many_records(1));
-  for (const char* end : {"", "\n"}) {  // also where no line ends any more
+  for (const char* end : {"", "\n"}) {  // also if no line end follows
     write_file(path, good + std::string(2 * max_record_bytes, 'x') + end);
-    expect_refused(path, "records.jsonl:2: the line has more than 1048576 bytes");
+    expect_file_refused(path, "records.jsonl:2: the line has more than 1048576 bytes");
   }
   write_file(path, good + std::string(40 * max_record_bytes, '{'));
-  expect_refused(path, "records.jsonl:2: the line has more than");
+  expect_file_refused(path, "records.jsonl:2: the line has more than");
   write_file(path, "");
   EXPECT_NO_THROW(for_each_record(path, [](Record&) {}));
 }

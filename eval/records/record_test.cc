@@ -32,7 +32,7 @@ void expect_refused(const std::string& text, const std::string& part) {
   expect_error([&] { parse_records(text, "records.jsonl"); }, part);
 }
 
-/// The example's line after `change` is refused.
+/// Expects that the example's line is rejected after `change`.
 template <typename Change>
 void expect_refused_after(Change change, const std::string& part) {
   Json json = to_json(example());
@@ -122,7 +122,7 @@ TEST(Record, TheFastReaderAgreesWithTheStrictOne) {
   records[2].seed = 18446744073709551615ULL;
   records[2].level = 1e22;
   records[2].values.clear();
-  Record scanned;  // the same one for all: nothing of a line stays
+  Record scanned;  // the same object for all lines: nothing of a previous line may remain
   for (const Record& record : records) {
     std::string line = write_records({record});
     line.pop_back();

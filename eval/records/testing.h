@@ -10,13 +10,13 @@
 
 namespace sextant {
 
-/// Without times and memory.
+/// Returns the records without times and memory.
 inline std::vector<Record> untimed(std::vector<Record> records) {
   for (Record& record : records) record = strip_times(std::move(record));
   return records;
 }
 
-/// Whose pair is known; with truth, and otherwise empty.
+/// Description of a record with truth and an otherwise empty content.
 struct RecordOf {
   std::string dataset = "d", sequence = "s", estimator = "e", body = "ego", noise = "none";
   double level = 0;

@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// minizip's way to open a file, on the descriptor that `opaque` points to.
+/// minizip's function to open a file, applied to the descriptor to which `opaque` points.
 voidpf open_descriptor(voidpf opaque, const void* /*name*/, int /*mode*/) {
   const int copy = ::dup(*static_cast<const int*>(opaque));
   std::FILE* file = copy < 0 ? nullptr : ::fdopen(copy, "w+b");
@@ -27,7 +27,7 @@ ZipFile::ZipFile(const std::filesystem::path& path, int level) : path_(path), fi
   fill_fopen64_filefunc(&functions);
   functions.zopen64_file = open_descriptor;
   int descriptor = file_.descriptor();
-  functions.opaque = &descriptor;  // read once, to open
+  functions.opaque = &descriptor;  // read once, when the file is opened
   zip_ = zipOpen2_64(path.c_str(), APPEND_STATUS_CREATE, nullptr, &functions);
   if (zip_ == nullptr) fail("{}: cannot write", path.string());
 }
@@ -43,7 +43,7 @@ void ZipFile::expect(bool good, const std::string& what) const {
 void ZipFile::begin(const std::string& name, uint64_t n_bytes) {
   name_ = " " + name;
   zip_fileinfo info{};
-  info.tmz_date = {0, 0, 0, 1, 0, 1980};  // the same bytes every time
+  info.tmz_date = {0, 0, 0, 1, 0, 1980};  // constant, for reproducible bytes
   const int is_large = n_bytes >= std::numeric_limits<uint32_t>::max() ? 1 : 0;
   expect(zipOpenNewFileInZip64(zip_, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr,
                                level_ > 0 ? Z_DEFLATED : 0, level_, is_large) == ZIP_OK,

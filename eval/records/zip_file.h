@@ -1,7 +1,7 @@
 #pragma once
 
-// Writing zip files, and numpy arrays for them: what `sextant export` and evo's result files are made of. The
-// same content gives the same bytes. Errors name the file.
+// Writing zip files, and numpy arrays in them, for `sextant export` and evo's result files. The bytes are a
+// function of the content. Errors name the file.
 
 #include <filesystem>
 #include <string>
@@ -11,21 +11,21 @@
 
 namespace sextant {
 
-/// A zip file under construction at a temporary name beside `path`; what is not finished is removed.
+/// A zip file under construction, under a temporary name next to `path`; removed unless finish() is called.
 class ZipFile {
  public:
-  /// `level`: of deflate, 0 (stored) to 9.
+  /// `level`: deflate level, 0 (stored) to 9.
   explicit ZipFile(const std::filesystem::path& path, int level = 0);
   ~ZipFile();
   ZipFile(const ZipFile&) = delete;
   ZipFile& operator=(const ZipFile&) = delete;
 
   void add(const std::string& name, std::string_view bytes);
-  // The same piece by piece, for a file of `n_bytes`.
+  // Adds a file of `n_bytes` piece by piece.
   void begin(const std::string& name, uint64_t n_bytes);
   void append(std::string_view bytes);
   void end();
-  /// Moves it into its place.
+  /// Renames the file to its final name.
   void finish();
 
  private:
@@ -38,7 +38,7 @@ class ZipFile {
   void* zip_ = nullptr;
 };
 
-/// What precedes the bytes of an array in a .npy file: `type` as "<f8", `shape` as "(3,)".
+/// Returns the header of an array in a .npy file: `type` such as "<f8", `shape` such as "(3,)".
 std::string npy_header(std::string_view type, std::string_view shape);
 
 }  // namespace sextant

@@ -21,7 +21,7 @@
 
 namespace sextant {
 
-// ---- How near the estimates of one noise level come to the limit (docs/metrics.md, "The limit"):
+// ---- How near the estimates of one noise level come to the limit (docs/metrics.md, "The Cramér-Rao bound"):
 //
 //   bound        RMS of the records' bounds
 //   efficiency   bound / RMS of the errors of the same records; its interval from the bootstrap of that RMS

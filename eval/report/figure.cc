@@ -84,7 +84,7 @@ std::string replaced(const std::string& text, char what, const char* by) {
 std::string label_text(const std::string& text) {
   std::string line = one_line(text);
   for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at))
-    line.insert(at + 2, " ");
+    line.insert(at + 2, 1, ' ');
   return line;
 }
 

@@ -143,7 +143,7 @@ Table body_table(const std::vector<BodySummary>& rows, const MetricPreset& prese
     fields.add(metric_column(*metric),
                [name = metric->name](const Row& row) { return find_number(row.metrics, name); });
   }
-  fields.add(Column::text("other", "other pairs"),
+  fields.add(Column::text("other", "not estimated"),
              [](const Row& row) { return row.other.empty() ? Cell() : Cell(row.other); });
   return table_of(fmt::format("Summary, preset {} ({} over pairs)", preset.name, to_string(preset.aggregate)),
                   fmt::format("{}. Objects: {}, {}, {}; ego: Et_m, ER_deg. v, v_gt ({}) and EPE are means.",
@@ -167,6 +167,13 @@ std::vector<std::string> summary_notes(const std::vector<Record>& records) {
   return notes;
 }
 
+/// Shortens a list "gated(area) 3, lost 1" at a comma to at most `width` characters.
+std::string shortened(const std::string& list, size_t width) {
+  if (list.size() <= width) return list;
+  const size_t comma = list.rfind(", ", width - 5);
+  return comma == std::string::npos ? list : list.substr(0, comma) + ", ...";
+}
+
 }  // namespace
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset) {
@@ -176,7 +183,7 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
 }
 
 std::string summary_text(const std::vector<Record>& records, const MetricPreset& preset, bool all) {
-  constexpr size_t width = 100;
+  constexpr size_t width = 100, width_of_reasons = 34;
   if (all) return to_text(summary_table(records, preset));
   std::vector<BodySummary> rows = summarize(records, preset);
   std::vector<std::string> notes = summary_notes(records);
@@ -186,15 +193,19 @@ std::string summary_text(const std::vector<Record>& records, const MetricPreset&
     std::erase_if(rows, lacks_coverage);
     notes.push_back(fmt::format("{} more bodies stand still or have no truth.", n_left_out));
   }
+  for (BodySummary& row : rows) row.other = shortened(row.other, width_of_reasons);
   Table shown = body_table(rows, preset);
   shown.notes = std::move(notes);
   shown.caption.clear();
   std::string text;
   std::vector<Table> parts = split_rows(shown, {"dataset", "sequence", "estimator"});
   if (parts.empty()) parts.push_back(shown);
+  std::vector<std::string> keys = {"dataset",          "sequence", "estimator", "body",  "n_estimated",
+                                   "coverage_percent", "Et_m",     "ER_deg",    "Ev_kmh"};
+  if (std::ranges::any_of(rows, [](const BodySummary& row) { return !row.other.empty(); }))
+    keys.emplace_back("other");
   for (size_t i = 0; i < parts.size(); ++i) {
-    Table part = with_columns(parts[i], {"dataset", "sequence", "estimator", "body", "n_estimated",
-                                         "coverage_percent", "Et_m", "ER_deg", "Ev_kmh"});
+    Table part = with_columns(parts[i], keys);
     part.title = i == 0 ? part.title : "";
     if (i + 1 < parts.size()) part.notes.clear();
     if (i + 1 == parts.size())

@@ -61,7 +61,7 @@ ClassificationCounts count_classification(const std::vector<Record>& records);
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset);
 
 /// summary_table() for a terminal of 100 columns: per dataset, sequence and estimator what matters first,
-/// body, estimated, coverage, E_t, E_R and E_v, of the bodies with coverage where there are any; everything
+/// body, estimated, coverage, E_t, E_R, E_v and why pairs have no estimate, of the bodies with coverage; everything
 /// with `all`, however wide.
 std::string summary_text(const std::vector<Record>& records, const MetricPreset& preset, bool all);
 

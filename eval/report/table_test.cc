@@ -5,7 +5,7 @@
 namespace sextant {
 namespace {
 
-Table example() {
+Table example_table() {
   Table table{"T", "C", {Column::text("name"), Column::number("x_m", "x [m]", 2)}};
   table.add_row({std::string("a,\"b|"), 1.0 / 3.0});
   table.add_row({std::string("é"), Cell()});
@@ -14,7 +14,7 @@ Table example() {
 }
 
 TEST(Table, TextIsAligned) {
-  EXPECT_EQ(to_text(example()),
+  EXPECT_EQ(to_text(example_table()),
             "T\nC\n\n"
             "name   x [m]\n"
             "-----  -----\n"
@@ -24,7 +24,7 @@ TEST(Table, TextIsAligned) {
 }
 
 TEST(Table, TextSaysOnceWhatAllRowsShare) {
-  Table table = example();
+  Table table = example_table();
   table.columns.insert(table.columns.begin(), Column::text("set").folded());
   for (auto& row : table.rows) row.insert(row.begin(), std::string("kitti"));
   EXPECT_EQ(to_text(table),
@@ -40,7 +40,7 @@ TEST(Table, TextSaysOnceWhatAllRowsShare) {
 }
 
 TEST(Table, MarkdownEscapesBars) {
-  EXPECT_EQ(to_markdown(example()),
+  EXPECT_EQ(to_markdown(example_table()),
             "## T\n\nC\n\n"
             "| name  | x [m] |\n"
             "| :---- | ----: |\n"
@@ -50,7 +50,7 @@ TEST(Table, MarkdownEscapesBars) {
 }
 
 TEST(Table, TextsOfStrangersAreOneLineWithoutControlCharacters) {
-  Table table = example();
+  Table table = example_table();
   table.rows[0][0] = std::string("a\nb\x1b[2J\xff<i>&amp;");
   EXPECT_NE(to_text(table).find("a b [2J\uFFFD<i>&amp;"), std::string::npos);
   EXPECT_NE(to_markdown(table).find("| a b [2J\uFFFD&lt;i>&amp;amp; |"), std::string::npos);
@@ -61,15 +61,16 @@ TEST(Table, TextsOfStrangersAreOneLineWithoutControlCharacters) {
 }
 
 TEST(Table, CsvKeepsEveryDigitAndQuotes) {
-  EXPECT_EQ(to_csv(example()), "name,x_m\n\"a,\"\"b|\",0.3333333333333333\né,\n");
+  EXPECT_EQ(to_csv(example_table()), "name,x_m\n\"a,\"\"b|\",0.3333333333333333\né,\n");
 }
 
 TEST(Table, JsonLeavesOutEmptyCells) {
-  EXPECT_EQ(rows_to_json(example()).dump(), R"([{"name":"a,\"b|","x_m":0.3333333333333333},{"name":"é"}])");
+  EXPECT_EQ(rows_to_json(example_table()).dump(),
+            R"([{"name":"a,\"b|","x_m":0.3333333333333333},{"name":"é"}])");
 }
 
 TEST(Table, RefusesWrongRows) {
-  Table table = example();
+  Table table = example_table();
   EXPECT_THROW(table.add_row({1.0}), InternalError);
   EXPECT_THROW(table.add_row({std::string("x"), NAN}), InternalError);
 }

@@ -24,12 +24,12 @@ std::vector<std::string> decisions_of(const Paths& paths) {
 std::string panel_name(const AttributionPath& path) { return path.set + " " + path.body; }
 
 Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
-  struct Mark {
+  struct StepMark {
     std::string panel, path, decision;
     std::ptrdiff_t x;
     IntervalEstimate Et_m;
   };
-  std::vector<Mark> marks;
+  std::vector<StepMark> marks;
   for (const AttributionPath* path : paths) {
     for (const AttributionStep& step : path->steps) {
       const auto x = std::ranges::find(decisions, step.decision) - decisions.begin();
@@ -38,11 +38,12 @@ Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
       marks.push_back({panel_name(*path), path->path, step.decision, x, {Et_m, around}});
     }
   }
-  Fields<Mark> fields = {{Column::text("panel"), &Mark::panel},
-                         {Column::text("path"), &Mark::path},
-                         {Column::text("decision"), &Mark::decision},
-                         {Column::text("x"), &Mark::x}};
-  fields.add(estimate_fields(Column::text("Et"), "low", "high"), [](const Mark& mark) { return &mark.Et_m; });
+  Fields<StepMark> fields = {{Column::text("panel"), &StepMark::panel},
+                             {Column::text("path"), &StepMark::path},
+                             {Column::text("decision"), &StepMark::decision},
+                             {Column::text("x"), &StepMark::x}};
+  fields.add(estimate_fields(Column::text("Et"), "low", "high"),
+             [](const StepMark& mark) { return &mark.Et_m; });
   return table_of("", "", fields, marks);
 }
 

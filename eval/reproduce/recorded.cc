@@ -76,7 +76,7 @@ std::vector<Record> records_of(const Recording& recording, const EgoResult& raw,
   return records;
 }
 
-std::string file_stem(const Recording& recording) {
+std::string stem_of_recording(const Recording& recording) {
   return fmt::format("{}_{}", recording.system->folder, recording.sequence);
 }
 
@@ -115,8 +115,8 @@ OutputFiles evaluate_recorded(const std::string& data_root) {
     SEXTANT_CHECK(raw.per_frame.row == corrected.per_frame.row && raw.per_frame.row == scaled.per_frame.row);
     for (Record& record : records_of(recording, raw, corrected, scaled, truth))
       records.push_back(std::move(record));
-    files[file_stem(recording) + "_reference.tum"] = encode_tum(raw.reference);
-    files[file_stem(recording) + "_estimate.tum"] = encode_tum(raw.estimate);
+    files[stem_of_recording(recording) + "_reference.tum"] = encode_tum(raw.reference);
+    files[stem_of_recording(recording) + "_estimate.tum"] = encode_tum(raw.estimate);
     for (const TrajectoryWarning& warning : raw.warnings) warnings[recording.path].push_back(warning.text);
   }
   check_listed(records);

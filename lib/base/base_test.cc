@@ -1,4 +1,4 @@
-// The small headers of this folder: error, registry, status, text.
+// Tests of the small headers of this folder: error, names, text.
 
 #include <array>
 #include <limits>

@@ -1,8 +1,9 @@
 #pragma once
 
-// Binary files of ours, written and read piece by piece: numbers as they lie in memory (little-endian), and
-// whole numbers of any size in groups of 7 bits, the lowest first (varint). The reader trusts nothing: what
-// is not there is an Error.
+// Writer and reader of the project's binary files, such as the correspondence cache: numbers are stored in
+// the memory layout of a little-endian machine, and integers of any size as varints (groups of 7 bits, the
+// lowest group first). The reader treats its bytes as untrusted input: it throws Error where they end early
+// or are malformed.
 
 #include <bit>
 #include <cstdint>
@@ -15,7 +16,8 @@
 
 namespace sextant {
 
-static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "numbers are stored in the memory layout of a little-endian machine");
 
 class ByteWriter {
  public:
@@ -28,7 +30,7 @@ class ByteWriter {
     for (; value >= 0x80; value >>= 7U) bytes_ += static_cast<char>(value | 0x80U);
     bytes_ += static_cast<char>(value);
   }
-  /// Its length as a varint before it.
+  /// Writes the length of `text` as a varint, then its bytes.
   void text(std::string_view text) {
     varint(text.size());
     bytes_ += text;
@@ -42,7 +44,7 @@ class ByteWriter {
 
 class ByteReader {
  public:
-  /// `name` begins every message.
+  /// Reads from `bytes`, which must outlive the reader; `name` is the prefix of every error message.
   ByteReader(std::string_view bytes, const std::string& name) : rest_(bytes), name_(name) {}
 
   template <typename T>
@@ -62,12 +64,13 @@ class ByteReader {
     }
     fail("{}: damaged: a number has more than 64 bits", name_);
   }
-  /// `n` things of at least `size` bytes each follow.
+  /// Returns `n` as a count after checking that `n` items of at least `size` bytes each can follow; throws
+  /// Error if the remaining bytes are too few.
   size_t checked_count(uint64_t n, size_t size) const {
     if (n > rest_.size() / size) damaged();
     return static_cast<size_t>(n);
   }
-  /// Their number is a varint.
+  /// Reads a count as a varint; see checked_count().
   size_t count(size_t size) { return checked_count(varint(), size); }
   std::string_view text() { return raw(count(1)); }
   std::string_view raw(size_t n) {
@@ -81,7 +84,7 @@ class ByteReader {
   void expect_end() const {
     if (!rest_.empty()) damaged();
   }
-  [[noreturn]] void damaged() const { fail("{}: damaged: it ends too early or too late", name_); }
+  [[noreturn]] void damaged() const { fail("{}: damaged: its length does not fit its content", name_); }
 
  private:
   std::string_view rest_;

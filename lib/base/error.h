@@ -1,9 +1,9 @@
 #pragma once
 
-// Errors of two kinds. `Error`: bad input or usage; its one-line message names the file, line or key,
-// what was expected and what to do; programs print it and exit with code 2. `SEXTANT_CHECK`: a broken
-// promise inside the program; names file and line of the source; programs exit with code 70.
-// "Could not estimate" is neither: it is a Status (base/status.h).
+// Two kinds of errors. `Error` reports bad input or usage: its one-line message names the file, line or key,
+// what was expected and what to do; programs print it and exit with code 2. `SEXTANT_CHECK` reports a
+// violated invariant of the program itself: it names the source file and line; programs exit with code 70. An
+// estimate that could not be made is neither: it is a Status (base/status.h).
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ namespace internal {
 [[noreturn]] inline void check_failed(const char* condition, const char* file, int line) {
   throw InternalError(fmt::format("{}:{}: internal check failed: {}", file, line, condition));
 }
-}
+}  // namespace internal
 
 }  // namespace sextant
 

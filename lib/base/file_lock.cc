@@ -130,7 +130,7 @@ bool make_folders(const fs::path& folder, std::vector<fs::path>& made) {
 
 struct FolderLock::Held {
   ~Held() {
-    for (auto folder = made.rbegin(); folder != made.rend(); ++folder) ::rmdir(folder->c_str());
+    for (auto path = made.rbegin(); path != made.rend(); ++path) ::rmdir(path->c_str());
   }
 
   pid_t owner = ::getpid();  // a child process inherits this, but not the lock

@@ -1,11 +1,12 @@
 #pragma once
 
-// One process at a time, on this host or another, holds the lock of a file.
+// Lock of a file that only one process holds at a time, on this host or another.
 //
-// flock() where the file system has it: the lock ends with its process, however that ends. File systems of
-// clusters may have none (ENOLCK, ENOSYS, EOPNOTSUPP); there the lock is a file FILE.lock that names host and
-// process and is made by one of them only. A process that is gone from this host has lost such a lock; of
-// another host nobody can tell, and the message says whom to ask and what to remove.
+// The lock is flock() if the file system supports it: it ends with its process, however that ends. File
+// systems of clusters may not support it (ENOLCK, ENOSYS, EOPNOTSUPP); then the lock is a file FILE.lock that
+// names host and process and that only one process can create. A process that no longer exists on this host
+// has lost such a lock; for another host this cannot be determined, and the message names the host and the
+// file to remove.
 
 #include <sys/file.h>
 #include <filesystem>
@@ -17,11 +18,11 @@ namespace sextant {
 
 class FileLock {
  public:
-  using Flock = int (*)(int file, int operation);  ///< ::flock, another in tests
+  using Flock = int (*)(int file, int operation);  ///< ::flock, replaced in tests
 
-  /// The lock of `file`, which is made where it is not there; nothing when another process holds it, with
-  /// `holder` saying who, as far as that is known. Throws Error with the system's reason when it cannot be
-  /// known.
+  /// Takes the lock of `file`, and creates the file if needed. Returns nullopt if another process holds the
+  /// lock; `holder` then describes it, as far as known. Throws Error with the system's reason if the state
+  /// cannot be determined.
   static std::optional<FileLock> take(const std::filesystem::path& file, std::string* holder = nullptr,
                                       Flock flock = ::flock);
   ~FileLock();
@@ -33,25 +34,25 @@ class FileLock {
       : descriptor_(descriptor), lock_file_(std::move(lock_file)) {}
 
   int descriptor_ = -1;
-  std::filesystem::path lock_file_;  ///< of the file system without flock(); else empty
+  std::filesystem::path lock_file_;  ///< the lock file on file systems without flock(); otherwise empty
 };
 
-// One process at a time writes into a folder. A command that writes a folder takes its lock before anything
-// else; the second command ends with an error that says so.
+// Lock of a folder into which only one process writes at a time. A command that writes into a folder takes
+// the lock before anything else; a second command ends with an error.
 //
-// The lock is flock() on the folder itself, which leaves no file and ends with its process. Where the file
-// system refuses that for folders (NFS), the lock is that of the file FOLDER/.lock (file_lock.h).
+// The lock is flock() on the folder itself, which leaves no file and ends with its process. If the file
+// system does not allow that for folders (NFS), the file FOLDER/.lock is locked (FileLock).
 
 class FolderLock {
  public:
-  /// Makes the folder where it is not there, and takes its lock; a process that holds it already shares it
-  /// with itself. Throws Error when another process holds the lock, or the folder is a file or cannot be
-  /// made.
+  /// Creates the folder if needed, and takes its lock; a process that already holds the lock shares it with
+  /// itself. Throws Error if another process holds the lock, or if the folder is a file or cannot be created.
   explicit FolderLock(const std::filesystem::path& folder);
 
  private:
   struct
-      Held;  ///< ends with the last FolderLock of its folder, and removes the folders that it made and that are empty
+      /// ends with the last FolderLock of its folder; removes the folders that it created and that are empty
+      Held;
   std::shared_ptr<Held> held_;
 };
 

@@ -1,4 +1,4 @@
-// Locks between processes, with flock() and where there is none.
+// Locks between processes, with flock() and on file systems without it.
 
 #include <sched.h>
 #include <sys/wait.h>
@@ -33,7 +33,7 @@ class FileLocks : public ::testing::TestWithParam<FileLock::Flock> {
   TempFolder folder_;
   std::filesystem::path file_ = folder_.path() / "journal.jsonl";
 
-  /// Whether another process can take the lock.
+  /// Returns true if another process can take the lock.
   bool other_process_takes() const {
     return WEXITSTATUS(
                status_of_child([&] { return FileLock::take(file_, nullptr, GetParam()).has_value(); })) == 1;
@@ -55,7 +55,7 @@ TEST_P(FileLocks, OneHoldsAndTheOtherIsTold) {
 TEST_P(FileLocks, EndsWithItsProcess) {
   status_of_child([&]() -> int {
     const auto lock = FileLock::take(file_, nullptr, GetParam());
-    ::_exit(0);  // without destructors, as after kill -9
+    ::_exit(0);  // skips destructors, as kill -9 does
   });
   EXPECT_TRUE(other_process_takes());
 }
@@ -116,7 +116,7 @@ TEST(Machine, HostNameIsFitForFiles) {
 
 namespace {
 
-/// Message of another process that takes the lock; "" when it gets it.
+/// Returns the error message of another process that tries to take the lock; "" if it succeeds.
 std::string from_another_process(const fs::path& folder, const fs::path& said) {
   status_of_child([&] {
     write_file(said, error_of([&] { const FolderLock lock(folder); }));
@@ -131,11 +131,11 @@ TEST(FolderLock, OneProcessAtATime) {
   {
     const FolderLock lock(out);
     const FolderLock again(out / "." / "");  // shared with itself
-    EXPECT_THAT(from_another_process(out, temp / "said"), HasSubstr("out: another process is writing into "
+    EXPECT_THAT(from_another_process(out, temp / "message"), HasSubstr("out: another process is writing into "
                                                                     "this folder"));
-    EXPECT_EQ(from_another_process(temp.path() / "other", temp / "said"), "no error");
+    EXPECT_EQ(from_another_process(temp.path() / "other", temp / "message"), "no error");
   }
-  EXPECT_EQ(from_another_process(out, temp / "said"), "no error");
+  EXPECT_EQ(from_another_process(out, temp / "message"), "no error");
   EXPECT_THAT(files_below(temp.path()), testing::SizeIs(1)) << "the lock leaves no file";
 }
 
@@ -144,7 +144,7 @@ TEST(FolderLock, EndsWithTheLastHolder) {
   std::optional<FolderLock> first(temp.path());
   const std::optional<FolderLock> second(temp.path());
   first.reset();
-  EXPECT_THAT(from_another_process(temp.path(), temp / "said"), HasSubstr("is writing into this folder"));
+  EXPECT_THAT(from_another_process(temp.path(), temp / "message"), HasSubstr("is writing into this folder"));
 }
 
 TEST(FolderLock, RemovesTheEmptyFoldersThatItMade) {

@@ -42,7 +42,7 @@ std::string last_opened_file() {
 }
 
 FileReader::FileReader(const std::filesystem::path& path, const FileKind& kind) : path_(path.string()) {
-  // O_NONBLOCK: a pipe without a writer would be waited for.
+  // O_NONBLOCK: opening a pipe would otherwise block until it has a writer.
   file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file_ < 0) fail("{}: cannot open: {}", path_, std::strerror(errno));
   struct stat info {};
@@ -52,7 +52,7 @@ FileReader::FileReader(const std::filesystem::path& path, const FileKind& kind) 
   } else if (S_ISDIR(info.st_mode)) {
     problem = "is a folder, expected a file";
   } else if (!S_ISREG(info.st_mode)) {
-    problem = "is a pipe or device, expected a file: write it to one";
+    problem = "is a pipe or device, expected a file: save its content to a file first";
   } else if (size_ = static_cast<uint64_t>(info.st_size); size_ > kind.max_bytes) {
     problem = fmt::format("has {}, expected at most {} for {}", size_text(size_, 1),
                           size_text(kind.max_bytes, 2), kind.name);
@@ -123,7 +123,7 @@ void StreamedFile::close() {
 
 void sync_folder(const std::filesystem::path& folder) {
   const Descriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  // EINVAL: some file systems of networks know no such thing.
+  // EINVAL: some network file systems do not support fsync() of folders.
   if (file.get() < 0 || (::fsync(file.get()) != 0 && errno != EINVAL))
     fail("{}: cannot write: {}", folder.string(), std::strerror(errno));
 }

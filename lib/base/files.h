@@ -1,6 +1,6 @@
 #pragma once
 
-// Reading whole files, remembering what was read, and writing files so that a reader never sees half of one.
+// Reading whole files with a size limit, recording which files were read, and writing files atomically.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,20 +14,22 @@ namespace sextant {
 
 namespace fs = std::filesystem;
 
-/// What a file is read as, and how large it may be then:
-/// a larger one is refused before anything of it is read.
+/// Name of a kind of file in messages, and the largest size that is accepted. A larger file is refused before
+/// any of it is read.
 struct FileKind {
   const char* name;
   uint64_t max_bytes;
 };
 inline constexpr FileKind data_file = {"a file of data", uint64_t{1} << 30U};
 inline constexpr FileKind json_file = {"a JSON file", uint64_t{1} << 28U};
-inline constexpr FileKind records_file = {"a file of records, a journal or a pack", uint64_t{1} << 33U};
-/// What is never in memory as a whole.
+inline constexpr FileKind records_file = {"a file of records, a journal or cached correspondences",
+                                          uint64_t{1} << 33U};
+/// Files that are read piece by piece and never held in memory as a whole.
 inline constexpr FileKind streamed_file = {"a file", uint64_t{1} << 50U};
 inline constexpr FileKind recording_file = {"a recording", uint64_t{1} << 50U};
 
-/// A regular file open for reading. Throws Error that names the path and the system's reason, or the limit.
+/// A regular file that is open for reading. Throws Error with the path and either the system's reason or the
+/// size limit of the kind.
 class FileReader {
  public:
   FileReader(const fs::path& path, const FileKind& kind);
@@ -36,8 +38,9 @@ class FileReader {
   FileReader& operator=(FileReader&&) = delete;
   ~FileReader();
 
-  uint64_t size() const { return size_; }  ///< when it was opened
-  /// `n` bytes from `at` on; returns how many there were.
+  uint64_t size() const { return size_; }  ///< size in bytes when the file was opened
+  /// Reads up to `n` bytes from offset `at` into `to`; returns the number of bytes read, which is smaller
+  /// than `n` only at the end of the file.
   size_t read(char* to, size_t n, uint64_t at) const;
 
  private:
@@ -46,15 +49,16 @@ class FileReader {
   uint64_t size_ = 0;
 };
 
-/// The bytes of a file. Throws Error that names the path and the system's reason, or the limit.
+/// Returns the content of a file. Throws Error with the path and either the system's reason or the size
+/// limit.
 std::string read_file(const fs::path& path, const FileKind& kind = data_file);
 
-/// Writes to a temporary name in the same folder, makes it durable, then renames: after a power cut either
-/// the old or the new file is there. Throws Error; leaves no temporary behind.
+/// Writes `bytes` to a temporary file in the same folder, syncs it to disk and renames it to `path`: after a
+/// power cut either the old or the new file exists. Throws Error and leaves no temporary file behind.
 void write_file(const fs::path& path, std::string_view bytes);
 
-/// A file that is written piece by piece, durable after close(). Throws Error that names the path and the
-/// reason.
+/// A file that is written piece by piece and synced to disk by close(). Throws Error with the path and the
+/// system's reason.
 class StreamedFile {
  public:
   explicit StreamedFile(fs::path path);
@@ -73,13 +77,13 @@ class StreamedFile {
   int file_ = -1;
 };
 
-/// Makes names durable: files that were made, renamed or removed in `folder` before are so after a power cut.
+/// Syncs a folder to disk, so that files created, renamed or removed in it before survive a power cut.
 void sync_folder(const fs::path& folder);
 
-/// Lower-case hexadecimal SHA-256.
+/// Returns the SHA-256 in lower-case hexadecimal.
 std::string sha256(std::string_view bytes);
 
-/// Every input file that a run has read, for its provenance. Safe to use from several threads.
+/// Records every input file that a run reads, for its provenance. Safe to use from several threads.
 class InputLog {
  public:
   struct Entry {
@@ -87,10 +91,10 @@ class InputLog {
     std::string sha256;
   };
 
-  /// read_file() of data that remembers size and SHA-256.
+  /// Returns read_file(path) of a data file, and records its size and SHA-256.
   std::string read(const fs::path& path);
 
-  /// What was read, in order of path.
+  /// Returns the recorded files, ordered by path.
   std::map<std::string, Entry> entries() const;
 
  private:
@@ -105,14 +109,12 @@ struct EmbeddedFile {
   std::string_view text;
 };
 
-// SHA-256 of a file of any size, read piece by piece.
-
-/// Lower-case hexadecimal SHA-256 of the content of a regular file, as sha256sum prints it. Throws Error that
-/// names the path and the system's reason.
+/// Returns the SHA-256 of a regular file of any size in lower-case hexadecimal, as sha256sum prints it; the
+/// file is read piece by piece. Throws Error with the path and the system's reason.
 std::string file_sha256(const std::filesystem::path& path);
 
-/// Path of the file that a FileReader (files.h) of any thread opened last; empty before the first. Memory is
-/// asked for in proportion to what files hold, so this is the file that a message about lack of memory names.
+/// Returns the path of the file that any FileReader of the program opened last; empty before the first.
+/// Memory use is proportional to the size of the input, so a message about exhausted memory names this file.
 std::string last_opened_file();
 
 }  // namespace sextant

@@ -33,7 +33,7 @@ TEST_F(Files, RoundTripBytes) {
   EXPECT_EQ(read_file(folder_ / "a"), "");
 }
 
-// The file is a hole: it takes no room, and reading it would take 20 GB of memory.
+// The file is sparse: it occupies no disk space, and reading it would take 20 GB of memory.
 TEST_F(Files, TooLargeIsRefusedBeforeReading) {
   const fs::path path = folder_ / "huge.txt";
   write_file(path, "x");
@@ -56,7 +56,7 @@ TEST_F(Files, AFailedWriteLeavesNothingBehind) {
   EXPECT_EQ(entries(), 0);
   fs::create_directory(folder_ / "taken");
   write_file(folder_ / "taken" / "child", "x");
-  // The temporary can be written but not renamed over a folder.
+  // The temporary file can be written but cannot be renamed over a folder.
   expect_error([&] { write_file(folder_ / "taken", "x"); }, "taken: is a folder");
   EXPECT_EQ(entries(), 1);
 }

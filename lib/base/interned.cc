@@ -14,7 +14,7 @@ struct TextHash {
   size_t operator()(std::string_view text) const { return std::hash<std::string_view>()(text); }
 };
 
-/// Never destroyed: texts may be looked at until the last thread ends.
+/// Never destroyed, because threads may read texts until the program ends.
 const std::string* of_all_threads(std::string_view text) {
   static auto& mutex = *new std::mutex;
   static auto& texts = *new std::unordered_set<std::string, TextHash, std::equal_to<>>;
@@ -28,7 +28,7 @@ const std::string& empty_text() {
   return text;
 }
 
-/// The length and what stands first and last: where names differ.
+/// Hashes the length, the first and the last bytes, where names differ.
 size_t place_of(std::string_view text) {
   constexpr size_t n = sizeof(uint64_t);
   uint64_t first = 0, last = 0;

@@ -1,8 +1,8 @@
 #pragma once
 
-// A text that occurs often, such as the name of a number in every record: each distinct one is kept once, for
-// as long as the program runs, and an Interned is as large as a pointer. Equality costs nothing; the order is
-// that of the texts. Safe from several threads.
+// An interned string, for texts that occur often, such as the name of a number in every record: each distinct
+// text is stored once for the life of the program, and an Interned has the size of a pointer. Equality
+// compares pointers; the order is that of the texts. Safe to use from several threads.
 
 #include <fmt/format.h>
 

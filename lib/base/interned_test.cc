@@ -26,7 +26,7 @@ TEST(Interned, TheOrderIsThatOfTheTexts) {
   EXPECT_FALSE(Interned("Et_m") < Interned("Et_m"));
 }
 
-/// Texts that share beginning, end and length, more than are remembered, from several threads.
+/// Several threads intern more texts than each remembers; the texts share beginning, end and length.
 TEST(Interned, ManyTextsOfManyThreads) {
   constexpr int n = 5000;
   std::vector<std::set<const std::string*>> of_thread(4);

@@ -26,7 +26,7 @@ void on_signal(int) {
   ::sem_post(&signal_came);
 }
 
-/// What the watcher needs. Never destroyed: the watcher may outlive static objects.
+/// State of the watcher thread. Never destroyed: the watcher may outlive static objects.
 struct Watch {
   std::string last_words;
   int exit_code = 0;
@@ -44,17 +44,19 @@ void* end_after_signal(void*) {
   }
   std::this_thread::sleep_for(std::chrono::duration<double>(interrupt_grace_s));
   Watch& w = watch();
-  if (w.mutex.try_lock_for(std::chrono::milliseconds(100))) {  // not unlocked: nothing is added from here on
+  // never unlocked: no folder may be added from here on
+  if (w.mutex.try_lock_for(std::chrono::milliseconds(100))) {
     std::error_code ignored;
     for (const std::filesystem::path& folder : w.folders) std::filesystem::remove_all(folder, ignored);
   }
-  if (::write(STDERR_FILENO, w.last_words.data(), w.last_words.size()) < 0) {  // nobody is there to read it
+  // standard error is closed: nothing to do
+  if (::write(STDERR_FILENO, w.last_words.data(), w.last_words.size()) < 0) {
   }
   std::_Exit(w.exit_code);
 }
 
-/// A thread of a small stack that no signal is delivered to. Without it (`ulimit -u`) check_interrupt()
-/// remains.
+/// Starts a thread with a small stack that receives no signals. If no thread can be created (`ulimit -u`),
+/// check_interrupt() still works.
 void start_watcher() {
   sigset_t all, before;
   ::sigfillset(&all);

@@ -1,11 +1,12 @@
 #pragma once
 
-// Ctrl-C. Programs install the handler once; long loops call check_interrupt() between steps, which throws
-// Interrupted after the signal; the program then cleans up through destructors and exits with code 130.
+// Handling of Ctrl-C. Programs install the handler once; long loops call check_interrupt() between steps,
+// which throws Interrupted after a signal. The program then cleans up through destructors and exits with code
+// 130.
 //
-// Code that does not come to check_interrupt() in time, such as a decoder of a library, cannot delay the end:
-// a watcher thread ends the program `grace_s` after the signal, as kill -9 would, except that folders which
-// RemovedOnInterrupt names are removed before. All outputs are made so that they survive this
+// Code that does not reach check_interrupt() in time, such as a decoder in a library, cannot delay the end: a
+// watcher thread ends the program interrupt_grace_s after the signal, as kill -9 would, after removing the
+// folders that RemovedOnInterrupt names. All outputs are written so that they survive this
 // (docs/security.md). A second signal ends the program at once.
 
 #include <filesystem>
@@ -19,8 +20,8 @@ class Interrupted : public std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// For SIGINT and SIGTERM. `last_words` is a line for standard error when the watcher ends the program, with
-/// `exit_code`.
+/// Installs the handler of SIGINT and SIGTERM. When the watcher ends the program, it prints the line
+/// `last_words` to standard error and exits with `exit_code`.
 void install_interrupt_handler(std::string last_words, int exit_code);
 
 bool is_interrupted();
@@ -30,7 +31,8 @@ void check_interrupt();
 /// Time from the signal until the watcher ends the program.
 inline constexpr double interrupt_grace_s = 0.6;
 
-/// Names a temporary folder that the watcher removes, as long as this object lives.
+/// Registers a temporary folder that the watcher removes when it ends the program; the destructor unregisters
+/// it.
 class RemovedOnInterrupt {
  public:
   explicit RemovedOnInterrupt(std::filesystem::path folder);

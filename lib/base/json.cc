@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// The text, letter by letter; `seen` is how far it has been read.
+/// Iterator over the characters of the text; `seen` is the number of characters read so far.
 struct Cursor {
   using iterator_category = std::forward_iterator_tag;
   using value_type = char;
@@ -31,7 +31,7 @@ struct Cursor {
   bool operator==(const Cursor& other) const { return at == other.at; }
 };
 
-/// Builds the value, and remembers why it could not.
+/// SAX handler that builds the value, or records why it could not.
 class Builder final : public nlohmann::json_sax<Json> {
  public:
   bool null() override { return put(Json()); }
@@ -40,7 +40,7 @@ class Builder final : public nlohmann::json_sax<Json> {
   bool number_unsigned(number_unsigned_t value) override { return put(value); }
   bool number_float(number_float_t value, const string_t& /*text*/) override { return put(value); }
   bool string(string_t& value) override { return put(std::move(value)); }
-  bool binary(binary_t& /*value*/) override { return false; }  // text holds none
+  bool binary(binary_t& /*value*/) override { return false; }  // JSON text contains no binary values
 
   bool start_object(size_t /*size*/) override { return open(Json::object()); }
   bool end_object() override { return close(); }
@@ -49,7 +49,7 @@ class Builder final : public nlohmann::json_sax<Json> {
 
   bool key(string_t& name) override {
     if (!open_.back().add_key(name)) {
-      problem_ = fmt::format("key '{}' is there twice", one_line(name));
+      problem_ = fmt::format("key '{}' is repeated", one_line(name));
       return false;
     }
     key_ = std::move(name);
@@ -61,23 +61,23 @@ class Builder final : public nlohmann::json_sax<Json> {
     n_read_ = position;
     constexpr int number_overflow = 406;
     if (error.id == number_overflow)
-      problem_ = fmt::format("the number {} is beyond what a double holds", one_line(token.substr(0, 40)));
+      problem_ = fmt::format("the number {} is outside the range of a double", one_line(token.substr(0, 40)));
     return false;
   }
 
   Json take() { return std::move(root_); }
   const std::string& problem() const { return problem_; }
-  /// Letters until what is no JSON; the end of the text counts as one.
+  /// Number of characters read up to the first invalid one; the end of the text counts as one.
   size_t n_read() const { return n_read_; }
 
  private:
-  /// A list or object whose end has not been read.
+  /// A list or object whose end has not been read yet.
   struct Open {
     Json* value;
-    std::unordered_set<std::string> keys{};  ///< of an object of more than few_keys
+    std::unordered_set<std::string> keys{};  ///< of an object with more than few_keys keys
 
-    /// False where it is known. Json looks through all keys of an object for one, which is quadratic for
-    /// many.
+    /// Returns false if the key is already present. Json searches all keys of an object linearly, which would
+    /// be quadratic for objects with many keys.
     bool add_key(const std::string& name) {
       constexpr size_t few_keys = 32;
       const auto& items = value->get_ref<const Json::object_t&>();
@@ -105,7 +105,7 @@ class Builder final : public nlohmann::json_sax<Json> {
     insert(std::move(value));
     return true;
   }
-  // What is open is the last child of what was opened before it, so it stays in its place.
+  // An open value is the last child of the open value before it, so its address does not change.
   bool open(Json value) {
     if (open_.size() == max_json_depth) {
       problem_ = fmt::format("more than {} levels of objects and lists", max_json_depth);
@@ -126,7 +126,8 @@ class Builder final : public nlohmann::json_sax<Json> {
   size_t n_read_ = 0;
 };
 
-/// Controls of bidirectional text as escapes, which read back the same: JSON is printed to terminals too.
+/// Dumps a value with the control characters of bidirectional text escaped, since JSON is also printed to
+/// terminals; the escapes read back to the same text.
 std::string dumped(const Json& value, int indent) {
   std::string text = value.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
   for (size_t at = text.find("\xe2"); at != std::string::npos; at = text.find("\xe2", at + 1)) {
@@ -136,7 +137,7 @@ std::string dumped(const Json& value, int indent) {
   return text;
 }
 
-/// Where an integer's range ends: "an integer" or "a 32-bit integer".
+/// Reads an integer into `field`; `range` describes the type in messages: "an integer" or "a 32-bit integer".
 template <typename T>
 const char* read_integer(const Json& value, T& field, const char* range) {
   if (!value.is_number_integer()) return "an integer";

@@ -15,8 +15,9 @@ std::string nested(size_t levels) { return std::string(levels, '[') + std::strin
 
 TEST(ParseJson, IsWhatTheLibraryReads) {
   const std::string text =
-      R"( {"b":[1,-2,2.5,true,null,"\u0394\n",{"a":{}},[]],"a":18446744073709551615,"c":-9223372036854775808} )";
-  EXPECT_EQ(parse_json(text, "f"), Json::parse(text));  // not the door: what it is compared with
+      R"( {"b":[1,-2,2.5,true,null,"\u0394\n",{"a":{}},[]],"a":18446744073709551615,
+           "c":-9223372036854775808} )";
+  EXPECT_EQ(parse_json(text, "f"), Json::parse(text));  // the library's parser
   EXPECT_EQ(json_line(parse_json(text, "f")), Json::parse(text).dump());
   EXPECT_EQ(parse_json("3", "f"), Json(3));
 }
@@ -32,12 +33,12 @@ TEST(ParseJson, ErrorsNameFileAndLine) {
 }
 
 TEST(ParseJson, NumbersBeyondADoubleAreRefused) {
-  EXPECT_EQ(parse_error("{\n\"a\": 1e400}"), "f.json:2: the number 1e400 is beyond what a double holds");
-  EXPECT_EQ(parse_error("[-1e400]"), "f.json:1: the number -1e400 is beyond what a double holds");
+  EXPECT_EQ(parse_error("{\n\"a\": 1e400}"), "f.json:2: the number 1e400 is outside the range of a double");
+  EXPECT_EQ(parse_error("[-1e400]"), "f.json:1: the number -1e400 is outside the range of a double");
 }
 
 TEST(ParseJson, AKeyThatIsThereTwiceIsRefused) {
-  EXPECT_EQ(parse_error("{\"a\": 1,\n\"b\": {\"a\": 2}, \"a\": 3}"), "f.json:2: key 'a' is there twice");
+  EXPECT_EQ(parse_error("{\"a\": 1,\n\"b\": {\"a\": 2}, \"a\": 3}"), "f.json:2: key 'a' is repeated");
 }
 
 TEST(ParseJson, ManyKeysTakeLinearTime) {
@@ -46,7 +47,7 @@ TEST(ParseJson, ManyKeysTakeLinearTime) {
   const Json json = parse_json(text + "\"last\":{}}", "f");
   EXPECT_EQ(json.size(), 200'001U);
   EXPECT_EQ(json.at("key 7"), 7);
-  EXPECT_EQ(parse_error(text + "\"key 99999\":1}"), "f.json:1: key 'key 99999' is there twice");
+  EXPECT_EQ(parse_error(text + "\"key 99999\":1}"), "f.json:1: key 'key 99999' is repeated");
 }
 
 TEST(ParseJson, DepthIsLimited) {

@@ -18,7 +18,7 @@
 namespace sextant {
 namespace {
 
-/// Those the scheduler may put this process on; a set of any size.
+/// Returns the number of CPUs in the process's affinity mask, which may be of any size.
 int cores_by_affinity() {
   for (int size = 1024; size <= 1 << 20; size *= 4) {
     cpu_set_t* set = CPU_ALLOC(size);
@@ -38,8 +38,9 @@ std::string first_line(const fs::path& path) {
   return line;
 }
 
-/// The smallest quota on the way from this process's group to the root; 0 for none. Version 2 as "0::/a/b",
-/// version 1 as "4:cpu,cpuacct:/a/b"; inside a container the path may not be there, then its root is.
+/// Returns the smallest quota of this process's control group and its ancestors; 0 if there is none. The
+/// group is given as "0::/a/b" in version 2 and as "4:cpu,cpuacct:/a/b" in version 1. If the path does not
+/// exist, as inside a container, the root group is used.
 double cores_by_quota() {
   double least = 0;
   const auto take = [&](double cores) {
@@ -118,7 +119,7 @@ void parallel_for(int n, int jobs, const std::function<void(int)>& body) {
   std::atomic<int> first_error = n;
   const auto work = [&] {
     for (int i = next++; i < n; i = next++) {
-      // Indices below a failed one still run, so that the error reported is always that of the lowest index.
+      // Indices below a failed one still run, so that the reported error is always that of the lowest index.
       if (i > first_error) continue;
       try {
         body(i);
@@ -133,7 +134,7 @@ void parallel_for(int n, int jobs, const std::function<void(int)>& body) {
   std::vector<std::jthread> threads;
   try {
     for (int t = 1; t < std::min(jobs, n); ++t) threads.emplace_back(work);
-  } catch (...) {  // no more threads are to be had: those that run take nothing new
+  } catch (...) {  // the system refuses another thread: the running ones do the work
     next = n;
     throw;
   }

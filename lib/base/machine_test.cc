@@ -46,7 +46,7 @@ TEST_P(ParallelFor, RunsEveryIndexBelowTheFailedOne) {
   for (int i = 0; i <= 60; ++i) EXPECT_EQ(calls[i], 1) << i;
 }
 
-// 0 and negative mean "no threads", 16 is more threads than some of the counts above.
+// 0 and negative values mean no threads; 16 is more threads than some of the counts above.
 INSTANTIATE_TEST_SUITE_P(Jobs, ParallelFor, ::testing::Values(-1, 0, 1, 2, 3, 16));
 
 TEST(ParallelForThreads, UsesNoMoreThreadsThanJobs) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Enumerations whose values have names, as options, records and command lines spell them. The names stand
-// beside the enumeration, in the order of its values, which count from 0:
+// Names of enumeration values, as options, records and command lines spell them. The names are declared next
+// to the enumeration, in the order of its values, which count from 0:
 //
 //   enum class Robust { huber, geman_mcclure_gnc, none };
 //   constexpr Names<3> names_of(Robust) { return {"huber", "geman_mcclure_gnc", "none"}; }
@@ -40,14 +40,14 @@ constexpr std::optional<E> find_name(std::string_view name) {
   return at == names.end() ? std::nullopt : std::optional(static_cast<E>(at - names.begin()));
 }
 
-/// "did you mean 'huber'? known: huber, geman_mcclure_gnc, none".
+/// Returns "did you mean 'huber'? known: huber, geman_mcclure_gnc, none".
 template <Named E>
 std::string suggest_name(std::string_view word) {
   const auto names = names_of(E{});
   return suggest(word, std::vector<std::string>(names.begin(), names.end()));
 }
 
-/// Throws Error "unknown KIND 'NAME': did you mean ..." where no value has that name.
+/// Returns the value with this name. Throws Error "unknown KIND 'NAME': did you mean ..." if there is none.
 template <Named E>
 E from_name(std::string_view name, std::string_view kind) {
   const std::optional<E> value = find_name<E>(name);
@@ -55,11 +55,13 @@ E from_name(std::string_view name, std::string_view kind) {
   return *value;
 }
 
-// An explicit table of named things (adapters, estimators, tables, ...): no static self-registration,
-// which a static library drops. Add an entry = one new file and one line in the folder's registry.cc.
+// Lookup in explicit tables of named entries (adapters, estimators, tables, ...). Entries do not register
+// themselves in static initialisers, because the linker drops those of a static library. To add an entry,
+// write one new file and one line in the folder's registry.cc.
 
-/// The entry called `name` of a table whose entries have a `name` member; throws Error with the nearest
-/// and all known names. `kind` is used in the message: "unknown estimator 'join_flow': did you mean ...".
+/// Returns the entry called `name` of a table whose entries have a member `name`. If there is none, throws
+/// Error with the nearest name and all known names; `kind` appears in the message: "unknown estimator
+/// 'join_flow': did you mean ...".
 template <typename Entry>
 const Entry& find_entry(std::span<const Entry> table, std::string_view name, std::string_view kind) {
   std::vector<std::string> names;

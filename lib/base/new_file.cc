@@ -16,7 +16,7 @@ namespace {
 uint64_t random_number() {
   uint64_t number = 0;
   if (::getrandom(&number, sizeof number, 0) != sizeof number)
-    fail("the system gives no random number: {}", std::strerror(errno));
+    fail("cannot get random bytes from the system: {}", std::strerror(errno));
   return number;
 }
 

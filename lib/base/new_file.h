@@ -1,6 +1,6 @@
 #pragma once
 
-// A file descriptor that closes itself.
+// Descriptor: a file descriptor that is closed by its destructor.
 
 #include <cstdlib>
 #include <filesystem>
@@ -32,9 +32,9 @@ class Descriptor {
   int fd_;
 };
 
-// A folder of its own below the system's temporary one, named `prefix` and six letters that no other has, not
-// even one that a killed process has left. Removed with everything in it at the end. Throws Error where none
-// can be made.
+// A new temporary folder in the system's temporary folder, named `prefix` and six letters that no existing
+// folder has, not even one left by a killed process. The destructor removes it with everything in it. Throws
+// Error if it cannot be created.
 
 class ScratchFolder {
  public:
@@ -56,28 +56,30 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-// A file that is written under a temporary name beside its place and gets its name when it is whole.
+// A file that is written under a temporary name in its folder and renamed to its final name when it is
+// complete.
 //
-// The temporary name cannot be foreseen, and the file is created exclusively (O_EXCL, O_NOFOLLOW): in a
-// folder that others may write to, nobody can put a link there through which another file would be
-// overwritten. Every temporary file of the project is made here or lies in a ScratchFolder.
+// The temporary name is unpredictable and the file is created exclusively (O_EXCL, O_NOFOLLOW): in a folder
+// that others may write to, nobody can place a link there through which another file would be overwritten.
+// Every temporary file of the project is made by this class or lies in a ScratchFolder.
 
 class NewFile {
  public:
-  /// Creates PATH.tmp and 16 random hexadecimal digits. Throws Error that names the path and the system's
-  /// reason, also when `path` is a folder, pipe or device.
+  /// Creates the temporary file, named `path` followed by ".tmp" and 16 random hexadecimal digits. Throws
+  /// Error with the path and the system's reason, also if `path` is a folder, pipe or device.
   explicit NewFile(std::filesystem::path path);
   /// Removes the file unless commit() was called.
   ~NewFile();
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
 
-  /// Open for reading and writing.
+  /// Descriptor of the temporary file, open for reading and writing.
   int descriptor() const { return file_.get(); }
-  /// For libraries that open a file by its name.
+  /// Path of the temporary file, for libraries that open a file by name.
   const std::filesystem::path& temporary() const { return temporary_; }
   void append(std::string_view bytes) const;
-  /// Makes the file durable and gives it its name; a file or link that has this name is replaced.
+  /// Syncs the file to disk and renames it to its final name; an existing file or link of that name is
+  /// replaced.
   void commit();
 
  private:
@@ -87,7 +89,7 @@ class NewFile {
   Descriptor file_;
 };
 
-/// Writes all bytes to a descriptor. Returns false, with errno, when not all could be written.
+/// Writes all bytes to a descriptor. Returns false and sets errno if not all could be written.
 bool write_all(int file, std::string_view bytes);
 
 }  // namespace sextant

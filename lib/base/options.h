@@ -1,12 +1,12 @@
 #pragma once
 
-// Options are plain structs with defaults. Every field is declared once, with its type, name, default, unit
-// and meaning; from the list follow the members, the strict JSON reader (an unknown key is an error that
-// names the nearest one), the JSON writer for provenance, and the help text. Example:
+// Options are plain structs with defaults. Each field is declared once, with its type, name, default, unit
+// and meaning. The members, the strict JSON reader (an unknown key is an error that names the nearest one),
+// the JSON writer for provenance, and the help text follow from that list. Example:
 //
 //   struct RansacOptions {
 //     SEXTANT_OPTIONS(
-//         (int, max_iterations, 500, "count", "upper limit of samples drawn"),
+//         (int, max_iterations, 500, "count", "upper limit of samples"),
 //         (double, inlier_threshold_px, 0.4, "px", "largest reprojection error of an inlier"))
 //     void check() const {
 //       check_option(max_iterations > 0, "max_iterations", max_iterations, "> 0");
@@ -15,9 +15,10 @@
 //
 // A field may itself be such a struct, with {} as its default. Supported leaf types: bool, int, uint64_t,
 // double, std::string, and enumerations with names (base/names.h), whose names the help lists.
-// NamedOptions<T> is an object whose keys the user chooses; the owner's check() judges them. Reading replaces
-// the whole map. SEXTANT_OPTIONS_OF(BASE, ...) continues the list of a base class. Where a key is no member's
-// name, a struct writes its visit() by hand: v("default", other, "px", "meaning") for every field.
+// NamedOptions<T> is an object whose keys the user chooses; the check() of the struct that contains it
+// validates them, and reading replaces the whole map. SEXTANT_OPTIONS_OF(BASE, ...) continues the list of a
+// base class. If a key differs from the member's name, the struct defines visit() itself, with one call
+// v("default", other, "px", "meaning") per field.
 
 #include <algorithm>
 #include <map>
@@ -31,7 +32,7 @@
 #include "sextant/base/names.h"
 #include "sextant/base/text.h"
 
-// For each (FIELD) of a list, MACRO FIELD: at most 64 of them.
+// Applies MACRO to each (FIELD) of a list of at most 64 fields.
 #define SEXTANT_PARENTHESES ()
 #define SEXTANT_SCAN(...) SEXTANT_SCAN_16(SEXTANT_SCAN_16(SEXTANT_SCAN_16(SEXTANT_SCAN_16(__VA_ARGS__))))
 #define SEXTANT_SCAN_16(...) SEXTANT_SCAN_4(SEXTANT_SCAN_4(SEXTANT_SCAN_4(SEXTANT_SCAN_4(__VA_ARGS__))))
@@ -55,7 +56,7 @@
 
 namespace sextant {
 
-/// Options of one kind under names that the user chooses.
+/// Options of one kind under names chosen by the user.
 template <typename T>
 using NamedOptions = std::map<std::string, T>;
 
@@ -73,7 +74,7 @@ concept OptionStruct = requires(T t, NoVisitor v) {
 
 [[noreturn]] void wrong_type(const std::string& where, const char* expected, const Json& value);
 
-/// "huber, geman_mcclure_gnc or none".
+/// Returns "huber, geman_mcclure_gnc or none".
 std::string either_of(std::span<const std::string_view> names);
 
 }  // namespace internal
@@ -84,28 +85,28 @@ void check_option(bool ok, std::string_view name, const T& value, std::string_vi
   if (!ok) fail("option {} = {}: must be {}", name, value, requirement);
 }
 
-/// Overwrites the fields of `options` that `json` names. Strict: unknown keys, wrong types and values that
-/// options.check() refuses throw Error; `where` is the prefix in messages ("pipeline").
+/// Overwrites the fields of `options` that `json` names. Strict: an unknown key, a wrong type or a value that
+/// options.check() rejects throws Error; `where` is the prefix of the path in messages ("pipeline").
 template <internal::OptionStruct T>
 void read_options(const Json& json, T& options, const std::string& where = "");
 
-/// Those of a JSON file; messages begin with its name.
+/// Reads options from a JSON file; messages begin with the name of the file.
 template <internal::OptionStruct T>
 T options_from(const std::filesystem::path& path);
 
-/// All fields, with their present values.
+/// Returns all fields with their present values.
 template <internal::OptionStruct T>
 Json write_options(const T& options);
 
-/// One line of help.
+/// One option in the help text.
 struct OptionHelp {
   std::string key;  ///< dotted path
   std::string default_value;
   std::string unit;
-  std::string meaning;  ///< with the names that it takes
+  std::string meaning;  ///< includes the names that an enumeration accepts
 };
 
-/// Every leaf option below `T`, with the value it has in `options`.
+/// Returns every leaf option below `T`, with its value in `options`.
 template <internal::OptionStruct T>
 std::vector<OptionHelp> describe_options(const T& options, const std::string& prefix = "");
 
@@ -238,9 +239,9 @@ std::vector<OptionHelp> describe_options(const T& options, const std::string& pr
   return describer.lines;
 }
 
-// What a class made from options has: it keeps them, checked, and tells them for provenance.
+// Base class that stores the checked options of a class and returns them as JSON for provenance.
 
-/// `Interface` declares `virtual Json options() const`.
+/// `Interface` must declare `virtual Json options() const`.
 template <typename Interface, typename Options>
 class WithOptions : public Interface {
  public:

@@ -1,7 +1,7 @@
 #pragma once
 
-// Philox 4x32-10: random numbers as a function of a counter, so that the value for any counter can be had
-// without those before it, in any order and on any thread.
+// Philox 4x32-10, a counter-based random number generator: the value for any counter is computed without
+// those before it, in any order and on any thread.
 //   J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw: Parallel Random Numbers: As Easy as 1, 2, 3, SC'11.
 // Checked in philox_test.cc against the known answers published with the authors' Random123 library.
 
@@ -21,8 +21,8 @@ struct PhiloxKey {
 
 using PhiloxWords = std::array<uint32_t, 4>;
 
-/// Four random 32-bit words for a counter. Always inlined:
-/// callers run it over arrays in loops that vectorise.
+/// Returns four random 32-bit words for a counter. Always inlined, because callers run it in loops over
+/// arrays that the compiler vectorises.
 SEXTANT_INLINED PhiloxWords philox4x32(PhiloxKey key, PhiloxWords c) {
   for (int round = 0; round < 10; ++round) {
     const uint64_t a = uint64_t{0xD2511F53U} * c[0];
@@ -35,17 +35,17 @@ SEXTANT_INLINED PhiloxWords philox4x32(PhiloxKey key, PhiloxWords c) {
   return c;
 }
 
-/// 64 random bits as a number in (0, 1]: (its 53 upper bits + 1) / 2^53.
-/// Exact, and the same on every machine.
+/// Maps 64 random bits to a number in (0, 1]: (the upper 53 bits + 1) / 2^53. Exact, hence equal on every
+/// machine.
 SEXTANT_INLINED double unit_interval(uint32_t high, uint32_t low) {
-  // 32-bit integers become doubles by way of the bits of 2^52 + integer: unlike a 64-bit conversion, this
-  // vectorises everywhere. Every step is exact.
+  // 32-bit integers become doubles through the bit pattern of 2^52 + integer: unlike a 64-bit conversion,
+  // this vectorises on every target. Every step is exact.
   const auto exact = [](uint64_t word) { return std::bit_cast<double>(word | 0x4330000000000000U) - 0x1p52; };
   return (exact(high) * 0x1p21 + (exact(low >> 11) + 1)) * 0x1p-53;
 }
 
-/// Consecutive numbers of one stream, for resampling: stream s of a seed is independent of its other streams,
-/// so that replicate s can be made on any thread.
+/// A sequence of random numbers for resampling. The streams of one seed are independent of each other, so
+/// that each replicate can use a stream of its own on any thread.
 class PhiloxStream {
  public:
   PhiloxStream(uint64_t seed, uint64_t stream)
@@ -61,12 +61,12 @@ class PhiloxStream {
     --left_;
     return (uint64_t{words_[2 * left_]} << 32) | words_[2 * left_ + 1];
   }
-  /// In (0, 1].
+  /// Returns a number uniformly distributed in (0, 1].
   double uniform() {
     const uint64_t b = bits();
     return unit_interval(static_cast<uint32_t>(b >> 32), static_cast<uint32_t>(b));
   }
-  /// In [0, n); n > 0. The bias of the multiplication, below n / 2^64, is beyond any use here.
+  /// Returns an integer uniformly distributed in [0, n); n > 0. The bias, below n / 2^64, is negligible here.
   uint64_t below(uint64_t n) {
     SEXTANT_CHECK(n > 0);
     return static_cast<uint64_t>((static_cast<unsigned __int128>(bits()) * n) >> 64);

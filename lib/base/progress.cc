@@ -17,7 +17,7 @@ constexpr double longest_pause_s = 60;
 constexpr double worth_telling_s = 0.5;
 constexpr size_t most_told = 8;
 
-/// What parts took, by name, in order of first appearance.
+/// Durations of the stages by name, in order of first appearance.
 struct Taken {
   std::mutex mutex;
   std::vector<std::pair<std::string, double>> parts;

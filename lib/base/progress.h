@@ -1,13 +1,14 @@
 #pragma once
 
-// What long work says of itself on standard error: one line per part with done / total, rate and remaining
+// Progress of a long computation on standard error: one line per stage with done / total, rate and remaining
 // time.
 //
-//   a terminal   "frames 12/19  24.1/s  0.3 s left", drawn anew in place, gone at the end
-//   else         a plain log: the same as a line of its own after 5, 10, 20, 40, .. s, at least every minute,
-//                and "frames 19/19 in 31.2 s" at the end; nothing of work that takes less than 5 s
+//   a terminal   "frames 12/19  24.1/s  0.3 s left", updated in place and erased at the end
+//   otherwise    a plain log: the same text on lines of its own after 5, 10, 20, 40, .. s, at least every
+//                minute, and "frames 19/19 in 31.2 s" at the end; nothing for stages that take less than 5 s
 //
-// Silent with `quiet`. Safe to advance from several threads. What each part took is kept for time_summary().
+// Silent with `quiet`. advance() is safe to call from several threads. time_summary() reports the duration of
+// each stage.
 
 #include <chrono>
 #include <cstdio>
@@ -43,23 +44,24 @@ class Progress {
   Clock::time_point last_draw_{};
 };
 
-/// "cases 61.0 s, figures 8.2 s": what took the time since the program began, the longest first; parts of one
-/// name together, those that were quiet or short left out. Empty where nothing is left.
+/// Returns the durations of the stages since the program began, longest first: "cases 61.0 s, figures 8.2 s".
+/// Stages of the same name are added up; quiet and short ones are left out. Empty if none is left.
 std::string time_summary();
 
-// Standard input, output and error of a program that may have been started without them.
+// Standard streams of a program that may have been started with some of them closed.
 
-/// Opens /dev/null in place of each of the three that is closed: the next file that is opened would get its
-/// number, and what is printed would go into it. To be called before anything is opened.
+/// Opens /dev/null for each closed standard stream. Otherwise the next file to be opened would get the number
+/// of that stream, and printed text would be written into it. Call this before any file is opened.
 inline void open_closed_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(stream, F_GETFD) != -1) continue;
-    // open() takes the lowest free number, which is this one.
+    // open() returns the lowest free descriptor, which is this one.
     if (::open("/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY) != stream) std::abort();
   }
 }
 
-/// Writes to standard error. Where that is full or gone the text is lost, and nothing else: it is no result.
+/// Writes to standard error. If that fails (closed, or a full disk), the text is lost and the program
+/// continues, since messages are not results.
 inline void print_error(const std::string& text) {
   if (std::fputs(text.c_str(), stderr) < 0) std::clearerr(stderr);
 }

@@ -5,7 +5,8 @@
 namespace sextant {
 namespace {
 
-/// Of the quantile p among n sorted values: index of the value below, and the share of the step to the next.
+/// Position of the quantile p among n sorted values: index of the lower neighbour, and the interpolation
+/// weight of the upper one.
 struct Position {
   size_t below;
   double share;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Quantiles. Those of samples that must be checked first: stats/summary.h.
+// Quantiles of valid samples; stats/summary.h checks its samples first.
 
 #include <algorithm>
 #include <span>
@@ -9,13 +9,15 @@
 
 namespace sextant {
 
-/// Type 7 of Hyndman and Fan (1996), the default of R and numpy: linear between the order statistics
-/// x_(1) <= .. <= x_(n) at position 1 + (n - 1) p. Throws Error unless 0 <= p <= 1; n > 0.
+/// Returns the quantile by type 7 of Hyndman and Fan (1996), the default of R and numpy: linear interpolation
+/// between the order statistics x_(1) <= .. <= x_(n) at position 1 + (n - 1) p. Throws Error unless 0 <= p <=
+/// 1; requires n > 0.
 double quantile_of_sorted(std::span<const double> sorted, double p);
-/// The same of values in any order, which are brought into another.
+/// Returns the quantile of values in any order; reorders them.
 double quantile_of(std::span<double> values, double p);
 
-/// One of the values, of which half are below, without the mean of two; brings them into another order.
+/// Returns the upper median: the element at index n / 2 of the sorted values, without averaging two elements
+/// for even n. Reorders the values.
 template <typename Values>
 auto middle_of(Values& values) {
   SEXTANT_CHECK(!values.empty());
@@ -24,7 +26,8 @@ auto middle_of(Values& values) {
   return *middle;
 }
 
-// Quantiles of the chi-square distribution (Wilson & Hilferty 1931; two degrees of freedom: exact).
+// Quantiles of the chi-square distribution: the approximation of Wilson and Hilferty (1931), exact for two
+// degrees of freedom.
 
 double chi_square_quantile(int degrees_of_freedom, double probability);
 

@@ -20,19 +20,19 @@ namespace {
 void check_relative(const fs::path& root, const fs::path& relative) {
   const bool leaves = relative.is_absolute() || std::ranges::find(relative, fs::path("..")) != relative.end();
   if (leaves || relative.empty())
-    fail("{}: '{}' is no name of a file in this folder", root.string(), relative.string());
+    fail("{}: '{}' is not a path inside this folder", root.string(), relative.string());
 }
 
 [[noreturn]] void refuse(const fs::path& path) {
   const int reason = errno;
   struct stat info {};
   if (::lstat(path.c_str(), &info) == 0 && S_ISLNK(info.st_mode))
-    fail("{}: is a link: output goes through no link below its folder; remove it", path.string());
+    fail("{}: is a link: output is not written through links; remove the link", path.string());
   if (reason == EEXIST || reason == ENOTDIR) fail("{}: is a file, expected a folder", path.string());
   fail("{}: cannot create: {}", path.string(), std::strerror(reason));
 }
 
-/// The folder `relative` below `root`, made where it is not there, opened without following a link.
+/// Opens the folder `relative` below `root` without following links; creates missing folders.
 Descriptor open_below(const fs::path& root, const fs::path& relative) {
   constexpr int flags = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
   Descriptor folder(::open(root.c_str(), flags));
@@ -59,7 +59,7 @@ std::string safe_file_name(std::string_view text) {
   if (name.size() > longest) {
     size_t kept = longest - n_digits - 1;
     while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U)
-      --kept;  // no part of a character
+      --kept;  // do not cut inside a character
     name = name.substr(0, kept) + "-" + sha256(text).substr(0, n_digits);
   }
   return name.empty() ? "_" : name;
@@ -95,13 +95,13 @@ void check_private_folder(const fs::path& folder) {
   }
   if (info.st_uid != ::geteuid())
     fail(
-        "{}: this cache belongs to another user, whose results would be taken for yours; choose another "
+        "{}: this cache belongs to another user, so its content cannot be trusted; choose another "
         "folder "
         "(--cache, SEXTANT_CACHE)",
         folder.string());
   if ((info.st_mode & (S_IWGRP | S_IWOTH)) != 0)
     fail(
-        "{}: others may write into this cache, and their results would be taken for yours; `chmod go-w` it, "
+        "{}: others may write into this cache, so its content cannot be trusted; run `chmod go-w` on it, "
         "or choose "
         "another folder (--cache, SEXTANT_CACHE)",
         folder.string());

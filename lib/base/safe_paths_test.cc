@@ -43,20 +43,21 @@ TEST(FoldersBelow, AreNotReachedThroughLinks) {
   fs::create_directory_symlink(folder / "theirs", out / "link");
   fs::create_symlink(folder / "nowhere", out / "dangling");
   write_file(out / "file", "x");
-  expect_error([&] { make_folder_below(out, "link"); }, "link: is a link: output goes through no link");
+  expect_error([&] { make_folder_below(out, "link"); },
+               "link: is a link: output is not written through links");
   expect_error([&] { make_folder_below(out, "link/b"); }, "link: is a link");
   expect_error([&] { make_folder_below(out, "dangling"); }, "dangling: is a link");
   expect_error([&] { make_folder_below(out, "file"); }, "is a file, expected a folder");
   for (const char* leaving : {"..", "a/../../theirs", "/theirs", ""})
-    expect_error([&] { make_folder_below(out, leaving); }, "is no name of a file in this folder");
+    expect_error([&] { make_folder_below(out, leaving); }, "is not a path inside this folder");
   write_file(folder / "new", "new");
   expect_error([&] { move_below(folder / "new", out, "link/new"); }, "is a link");
-  expect_error([&] { move_below(folder / "new", out, "../theirs/new"); }, "is no name of a file");
+  expect_error([&] { move_below(folder / "new", out, "../theirs/new"); }, "is not a path inside");
   EXPECT_TRUE(fs::is_empty(folder / "theirs"));
   fs::create_symlink(folder / "theirs", out / "a" / "new");
   move_below(folder / "new", out, "a/new");  // replaces the link
   EXPECT_EQ(read_file(out / "a" / "new"), "new");
-  // A root that is a link is what the command line named.
+  // The root itself may be a link, since the user named it on the command line.
   fs::create_directory_symlink(out, folder / "root");
   make_folder_below(folder / "root", "c");
   EXPECT_TRUE(fs::is_directory(out / "c"));
@@ -65,7 +66,7 @@ TEST(FoldersBelow, AreNotReachedThroughLinks) {
 TEST(PrivateFolder, IsOursAlone) {
   const TempFolder temp;
   const fs::path folder = temp.path() / "a" / "cache";
-  check_private_folder(folder);  // is not there
+  check_private_folder(folder);  // does not exist
   ::umask(0);
   make_private_folder(folder);
   ::umask(022);

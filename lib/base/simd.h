@@ -1,10 +1,10 @@
 #pragma once
 
-// Loops over arrays that take several numbers at a time. SEXTANT_SIMD before a function makes two clones of
-// it, for processors with AVX2 and for all, of which the program takes one when it starts; SEXTANT_X86 guards
-// what is written in intrinsics of SSE2, which every such processor has. Either way the bits are the same:
-// loops use only operations that IEEE 754 defines exactly, and none are fused (-ffp-contract=off,
-// cmake/SextantOptions.cmake). The thread sanitizer cannot run the function that chooses among clones.
+// Vectorised loops over arrays. SEXTANT_SIMD before a function makes two clones of it, one for processors
+// with AVX2 and one for all others; the program selects one at start-up. SEXTANT_X86 guards code in SSE2
+// intrinsics, which every x86-64 processor has. Results have the same bits on either path: loops use only
+// operations that IEEE 754 defines exactly, and none are fused (-ffp-contract=off,
+// cmake/SextantOptions.cmake). The thread sanitizer cannot run the function that selects the clone.
 
 #if defined(__x86_64__)
 #define SEXTANT_X86 1
@@ -18,5 +18,5 @@
 #define SEXTANT_SIMD
 #endif
 
-/// For what such loops call: a call would keep them from being vectorised.
+/// For functions called in such loops: a call that is not inlined would prevent vectorisation.
 #define SEXTANT_INLINED [[gnu::always_inline]] inline

@@ -1,6 +1,6 @@
 #pragma once
 
-// What became of one body in one frame pair. Every object that truth or a detection knows gets a status;
+// Outcome of one body in one frame pair. Every object in the ground truth or in the detections gets a status;
 // none is silently skipped.
 
 #include "sextant/base/names.h"
@@ -15,9 +15,9 @@ enum class Status {
   diverged,        ///< the solver did not reach a finite optimum
   too_few_points,  ///< fewer points (or inliers) than the options ask for
   gated,           ///< left out on purpose: too far, too small, or static (see Gate)
-  collinear,       ///< all points on a line: a turn about it cannot be seen
-  at_infinity,     ///< all points too far for a translation to be seen
-  no_parallax,     ///< the points leave another direction of motion open
+  collinear,       ///< all points on a line: the rotation about it is unobservable
+  at_infinity,     ///< all points too far away to observe a translation
+  no_parallax,     ///< the points leave another direction of motion unobservable
 };
 
 constexpr Names<10> names_of(Status) {

@@ -1,6 +1,6 @@
-// main() of every GoogleTest program. The tests of a process run in a folder of their own, which holds the
-// working folder, the home folder and the system's temporary folder and is removed at the end: no test reads
-// what another one, an earlier build or the user has left, and tests run beside each other.
+// main() of every GoogleTest program. Each test process runs in a temporary folder that contains the working
+// folder, the home folder and the system's temporary folder and is removed at the end: no test reads files
+// left by another test, an earlier build or the user, and tests can run in parallel.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ void set_folder(const char* variable, const fs::path& folder) {
 }
 
 int run_in(const fs::path& own) {
-  // Tests change their user, who has to reach the temporary folder as any other.
+  // Tests that switch to another user must still be able to reach the temporary folder.
   fs::permissions(own, fs::perms::owner_all | fs::perms::group_exec | fs::perms::others_exec);
   set_folder("HOME", own / "home");
   set_folder("TMPDIR", own / "tmp");

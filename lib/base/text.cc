@@ -14,10 +14,10 @@ namespace {
 
 struct Character {
   uint32_t code = 0;
-  size_t bytes = 0;  ///< 0: what is there is no UTF-8
+  size_t bytes = 0;  ///< 0: not valid UTF-8
 };
 
-/// The character at the beginning of a text that is not empty. Shortest form only, no surrogates.
+/// Returns the first character of a text that is not empty. Accepts shortest forms only, no surrogates.
 Character first_character(std::string_view text) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -40,13 +40,13 @@ bool is_in_xml(uint32_t code) {
   return code == '\t' || code == '\n' || code == '\r' || (code >= 0x20 && code != 0xFFFE && code != 0xFFFF);
 }
 
-/// Embeddings, overrides and isolates of bidirectional text (Unicode TR 9): they reorder what is shown around
-/// them.
+/// Returns true for embeddings, overrides and isolates of bidirectional text (Unicode TR 9), which reorder
+/// the text around them.
 bool is_direction(uint32_t code) {
   return (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
 }
 
-/// A character that `leave` refuses becomes `replacement`.
+/// Replaces every character that `leave` rejects by `replacement`.
 template <typename Leave>
 std::string cleaned(std::string_view text, std::string_view replacement, const Leave& leave) {
   std::string out;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Small text helpers: for messages, and for texts of strangers on their way to a page or a terminal.
+// Text helpers for messages, and for untrusted text that is shown on a page or a terminal.
 
 #include <optional>
 #include <span>
@@ -10,37 +10,39 @@
 
 namespace sextant {
 
-/// Levenshtein distance.
+/// Returns the Levenshtein distance.
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The name nearest to `word`, or an empty view when none is near enough to be a likely misspelling.
+/// Returns the name nearest to `word`; empty if none is near enough to be a likely misspelling.
 std::string_view nearest_name(std::string_view word, std::span<const std::string> names);
 
-/// "did you mean 'x'? " or "" plus "known: a, b, c".
+/// Returns "did you mean 'x'? known: a, b, c"; without the question if no name is near.
 std::string suggest(std::string_view word, std::span<const std::string> names);
 
-/// The pieces of `text` between `separator`s (n separators give n + 1 pieces).
+/// Returns the pieces of `text` between `separator`s; n separators give n + 1 pieces.
 std::vector<std::string> split(std::string_view text, char separator);
 
-/// Without blanks, tabs and carriage returns at its ends.
+/// Returns `text` without leading and trailing blanks, tabs and carriage returns.
 std::string_view trimmed(std::string_view text);
 
-/// Not empty, and all of 0 to 9.
+/// Returns true if `text` is not empty and consists of the digits 0 to 9.
 bool is_digits(std::string_view text);
 
-/// The number that the whole of `text` is in C notation, also with a '+' before it; what is beyond a double
-/// is infinite, what is too small for one is 0. Empty when it is none.
+/// Returns the number that the whole of `text` spells in C notation, also with a leading '+'; infinity on
+/// overflow, 0 on underflow, nullopt if it is not a number.
 std::optional<double> number_in(std::string_view text);
 
 bool is_utf8(std::string_view text);
 
-/// What a page can hold: UTF-8 of characters that XML 1.0 knows; every other byte or character as U+FFFD.
+/// Replaces what an XML or HTML page cannot contain: bytes that are not UTF-8 and characters that XML 1.0
+/// excludes become U+FFFD.
 std::string page_text(std::string_view text);
 
-/// page_text() with every control character as a blank: nothing in it breaks a line or talks to a terminal.
+/// Returns page_text() with every control character replaced by a blank, so that the text cannot break a line
+/// or send control sequences to a terminal.
 std::string one_line(std::string_view text);
 
-/// A text as a field of a CSV file (RFC 4180): quoted where it has to be.
+/// Formats a text as a field of a CSV file (RFC 4180), quoted if necessary.
 inline std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted(1, '"');
@@ -49,15 +51,15 @@ inline std::string csv_field(const std::string& text) {
   return quoted;
 }
 
-// Texts of untrusted input on their way into tables that people open in a terminal or a spreadsheet.
+// Untrusted text in tables that are opened in a terminal or a spreadsheet.
 
-/// Each control character of bidirectional text (U+202A to U+202E, U+2066 to U+2069), which reorders what is
-/// shown around it, as its code point: "U+202E".
+/// Spells out each control character of bidirectional text (U+202A to U+202E, U+2066 to U+2069), which would
+/// reorder the text around it, as its code point: "U+202E".
 std::string with_directions_shown(std::string_view text);
 
-/// csv_field() of with_directions_shown(). A text that a spreadsheet would take for a formula, because it
-/// begins with = + - @, a tab or a carriage return and is no number, gets an apostrophe before it and is
-/// quoted (OWASP, "CSV injection").
+/// Returns csv_field() of with_directions_shown(). A text that a spreadsheet would interpret as a formula,
+/// because it begins with = + - @, a tab or a carriage return and is not a number, is prefixed with an
+/// apostrophe and quoted (OWASP, "CSV injection").
 std::string spreadsheet_field(std::string_view text);
 
 }  // namespace sextant

@@ -8,10 +8,11 @@
 namespace sextant {
 namespace {
 
-/// min over |e| <= radius of (d - e)^T S^-1 (d - e); S by its eigenvalues, d in its eigenvectors.
+/// Returns the minimum over |e| <= radius of (d - e)^T S^-1 (d - e); S is given by its eigenvalues, and d in
+/// its eigenvectors.
 double distance2_from_ball(const Eigen::Vector3d& d, const Eigen::Vector3d& variances, double radius) {
   if (d.norm() <= radius) return 0;
-  // e_i = d_i / (1 + m s_i): the Lagrange multiplier m >= 0 such that |e| = radius, which falls with m.
+  // e_i = d_i / (1 + m s_i) with the Lagrange multiplier m >= 0 for which |e| = radius; |e| decreases with m.
   const auto nearest = [&](double m) -> Eigen::Vector3d { return d.array() / (1 + m * variances.array()); };
   double low = 0, high = 1 / variances.minCoeff();
   while (nearest(high).norm() > radius && high < 1e300) high *= 4;
@@ -63,7 +64,7 @@ std::optional<MotionLikelihood> test_motion(const MotionEstimate& body, const Mo
   const SE3 relative = body.T_curr_prev * background.T_curr_prev.inverse();
   const Eigen::Vector3d at = background.T_curr_prev * centre_m;
   const Matrix6d adjoint = relative.adjoint();
-  // From the twist to the displacement of the centre and the turn.
+  // Maps the twist to the displacement of the centre and the rotation.
   Matrix6d to_centre = Matrix6d::Identity();
   to_centre.topRightCorner<3, 3>() = -skew(at);
   const Matrix6d covariance = to_centre *

@@ -1,20 +1,20 @@
 #pragma once
 
-// Dynamic or static (docs/method.md).
+// Classification of a body as dynamic or static (docs/method.md).
 //
-// threshold, from scene flow (paper eq. (12)):  f = m_prev - T_prev_curr * m_curr  per point, with m_curr
-// from the current depth at p + phi. An object is dynamic when more than `min_moving_share` of its points
-// move faster than `min_speed_mps`. The vertical component is left out by default, as in the published code:
-// cars move on the ground plane, and the vertical scene flow adds depth noise only.
+// threshold, from scene flow (paper eq. (12)): f = m_prev - T_prev_curr * m_curr per point, with m_curr from
+// the current depth at p + phi. An object is dynamic if more than `min_moving_share` of its points move
+// faster than `min_speed_mps`. By default the vertical component is ignored, as in the published code: cars
+// move on the ground plane, where the vertical scene flow contains only depth noise.
 //
-// likelihood, from the estimated motion X and that of the background X_b, with their covariances: d = X c -
-// X_b c is the displacement of the body's centre c, given that the body does not turn, and S its covariance.
-// With r = smallest_speed_mps dt, an object is dynamic when no displacement within r explains d
-// (chi2_3: quantile of the chi-square distribution of 3 degrees of freedom):
+// likelihood, from the estimated motion X and the background's motion X_b with their covariances: d = X c -
+// X_b c is the displacement of the body's centre c, conditioned on the body not rotating, and S is the
+// covariance of d. With r = smallest_speed_mps dt, an object is dynamic if no displacement within r explains
+// d (chi2_3: quantile of the chi-square distribution with 3 degrees of freedom):
 //
 //   min_{|e| <= r} (d - e)^T S^-1 (d - e)  >  chi2_3(1 - false_alarm_rate)
 //
-// So a body slower than smallest_speed_mps is called dynamic no more often than at that rate.
+// Hence a body slower than smallest_speed_mps is classified dynamic at most at the false alarm rate.
 
 #include "sextant/base/names.h"
 #include "sextant/base/options.h"
@@ -42,30 +42,32 @@ struct ClassificationOptions {
     v("min_moving_share", min_moving_share, "fraction", "a dynamic object has more moving points than this");
     v("use_vertical", use_vertical, "", "use the vertical scene flow too");
     v("smallest_speed_mps", smallest_speed_mps, "m/s",
-      "of likelihood: slower bodies count as static (1 cm a frame at 10 Hz, as in Virtual KITTI)");
+      "likelihood: slower bodies count as static (1 cm a frame at 10 Hz, as in Virtual KITTI)");
     v("false_alarm_rate", false_alarm_rate, "probability",
-      "of likelihood: of calling one of those dynamic, at most");
+      "likelihood: upper bound on the probability that such a body is classified dynamic");
   }
   void check() const;
 };
 
 struct MotionClass {
-  double moving_share = 0;  ///< NaN when no point has both depths
+  double moving_share = 0;  ///< NaN if no point has both depths
   int n_points = 0;         ///< points with both depths
-  bool is_dynamic = false;  ///< true when moving_share is unknown: nothing says that it stands still
+  /// true if moving_share is unknown, since nothing shows that the body stands still
+  bool is_dynamic = false;
 };
 
 MotionClass classify_motion(const Problem& object, const SE3& T_curr_prev_background, double dt_s,
                             const ClassificationOptions& options);
 
-/// What the covariances say of a body's displacement against the background.
+/// Result of the likelihood test for the displacement of a body against the background.
 struct MotionLikelihood {
-  double statistic = 0;       ///< root of the minimum above: standard deviations beyond the smallest speed
-  double detectable_mps = 0;  ///< speed that is found in half of the cases, along the worst direction
+  double statistic = 0;  ///< square root of the minimum above: standard deviations beyond the smallest speed
+  double detectable_mps = 0;  ///< speed that is detected in half of the cases, along the worst direction
   bool is_dynamic = false;
 };
 
-/// None where a covariance is not positive definite. `centre_m`: of the body, previous camera coordinates.
+/// Returns the test of a body with the centre `centre_m` (previous camera coordinates); nullopt if a
+/// covariance is not positive definite.
 std::optional<MotionLikelihood> test_motion(const MotionEstimate& body, const MotionEstimate& background,
                                             const Eigen::Vector3d& centre_m, double dt_s,
                                             const ClassificationOptions& options);

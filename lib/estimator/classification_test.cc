@@ -39,7 +39,7 @@ TEST(ClassifyMotion, ThresholdIsASpeed) {
 }
 
 TEST(ClassifyMotion, CameraMotionIsTakenOut) {
-  // Static points seen by a camera that moves 1 m forward.
+  // Static points observed by a camera that moves 1 m forward.
   const SE3 T_curr_prev(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, -1));
   const Problem object = moving_points({0, 0, -1}, 10);
   EXPECT_FALSE(classify_motion(object, T_curr_prev, 0.1, {}).is_dynamic);
@@ -71,7 +71,7 @@ MotionEstimate known_to(const SE3& T_curr_prev, const Vector6d& deviations) {
 
 const MotionEstimate background_at_rest = known_to(SE3(), Vector6d::Constant(1e-6));
 
-// By hand: sigma 0.01 m, a displacement of 0.09 m, of which 0.03 m are as slow as 0.3 m/s.
+// Worked by hand: sigma 0.01 m, a displacement of 0.09 m, of which 0.03 m are within 0.3 m/s.
 TEST(MotionLikelihood, CountsDeviationsBeyondTheSmallestSpeed) {
   ClassificationOptions options;
   options.test = MotionTest::likelihood;
@@ -92,7 +92,7 @@ TEST(MotionLikelihood, CountsDeviationsBeyondTheSmallestSpeed) {
   EXPECT_FALSE(slow->is_dynamic);
 }
 
-// The same displacement, but along the direction that is known worst.
+// The same displacement along the direction with the largest variance.
 TEST(MotionLikelihood, WeighsDirectionsByTheirCovariance) {
   Vector6d deviations = Vector6d::Constant(1e-6);
   deviations.head<3>() << 0.01, 0.01, 0.1;
@@ -104,8 +104,8 @@ TEST(MotionLikelihood, WeighsDirectionsByTheirCovariance) {
   EXPECT_FALSE(at(0, 0.2).is_dynamic);
 }
 
-// A body that stands still, measured with errors of the covariance it states: false alarms at the stated
-// rate.
+// A stationary body, measured with errors of its stated covariance, is classified dynamic at the stated false
+// alarm rate.
 TEST(MotionLikelihood, FalseAlarmsComeAtTheStatedRate) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
@@ -125,7 +125,7 @@ TEST(MotionLikelihood, FalseAlarmsComeAtTheStatedRate) {
     ASSERT_TRUE(motion);
     alarms += motion->is_dynamic ? 1 : 0;
   }
-  // Three standard errors, and what turns do beyond the first order.
+  // Three standard errors, plus the second-order effect of rotations.
   EXPECT_NEAR(alarms / static_cast<double>(n), 0.05, 0.012);
 }
 

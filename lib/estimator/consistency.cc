@@ -31,7 +31,7 @@ std::optional<double> nees_of(const Problem& problem, const MotionEstimate& whol
   const Eigen::LLT<Matrix6d> factor(a.covariance + b.covariance);
   if (factor.info() != Eigen::Success) return std::nullopt;
   const Vector6d e = (a.T_curr_prev * b.T_curr_prev.inverse()).log();
-  // In coordinates in which C_1 + C_2 is the unit matrix.
+  // Whitening: coordinates in which C_1 + C_2 is the identity.
   const Matrix6d to = factor.matrixL().solve(Matrix6d::Identity());
   Matrix6d covariance = Matrix6d::Identity();
   if (a.errors && b.errors) covariance -= common_errors(*a.errors, *b.errors, to);

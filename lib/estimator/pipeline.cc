@@ -11,7 +11,7 @@ namespace {
 
 class Stopwatch {
  public:
-  /// Milliseconds since construction or the last lap.
+  /// Returns the milliseconds since construction or the last call.
   double lap_ms() {
     const auto now = std::chrono::steady_clock::now();
     const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
@@ -67,7 +67,7 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
   body.times.refine_ms = watch.lap_ms();
 }
 
-/// The previous instance that most of the points come from.
+/// Returns the previous instance of most of the points.
 int main_instance(const ObjectObservation& object) {
   std::map<uint16_t, int> votes;
   for (const uint16_t instance : object.instance_prev) ++votes[instance];
@@ -77,8 +77,8 @@ int main_instance(const ObjectObservation& object) {
       ->first;
 }
 
-/// The points of one previous instance. The others are another body's: they land here because that body
-/// vanishes behind this one.
+/// Returns the points of one previous instance. The others belong to another body that disappears behind this
+/// one, so that their flow ends here.
 Correspondences points_of_instance(const ObjectObservation& object, int instance) {
   std::vector<unsigned char> keep(object.points.size());
   for (size_t i = 0; i < keep.size(); ++i) keep[i] = object.instance_prev[i] == instance ? 1 : 0;
@@ -124,7 +124,7 @@ FrameResult FrameEstimator::process(const FramePair& pair) {
     if (body.status == Status::ok && body.track != 0 && result.ego.status == Status::ok) {
       const SE3& X = result.ego.estimate.T_curr_prev;
       const SE3 H = object_motion_prev(X, body.estimate.T_curr_prev);
-      motions[body.track] = X * H * X.inverse();  // to the coordinates of the current camera
+      motions[body.track] = X * H * X.inverse();  // in coordinates of the current camera
     }
   }
   for (const int id : pair.lost_instances) {
@@ -212,7 +212,8 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   return body;
 }
 
-/// From the body's estimate; without one the threshold's decision stays.
+/// Applies the likelihood test to the body's estimate; without an estimate the decision of the threshold
+/// stays.
 void FrameEstimator::decide_by_likelihood(const FramePair& pair, const BodyResult& ego,
                                           BodyResult& body) const {
   if (body.status != Status::ok) return;
@@ -226,8 +227,9 @@ void FrameEstimator::decide_by_likelihood(const FramePair& pair, const BodyResul
   body.gate = Gate::is_static;
 }
 
-/// Track labels of the current frame (paper sec. IV-C2): a static object has 0; a dynamic one takes the label
-/// that most of its points had, a new one if that is 0. A label goes to the object with most votes for it.
+/// Returns the track labels of the current frame (paper sec. IV-C2): 0 for a static object. A dynamic object
+/// takes the label that most of its points had, or a new one if that is 0. If several objects claim a label,
+/// the one with most votes gets it.
 std::map<int, int> FrameEstimator::associate(const FramePair& pair, const std::vector<BodyResult>& objects) {
   struct Claim {
     int instance;

@@ -6,8 +6,8 @@
 //   ego motion (robust start vs. the propagated motion, refinement)  ->  scene flow, dynamic or static  ->
 //   labels by majority vote  ->  gates  ->  object motion  ->  velocity
 //
-// FrameEstimator keeps what is propagated: the last camera motion, object motions and labels. Pairs must
-// be given in order. The outcome is a pure function of the pairs and options.
+// FrameEstimator stores the propagated state: the last camera motion, object motions and labels. Pairs must
+// be given in order. The result is a pure function of the pairs and the options.
 
 #include <map>
 #include <memory>
@@ -22,7 +22,7 @@
 
 namespace sextant {
 
-/// RefineOn, or the same as the background.
+/// Points on which objects are refined: as RefineOn, or the same choice as for the background.
 enum class RefineObjectsOn { inliers, all, reselected, same };
 constexpr Names<4> names_of(RefineObjectsOn) { return {"inliers", "all", "reselected", "same"}; }
 
@@ -30,20 +30,21 @@ struct PipelineOptions {
   SEXTANT_OPTIONS(
       (RobustStartOptions, start, {}, "", "RANSAC against the propagated motion"),
       (RefineOn, refine_on, RefineOn::reselected, "",
-       "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): those of "
-       "RANSAC, every one, or those within the noise that the residuals show"),
-      (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "", "the same for objects"),
+       "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): the "
+       "inliers of RANSAC, all, or those within the noise level estimated from the residuals"),
+      (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "", "as refine_on, for objects; same: as for the background"),
       (ClassificationOptions, classification, {}, "", "dynamic or static"),
       (double, max_object_distance_m, 25.0, "m",
        "gate on the median depth of an object, and farthest object point (paper: 25)"),
       (double, min_object_area, 0.005, "fraction of the image", "gate on an object's area (paper: 0.005)"),
       (int, min_object_points, 30, "count", "fewest points and fewest inliers of an object"),
       (bool, estimate_static_objects, false, "", "also estimate objects classified static"),
-      (bool, consistency, false, "", "also estimate every body from halves of its points (consistency.h)"))
+      (bool, consistency, false, "",
+       "also estimate every body from two halves of its points (consistency.h)"))
   void check() const;
 };
 
-/// Wall-clock of one body, ms.
+/// Wall-clock times of one body, ms.
 struct BodyTimes {
   double start_ms = 0;
   double refine_ms = 0;
@@ -51,26 +52,27 @@ struct BodyTimes {
   double total_ms() const { return start_ms + refine_ms + other_ms; }
 };
 
-/// One body of one frame pair. body.instance 0 is the background.
+/// Result of one body in one frame pair. body.instance 0 is the background.
 struct BodyResult {
   int instance = 0;
   int track = 0;  ///< label of the tracker: 0 = background or static, 1.. = moving objects
   Status status = Status::ok;
   Gate gate = Gate::none;
-  Correspondences points;                 ///< all points offered to the estimator
-  std::optional<MeasurementNoise> noise;  ///< declared for them
-  MotionEstimate estimate;                ///< meaningful when status == ok
+  Correspondences points;                 ///< all points passed to the estimator
+  std::optional<MeasurementNoise> noise;  ///< declared noise of these points
+  MotionEstimate estimate;                ///< valid if status == ok
   int n_points = 0;
   int n_inliers = 0;
-  bool start_propagated = false;  ///< the propagated motion won against RANSAC
-  double area_fraction = 0;       ///< of the image
+  bool start_propagated = false;  ///< the propagated motion had more inliers than RANSAC's
+  double area_fraction = 0;       ///< share of the image
   double distance_m = 0;          ///< median depth of the points; NaN without points
   double moving_share = 0;        ///< share of points with scene flow above the threshold; NaN if unknown
   bool is_dynamic = false;
-  std::optional<MotionLikelihood> likelihood;            ///< where classification.test asks for it
-  Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();  ///< of the inliers, previous camera coordinates
-  double speed_mps = 0;                                  ///< |t - (I - R) c| / dt; NaN when not estimated
-  SplitNees split;                                       ///< where pipeline.consistency asks for it
+  std::optional<MotionLikelihood> likelihood;  ///< if classification.test is likelihood
+  /// centroid of the inliers, previous camera coordinates
+  Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();
+  double speed_mps = 0;  ///< |t - (I - R) c| / dt; NaN if not estimated
+  SplitNees split;       ///< if pipeline.consistency is set
   BodyTimes times;
 };
 
@@ -79,7 +81,7 @@ struct FrameResult {
   int curr = 0;
   double dt_s = 0;
   BodyResult ego;
-  std::vector<BodyResult> objects;  ///< every instance of either frame, in order of id
+  std::vector<BodyResult> objects;  ///< every instance of either frame, ordered by id
 };
 
 class FrameEstimator {
@@ -100,12 +102,12 @@ class FrameEstimator {
 
   PipelineOptions options_;
   std::shared_ptr<const Estimator> estimator_;
-  int last_curr_ = 0;  ///< frame number that the state below belongs to
+  int last_curr_ = 0;  ///< frame number of the state below
   bool has_last_ = false;
-  SE3 last_camera_motion_;  ///< T_curr_prev of the background, last pair
+  SE3 last_camera_motion_;  ///< T_curr_prev of the background in the last pair
   bool has_camera_motion_ = false;
-  std::map<int, int> track_of_instance_;  ///< of the last current frame
-  std::map<int, SE3> motion_of_track_;    ///< H in the coordinates of the last current camera
+  std::map<int, int> track_of_instance_;  ///< for the last current frame
+  std::map<int, SE3> motion_of_track_;    ///< H in coordinates of the last current camera
   int next_track_ = 1;
 };
 

@@ -16,7 +16,7 @@ const StereoCamera camera = {{700, 700, 600, 180}, 380};
 const SE3 camera_step(so3_exp({0.002, 0.01, -0.001}), Eigen::Vector3d(0.02, 0.01, 1.1));  // T_prev_curr
 const SE3 object_step(so3_exp({0, 0.02, 0}), Eigen::Vector3d(0.1, 0, 1.4));  // H, previous camera
 
-/// Exact points of a body with motion X = T_curr_prev on a grid around (u0, v0).
+/// Exact points, on a grid around (u0, v0), of a body with motion X = T_curr_prev.
 Correspondences exact_points(const SE3& X, double u0, double v0, double z0, int n) {
   Correspondences points;
   for (int i = 0; i < n; ++i) {
@@ -84,7 +84,7 @@ TEST(Pipeline, StaticObjectIsGatedWithLabelZero) {
   EXPECT_NEAR(estimated.objects[0].speed_mps, 0, 1e-6);
 }
 
-// A parked car whose current depths err by more than the threshold allows, which joint_flow does not look at.
+// A parked car whose current depths have errors above the threshold; joint_flow does not use these depths.
 TEST(Pipeline, LikelihoodTellsDynamicFromStaticByTheMotion) {
   ObjectObservation parked = observe(4, standing);
   for (size_t i = 0; i < parked.points.size(); ++i) parked.points.depth_curr[i] += i % 2 == 0 ? 0.5 : -0.5;
@@ -128,12 +128,12 @@ TEST(Pipeline, LostAndAppearing) {
 
 TEST(Pipeline, LabelsFollowTheMajorityNotTheMaskIds) {
   FrameEstimator estimator = make();
-  // Frame 1's mask calls the objects 1 and 2.
+  // In the mask of frame 1 the objects have the ids 1 and 2.
   FramePair first = make_pair(0, {observe(1, moving), observe(2, moving)});
   const FrameResult a = estimator.process(first);
   EXPECT_EQ(a.objects[0].track, 1);
   EXPECT_EQ(a.objects[1].track, 2);
-  // Frame 2's mask calls them 7 and 3; a third of 7's points come from the wrong object.
+  // In the mask of frame 2 they have the ids 7 and 3; a third of the points of 7 come from the wrong object.
   ObjectObservation was_one = observe(7, moving);
   was_one.instance_prev.assign(200, 1);
   std::fill_n(was_one.instance_prev.begin(), 70, 2);
@@ -147,7 +147,7 @@ TEST(Pipeline, LabelsFollowTheMajorityNotTheMaskIds) {
 
 TEST(Pipeline, PointsOfABodyThatVanishesBehindAnotherDoNotCount) {
   FrameEstimator estimator = make();
-  // 40 points of instance 9 land on instance 4 as well; their motion is so near that they would be inliers.
+  // 40 points of instance 9 also land on instance 4; their motion is so similar that they would be inliers.
   ObjectObservation object = observe(4, moving);
   const Correspondences others =
       exact_points(SE3(Eigen::Quaterniond::Identity(), {0.004, 0, 0}) * moving, 400, 150, 8, 40);
@@ -161,7 +161,7 @@ TEST(Pipeline, PointsOfABodyThatVanishesBehindAnotherDoNotCount) {
   EXPECT_LT((body.estimate.T_curr_prev * moving.inverse()).log().norm(), 1e-9);
 }
 
-/// Does not estimate: remembers the problems.
+/// An estimator that records the problems and estimates nothing.
 class Listener : public Estimator {
  public:
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override {
@@ -178,8 +178,8 @@ class Listener : public Estimator {
   mutable std::vector<size_t> n_inliers;
 };
 
-/// Inliers that an estimator is given of the background and of an object,
-/// a third of whose flows are off by 2 px.
+/// Number of inliers that an estimator gets for the background and for an object, if a third of the flows are
+/// wrong by 2 px.
 std::vector<size_t> inliers_given(const PipelineOptions& options, bool chooses = false) {
   ObjectObservation object = observe(4, moving);
   FramePair pair = make_pair(0, {object});
@@ -205,7 +205,7 @@ TEST(Pipeline, RefinesOnThePointsThatTheOptionsName) {
 
 TEST(Pipeline, DeclaredNoiseReachesTheEstimatorByPreviousBody) {
   ObjectObservation object = observe(4, moving);
-  object.instance_prev.assign(200, 9);  // ids change from mask to mask
+  object.instance_prev.assign(200, 9);  // ids change between masks
   FramePair pair = make_pair(0, {object});
   const auto listen = [&] {
     const auto listener = std::make_shared<Listener>();
@@ -223,7 +223,7 @@ TEST(Pipeline, DeclaredNoiseReachesTheEstimatorByPreviousBody) {
 TEST(Pipeline, MajorityZeroStartsANewLabel) {
   FrameEstimator estimator = make();
   estimator.process(make_pair(0, {observe(1, moving), observe(2, standing)}));
-  // Object 2 starts to move: its last label is 0. A newcomer comes mostly from the background.
+  // Object 2 starts to move: its last label is 0. Most points of a new object come from the background.
   ObjectObservation newcomer = observe(3, moving, 100);
   newcomer.instance_prev.assign(100, 1);
   newcomer.n_background = 300;
@@ -253,7 +253,8 @@ TEST(Pipeline, PropagatesMotionsAndForgetsThemAcrossAGap) {
 }
 
 TEST(Pipeline, ObjectMotionIsPropagatedThroughTheCameraMotion) {
-  // An object with constant motion in the world: H in the second camera is the first one's, carried over.
+  // An object with constant motion in the world: H in the second camera is that of the first one,
+  // transformed.
   FrameEstimator estimator = make();
   estimator.process(make_pair(0, {observe(1, moving)}));
   const SE3 H2 = camera_step.inverse() * object_step * camera_step;

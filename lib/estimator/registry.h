@@ -1,10 +1,10 @@
 #pragma once
 
-// The table of the estimators that exist. How to add one:
+// Table of all estimators. To add one:
 //   1. write lib/estimator/estimators/<name>.{h,cc}: an options struct (base/options.h) and a class derived
 //      from Estimator (solvers/estimator.h);
 //   2. add one line to the table in registry.cc.
-// The parametrised test in registry_test.cc then runs over it.
+// The parametrised test in registry_test.cc then covers it.
 
 #include <functional>
 #include <memory>
@@ -26,7 +26,7 @@ struct EstimatorEntry {
 
 std::span<const EstimatorEntry> estimators();
 
-/// Throws Error on an unknown name (with the nearest one) or an unknown option key.
+/// Creates an estimator. Throws Error for an unknown name (with the nearest one) or an unknown option key.
 std::unique_ptr<Estimator> make_estimator(const std::string& name, const Json& options = Json::object());
 
 }  // namespace sextant

@@ -1,4 +1,4 @@
-// Runs over every registered estimator.
+// Tests of every registered estimator.
 
 #include "sextant/base/testing.h"
 #include "sextant/estimator/registry.h"

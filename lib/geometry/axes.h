@@ -1,6 +1,6 @@
 #pragma once
 
-// Names for the directions of coordinate axes, of a world and of a body alike.
+// Named conventions for coordinate axes, of a world frame and of a body frame alike.
 //
 //   name     x        y      z         used by
 //   opencv   right    down   forward   cameras here, KITTI's images, ORB-SLAM
@@ -19,9 +19,9 @@ namespace sextant {
 enum class Axes { opencv, opengl, ned, flu };
 constexpr Names<4> names_of(Axes) { return {"opencv", "opengl", "ned", "flu"}; }
 
-/// R with p_opencv = R p_named: a permutation of axes and signs, exact.
+/// Returns the exact permutation R (with signs) for which p_opencv = R p_named.
 inline Eigen::Matrix3d opencv_from_axes(Axes axes) {
-  // Columns: where x, y and z of the named axes point, as right, down, forward.
+  // Columns: the directions of x, y and z of the named axes, in coordinates right, down, forward.
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   if (axes == Axes::opengl) R << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   if (axes == Axes::ned) R << 0, 1, 0, 0, 0, 1, 1, 0, 0;

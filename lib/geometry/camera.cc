@@ -7,7 +7,7 @@
 namespace sextant {
 namespace {
 
-// Beyond these a ray or its square is no finite double.
+// Outside this range a ray or its square may not be a finite double.
 constexpr double smallest_focal = 1e-6, largest_focal = 1e9;
 
 }  // namespace

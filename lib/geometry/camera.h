@@ -20,7 +20,7 @@ struct PinholeCamera {
   Eigen::Vector2d project(const Eigen::Vector3d& p) const {
     return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
   }
-  /// d project / d p (px per m).
+  /// Jacobian d project / d p, 2x3 (px per m).
   Eigen::Matrix<double, 2, 3> project_jacobian(const Eigen::Vector3d& p) const {
     const double iz = 1.0 / p.z();
     Eigen::Matrix<double, 2, 3> j;

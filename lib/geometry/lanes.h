@@ -1,6 +1,6 @@
 #pragma once
 
-// 32 bytes at a time, four doubles or eight floats, for the loops over points (base/simd.h).
+// SIMD vectors of 32 bytes (four doubles or eight floats) for the loops over points (base/simd.h).
 
 #include <array>
 #include <cstddef>
@@ -10,7 +10,8 @@
 #include "sextant/base/simd.h"
 #include "sextant/geometry/se3.h"
 
-// Macros, not functions: a vector return would change the calling convention between the clones.
+// Macros, not functions: a function that returns a vector would have different calling conventions in the
+// clones.
 #define SEXTANT_LOAD(pointer) \
   (*reinterpret_cast<const ::sextant::UnalignedLanesOf<std::remove_cvref_t<decltype(*(pointer))>>*>(pointer))
 #define SEXTANT_STORE(pointer, value)                                                                    \
@@ -19,15 +20,15 @@
 
 namespace sextant {
 
-/// Where lanes are passed in memory to a SEXTANT_SIMD function, what holds them is alignas(lane_bytes): its
-/// clone for AVX takes that for granted, what calls it does not.
+/// Alignment of objects that hold lanes and are passed by address to a SEXTANT_SIMD function: declare them
+/// alignas(lane_bytes), because the AVX clone assumes this alignment and its caller does not provide it.
 inline constexpr size_t lane_bytes = 32;
 
-/// Relative, of a sum of thousands of numbers >= 0.
+/// Bound of the relative rounding error of a sum of thousands of non-negative numbers.
 template <typename Real>
 inline constexpr double rounding_of_sums = sizeof(Real) == 4 ? 1e-6 : 1e-12;
 
-// GCC ignores vector_size on a type that depends on a template's argument.
+// GCC ignores vector_size on a type that depends on a template parameter.
 template <typename Real>
 struct LaneTypes;
 template <>
@@ -57,7 +58,7 @@ inline constexpr size_t n_lanes = LaneTypes<double>::n;
 using Lanes = LanesOf<double>;
 using LaneMask = LaneMaskOf<double>;
 
-/// In a fixed order, in double.
+/// Returns the sum of the lanes in double precision, added in a fixed order.
 template <typename L>
 double sum_of_lanes(const L* lanes) {
   double sum = 0;
@@ -65,7 +66,7 @@ double sum_of_lanes(const L* lanes) {
   return sum;
 }
 
-/// R (row-major) and t as plain numbers.
+/// A rigid motion as plain numbers: R (row-major) and t.
 template <typename Real>
 struct RigidMotionOf {
   std::array<Real, 9> r;
@@ -78,7 +79,7 @@ struct RigidMotionOf {
 };
 using RigidMotion = RigidMotionOf<double>;
 
-/// A point nearer than this to the camera plane counts as behind it (m).
+/// Points with a depth below this value count as behind the camera (m).
 inline constexpr double min_depth_m = 1e-3;
 
 }  // namespace sextant

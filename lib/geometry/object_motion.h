@@ -1,8 +1,8 @@
 #pragma once
 
-// Rigid motion of an object between the previous and the current frame, in the frames that the field writes
-// it in, and its speed. X = T_curr_prev of the object: it maps the object's points from previous to current
-// camera coordinates, the camera's own motion included.
+// Speed and rigid motion of an object between the previous and the current frame, in the reference frames
+// that the literature uses. X = T_curr_prev of the object maps its points from previous to current camera
+// coordinates and includes the camera's own motion.
 //
 //   H        in previous camera coordinates  H = T_prev_curr X (paper eq. (9)), T_curr_prev of the background
 //   H_world  in the world                    H_world = T_world_curr X T_world_prev^-1
@@ -11,7 +11,8 @@
 //                                            Chirikjian et al. 2017), c = centroid of the object's points,
 //                                            same frame as H
 //
-// With the origin of a label box as c, v is the displacement of that origin (the published code's reading).
+// If c is the origin of the object's label box, v is the displacement of that origin per time, as the paper's
+// published code computes it.
 
 #include "sextant/geometry/se3.h"
 
@@ -19,27 +20,27 @@ namespace sextant {
 
 constexpr double kmh_per_mps = 3.6;
 
-/// H.
+/// Returns H, the object's motion in previous camera coordinates.
 inline SE3 object_motion_prev(const SE3& T_curr_prev_background, const SE3& T_curr_prev_object) {
   return T_curr_prev_background.inverse() * T_curr_prev_object;
 }
 
-/// H_world of one step.
+/// Returns H_world, the object's motion in world coordinates.
 inline SE3 world_motion(const SE3& T_world_prev, const SE3& T_world_curr, const SE3& T_curr_prev_object) {
   return T_world_curr * T_curr_prev_object * T_world_prev.inverse();
 }
 
-/// H_body, from H.
+/// Returns H_body, the object's motion in its own frame.
 inline SE3 body_motion(const SE3& H_prev_camera, const SE3& T_camera_object_prev) {
   return T_camera_object_prev.inverse() * H_prev_camera * T_camera_object_prev;
 }
 
-/// v.
+/// Returns the speed v (m/s) of the point `centroid`, which is given in the frame of H.
 inline double speed_mps(const SE3& H, const Eigen::Vector3d& centroid, double dt_s) {
   return (H * centroid - centroid).norm() / dt_s;
 }
 
-/// v in km/h.
+/// Returns the speed v in km/h; see speed_mps().
 inline double velocity_kmh(const SE3& H, const Eigen::Vector3d& centroid, double dt_s) {
   return speed_mps(H, centroid, dt_s) * kmh_per_mps;
 }

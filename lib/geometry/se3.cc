@@ -5,10 +5,10 @@
 namespace sextant {
 namespace {
 
-// Below this angle (rad) the series of the coefficients are more exact than their closed forms.
+// Below this angle (rad) the series of the coefficients are more accurate than their closed forms.
 constexpr double series_angle_rad = 1e-2;
 
-/// V with translation = V(omega) * rho; Barfoot eq. (7.37).
+/// Returns V with translation = V(omega) * rho; Barfoot eq. (7.37).
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& omega) {
   const double angle2 = omega.squaredNorm();
   const double angle = std::sqrt(angle2);
@@ -25,7 +25,7 @@ Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& omega) {
   return Eigen::Matrix3d::Identity() + a * w + b * w * w;
 }
 
-/// Inverse of left_jacobian; Barfoot eq. (7.76).
+/// Returns the inverse of left_jacobian(); Barfoot eq. (7.76).
 Eigen::Matrix3d left_jacobian_inverse(const Eigen::Vector3d& omega) {
   const double angle2 = omega.squaredNorm();
   const double angle = std::sqrt(angle2);

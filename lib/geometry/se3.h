@@ -16,14 +16,16 @@ namespace sextant {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// The matrix [w]_x with [w]_x v = w x v.
+/// Returns the matrix [w]_x with [w]_x v = w x v.
 Eigen::Matrix3d skew(const Eigen::Vector3d& w);
 
-/// Rotation vector (axis * angle, rad) to unit quaternion and back; |log| <= pi.
+/// Exponential and logarithm of SO(3): rotation vector (axis * angle, rad) to unit quaternion and back. |log|
+/// <= pi.
 Eigen::Quaterniond so3_exp(const Eigen::Vector3d& omega);
 Eigen::Vector3d so3_log(const Eigen::Quaterniond& q);
 
-/// Angle of a rotation in [0, pi] rad as 2 atan2(|q_v|, |q_w|): exact near 0, where acos(trace) is not.
+/// Returns the angle of a rotation in [0, pi] rad as 2 atan2(|q_v|, |q_w|), which is accurate near 0, unlike
+/// acos(trace).
 double rotation_angle_rad(const Eigen::Quaterniond& q);
 
 class SE3 {
@@ -31,9 +33,11 @@ class SE3 {
   SE3() = default;
   SE3(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation)
       : rotation_(rotation.normalized()), translation_(translation) {}
-  /// From a 4x4 or the upper 3x4 of one; the rotation part is projected onto SO(3) through a quaternion.
+  /// Builds a motion from the upper 3x4 block of its matrix; the rotation is projected onto SO(3) through a
+  /// quaternion.
   static SE3 from_matrix(const Eigen::Matrix<double, 3, 4>& matrix);
-  /// What rotation() and translation() have given, bit for bit: not normalised once more.
+  /// Restores a motion bit for bit from its rotation() and translation(); the quaternion is not normalised
+  /// again.
   static SE3 from_parts(const Eigen::Quaterniond& unit_rotation, const Eigen::Vector3d& translation) {
     SE3 T;
     T.rotation_ = unit_rotation;

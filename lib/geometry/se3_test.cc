@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// The Lie algebra element of a twist as a 4x4 matrix.
+/// Returns the Lie algebra element of a twist as a 4x4 matrix.
 Eigen::Matrix4d hat(const Vector6d& xi) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
   m.topLeftCorner<3, 3>() = skew(xi.tail<3>());
@@ -38,7 +38,7 @@ TEST(SE3, ExpIsTheMatrixExponential) {
   }
 }
 
-// Every size of angle, with both sides of the switch to series at 1e-2 rad, up to just below pi.
+// Angles of every magnitude, on both sides of the switch to series at 1e-2 rad, up to just below pi.
 class LogOfExp : public ::testing::TestWithParam<double> {};
 
 TEST_P(LogOfExp, IsTheTwist) {
@@ -46,7 +46,8 @@ TEST_P(LogOfExp, IsTheTwist) {
   for (int i = 0; i < 100; ++i) {
     Vector6d xi = random_twist(generator, 10.0, 1.0);
     xi.tail<3>() *= GetParam() / xi.tail<3>().norm();
-    // Near pi, log is sensitive by about 1 / (2 pi - angle): no loss. The inverse of V is bounded too.
+    // Near pi, the sensitivity of log is about 1 / (2 pi - angle), so no digits are lost; the inverse of V is
+    // bounded too.
     EXPECT_THAT(SE3::exp(xi).log(), EigenNear(xi, 1e-13 * 100)) << xi.transpose();
   }
 }
@@ -61,7 +62,7 @@ TEST(SE3, LogOfIdentityIsZero) {
 }
 
 TEST(SE3, ExpOfLogAtPiIsTheMotion) {
-  // At pi the axis is free up to its sign, so only the motion is unique.
+  // At pi the sign of the axis is arbitrary, so only the motion is unique.
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 2, -3)}) {
     const SE3 T(Eigen::Quaterniond(Eigen::AngleAxisd(pi, axis.normalized())), {1, 2, 3});

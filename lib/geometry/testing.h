@@ -1,6 +1,6 @@
 #pragma once
 
-// Matchers and helpers for tests of geometry.
+// Matchers and helpers for tests of geometry:
 //
 //   EXPECT_THAT(T, SE3Near(expected, 1e-12));        angle (rad) and distance (m) of expected^-1 * T
 //   EXPECT_THAT(matrix, EigenNear(expected, 1e-9));  largest absolute difference
@@ -35,7 +35,8 @@ MATCHER_P2(SE3Near, expected, tolerance, "is near the expected motion") {
   return angle <= tolerance && distance <= tolerance;
 }
 
-/// Central differences of a vector function, with a step relative to each coordinate's size.
+/// Returns the Jacobian of a vector function by central differences, with a step relative to the size of each
+/// coordinate.
 template <typename Function, int N>
 auto numeric_jacobian(const Function& f, const Eigen::Matrix<double, N, 1>& x, double step = 1e-6) {
   using Value = std::remove_cvref_t<decltype(f(x).eval())>;
@@ -51,7 +52,8 @@ auto numeric_jacobian(const Function& f, const Eigen::Matrix<double, N, 1>& x, d
   return jacobian;
 }
 
-/// A repeatable twist with entries uniform in [-scale, scale].
+/// Returns a random twist [m; rad] with translation entries uniform in [-scale_m, scale_m] and rotation
+/// entries in [-scale_rad, scale_rad].
 inline Vector6d random_twist(std::mt19937_64& generator, double scale_m, double scale_rad) {
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   Vector6d xi;

@@ -69,7 +69,7 @@ InterpolatedPoses interpolate_poses(const PoseSeries& series, std::span<const do
     out.rows.push_back(static_cast<int>(row));
     out.asked.push_back(static_cast<int>(asked));
   };
-  size_t j = 0;  // the first stamp not before the time
+  size_t j = 0;  // the first stamp at or after the time
   for (size_t k = 0; k < times_s.size(); ++k) {
     const double t = times_s[k];
     while (j < stamps.size() && stamps[j] < t) ++j;
@@ -93,8 +93,7 @@ InterpolatedPoses interpolate_poses(const PoseSeries& series, std::span<const do
     add(k, w <= 0.5 ? i : j, (1 - w) * series.positions_m[i] + w * series.positions_m[j]);
     if (!has_rotations) continue;
     const Eigen::Quaterniond a(series.rotations[i]), b(series.rotations[j]);
-    out.poses.rotations.push_back(
-        a.normalized().slerp(w, b.normalized()).normalized().toRotationMatrix());
+    out.poses.rotations.push_back(a.normalized().slerp(w, b.normalized()).normalized().toRotationMatrix());
   }
   return out;
 }

@@ -20,7 +20,8 @@ TEST(Trajectory, AMissingFrameHasNoPose) {
 }
 
 TEST(Trajectory, MotionIsThePoseOfTheCurrentInThePrevious) {
-  // The camera turns right (about y, down) by 90 degrees at (0, 0, 5) and has moved there straight ahead.
+  // The camera turns right by 90 degrees (about y, which points down) and ends at (0, 0, 5), straight ahead
+  // of its start.
   const Eigen::Quaterniond right(Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitY()));
   Trajectory trajectory;
   trajectory.set(0, SE3(Eigen::Quaterniond::Identity(), {0, 0, 4}));
@@ -28,7 +29,7 @@ TEST(Trajectory, MotionIsThePoseOfTheCurrentInThePrevious) {
   const std::optional<SE3> T_prev_curr = trajectory.motion(0, 1);
   ASSERT_TRUE(T_prev_curr.has_value());
   EXPECT_THAT(*T_prev_curr, SE3Near(SE3(right, {0, 0, 1}), 1e-15));
-  // What lies 2 m ahead of the turned camera lies 2 m to the right of the old one.
+  // A point 2 m ahead of the turned camera lies 2 m to the right of its previous optical axis.
   EXPECT_THAT(*T_prev_curr * Eigen::Vector3d(0, 0, 2), EigenNear(Eigen::Vector3d(2, 0, 1), 1e-15));
   EXPECT_THAT(*trajectory.motion(1, 0), SE3Near(T_prev_curr->inverse(), 1e-15));
 }
@@ -72,7 +73,7 @@ TEST(PoseInterpolation, ConstantMotionIsMetExactly) {
 
 TEST(PoseInterpolation, TakesTheShorterWayRound) {
   PoseSeries s;
-  for (const double angle : {3.0, 3.4}) {  // quaternions of opposite sign
+  for (const double angle : {3.0, 3.4}) {  // the quaternions have opposite signs
     s.add(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix(), {0, 0, 0});
     s.stamps_s.push_back(angle);
   }
@@ -83,7 +84,7 @@ TEST(PoseInterpolation, TakesTheShorterWayRound) {
 
 TEST(PoseInterpolation, ARecordedPoseIsTakenAsItIs) {
   PoseSeries s = turning({0, 1, 5}, 0.8, 5);
-  s.rotations[1](0, 0) += 1e-7;  // off SO(3), as files round
+  s.rotations[1](0, 0) += 1e-7;  // off SO(3), as after rounding in a file
   const double times[] = {1.0};
   const InterpolatedPoses found = interpolate_poses(s, times, 0.1);
   EXPECT_EQ(found.poses.rotations.at(0), s.rotations[1]);

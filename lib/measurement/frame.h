@@ -1,26 +1,26 @@
 #pragma once
 
-// What a sensor (and the networks behind it) gives at one instant. Holds no ground truth.
-// A channel that was not asked for, or that the source does not have, is an empty image.
+// Output of a sensor, and of the networks that process it, at one instant. Contains no ground truth. A
+// channel that was not requested, or that the source does not have, is an empty image.
 
 #include "sextant/measurement/image.h"
 
 namespace sextant {
 
-/// What becomes of the surface point at a pixel in the next frame.
+/// Visibility, in the next frame, of the surface point at a pixel.
 enum class Occlusion : uint8_t { visible = 0, hidden = 1, outside = 2, unknown = 3 };
 
 struct Frame {
   int index = 0;  ///< the data set's own frame number
 
   Image<uint8_t> gray;         ///< luminance, 0..255
-  Image<Rgb> rgb;              ///< only when asked for (overlays, networks)
+  Image<Rgb> rgb;              ///< only if requested (overlays, networks)
   Image<Rgb> rgb_right;        ///< the right camera's image, rectified with the left
   Image<float> depth_m;        ///< z-depth; NaN = invalid
   Image<Flow> flow;            ///< from this frame to the next, px; NaN = invalid
   Image<Flow> backward_flow;   ///< from this frame to the one before, px; NaN = invalid
   Image<uint16_t> mask;        ///< instance ids of this frame; 0 = background
-  Image<Occlusion> occlusion;  ///< what becomes of each pixel in the next frame
+  Image<Occlusion> occlusion;  ///< visibility of each pixel's surface point in the next frame
 };
 
 /// A set of channels to read.
@@ -48,9 +48,9 @@ constexpr Channels Channels::all() {
           .occlusion = true};
 }
 
-// Where the flow at a pixel leads, in whole pixels.
+// Target pixels of optical flow.
 
-/// The pixel nearest to (x, y) + flow, if the flow is known and that pixel lies in a width x height image.
+/// Pixel nearest to (x, y) + flow, if the flow is known and that pixel lies inside a width x height image.
 struct Landing {
   int x = 0;
   int y = 0;
@@ -62,7 +62,7 @@ inline Landing land(int x, int y, const Flow& flow, int width, int height) {
   const float v = static_cast<float>(y) + flow.v;
   if (!(u > -0.5F && v > -0.5F && u < static_cast<float>(width) - 0.5F &&
         v < static_cast<float>(height) - 0.5F)) {
-    return {};  // or NaN
+    return {};  // also if the flow is NaN
   }
   const auto nearest = [](float value) { return static_cast<int>(static_cast<double>(value) + 0.5); };
   return {nearest(u), nearest(v), true};

@@ -45,7 +45,7 @@ class Image {
   std::vector<T> pixels_;
 };
 
-/// Column and row.
+/// Column x and row y of a pixel.
 struct Pixel {
   int x = 0, y = 0;
 };
@@ -78,7 +78,7 @@ PixelRange pixels(const Image<T>& image) {
   return {image.width(), image.height()};
 }
 
-/// The image whose pixel (x, y) is value(x, y).
+/// Returns the width x height image whose pixel (x, y) is value(x, y).
 template <typename Value>
 auto image_of(int width, int height, const Value& value) {
   Image<decltype(value(0, 0))> image(width, height);
@@ -93,18 +93,18 @@ struct Rgb {
   bool operator==(const Rgb&) const = default;
 };
 
-/// Optical flow of one pixel (px); NaN = unknown.
+/// Optical flow at one pixel (px); NaN = unknown.
 struct Flow {
   float u = NAN;
   float v = NAN;
   bool valid() const { return std::isfinite(u) && std::isfinite(v); }
 };
 
-// Rectangles in images: labels of objects, and what masks show of them. Units: px; x right, y down.
+// Axis-aligned boxes in images: labels of objects and outlines of masks. Units: px; x right, y down.
 
 struct ImageBox {
   double left = std::numeric_limits<double>::infinity(), top = left, right = -left,
-         bottom = -left;  ///< holds nothing
+         bottom = -left;  ///< an empty box
 
   double width() const { return right - left; }
   double height() const { return bottom - top; }
@@ -115,26 +115,26 @@ struct ImageBox {
   bool operator==(const ImageBox&) const = default;
 };
 
-/// The area that two boxes share; 0 when they do not meet.
+/// Returns the area of the intersection of two boxes (px^2); 0 if they are disjoint.
 inline double shared_area(const ImageBox& a, const ImageBox& b) {
   const double w = std::min(a.right, b.right) - std::max(a.left, b.left);
   const double h = std::min(a.bottom, b.bottom) - std::max(a.top, b.top);
   return w > 0 && h > 0 ? w * h : 0;
 }
 
-/// Intersection over union.
+/// Returns the intersection over union of two boxes.
 inline double overlap(const ImageBox& a, const ImageBox& b) {
   const double shared = shared_area(a, b);
   return shared / (a.area() + b.area() - shared);
 }
 
-/// The pixels of one mask id: the centres of the outermost ones, and how many.
+/// Extent of one mask id: the bounding box of its pixel centres, and the number of its pixels.
 struct MaskOutline {
   ImageBox box;
   int n_pixels = 0;
 };
 
-/// By mask id, without the background.
+/// Returns the outline of each mask id except the background.
 std::map<int, MaskOutline> mask_outlines(const Image<uint16_t>& mask);
 
 }  // namespace sextant

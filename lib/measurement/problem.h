@@ -1,11 +1,12 @@
 #pragma once
 
-// Correlation of the errors at two pixels of one frame and channel, by their distance r:
+// Correlation between the errors at two pixels of one frame and channel, as a function of their distance r
+// (px):
 //
 //   rho(r) = sum_k share_k exp(-r^2 / (2 length_k^2)),   rho(0) = 1
 //
-// What the shares leave is independent from pixel to pixel. A mixture of Gaussians with shares >= 0 is
-// positive definite in the plane, whatever the pixels.
+// The rest, 1 - sum_k share_k, of the variance is independent from pixel to pixel. A mixture of Gaussians
+// with shares >= 0 is positive definite in the plane for any set of pixels.
 
 #include <cmath>
 #include <cstddef>
@@ -22,15 +23,15 @@ namespace sextant {
 struct SpatialCorrelation {
   struct Part {
     double length_px = 0;
-    double share = 0;  ///< of the variance
+    double share = 0;  ///< share of the variance
     bool operator==(const Part&) const = default;
   };
-  std::vector<Part> parts;  ///< none: all errors are independent
+  std::vector<Part> parts;  ///< empty: all errors are independent
 
   double independent_share() const {
     double rest = 1;
     for (const Part& part : parts) rest -= part.share;
-    return rest > 1e-12 ? rest : 0;  // less is rounding of the shares
+    return rest > 1e-12 ? rest : 0;  // a smaller rest is rounding error of the shares
   }
   double at(double distance_px) const {
     double rho = distance_px == 0 ? independent_share() : 0;
@@ -43,32 +44,33 @@ struct SpatialCorrelation {
   bool operator==(const SpatialCorrelation&) const = default;
 };
 
-// What is declared about the errors of one body's measurements, as the data sheet of a sensor: standard
-// deviations, never the errors themselves. 0 = nothing declared for that channel.
+// Declared noise of one body's measurements, as in the data sheet of a sensor: standard deviations, never the
+// errors themselves. 0 means that nothing is declared for the channel.
 //
 //   flow    N(0, diag(flow_x_px^2, flow_y_px^2))
-//   depth   of both frames: N(0, sigma^2), sigma(z) = z^2 * inverse_depth_per_m: a disparity of accuracy
-//           delta_d (px) has delta_d / (f b)
+//   depth   of both frames: N(0, sigma^2), sigma(z) = z^2 * inverse_depth_per_m; a disparity accuracy of
+//           delta_d (px) corresponds to inverse_depth_per_m = delta_d / (f b)
 
 struct MeasurementNoise {
   double flow_x_px = 0;
   double flow_y_px = 0;
   double inverse_depth_per_m = 0;  ///< 1/m
-  double flow_outlier_share = 0;   ///< 0..1, of flows that are wrong beyond the deviations above
-  SpatialCorrelation correlation;  ///< of each channel's errors between points
-  /// The errors are independent between points and Gaussian: no outliers, no rounding, no common draw.
+  double flow_outlier_share = 0;   ///< 0..1, share of flows with errors far beyond the deviations above
+  SpatialCorrelation correlation;  ///< correlation of each channel's errors between points
+  /// True if the errors are Gaussian and independent between points: no outliers, no rounding, no common-mode
+  /// error.
   bool independent_gaussian = true;
 
   double depth_sigma_m(double depth_m) const { return depth_m * depth_m * inverse_depth_per_m; }
   bool operator==(const MeasurementNoise&) const = default;
 };
 
-// Point measurements between two frames, as structure of arrays; all arrays have the same length
-// (before_noise: or none).
+// Point measurements between two frames as a structure of arrays. All arrays have the same length, except
+// that before_noise may be empty.
 //
 //   pixel p = (u, v) in the previous image, depth there, flow phi = (flow_u, flow_v): the pixel in the
 //   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none
-//   (docs/method.md, "Camera and measurements").
+//   (docs/conventions.md, "Camera and measurements").
 
 struct Correspondences {
   std::vector<double> u;           ///< px
@@ -77,42 +79,42 @@ struct Correspondences {
   std::vector<double> flow_u;      ///< px
   std::vector<double> flow_v;      ///< px
   std::vector<double> depth_curr;  ///< m, current frame; NaN = none
-  /// Place among the points that noise was added to; empty: none was.
+  /// Index of each point in the list to which noise was added; empty: no noise was added.
   std::vector<size_t> before_noise;
 
   size_t size() const { return u.size(); }
   bool empty() const { return u.empty(); }
-  /// Pixel and flow are finite, and so is their sum.
+  /// Returns true if pixel and flow of point i, and their sum, are finite.
   bool has_pixels(size_t i) const { return std::isfinite(u[i] + v[i] + flow_u[i] + flow_v[i]); }
-  /// And so are depth and inverse depth, > 0.
+  /// Returns true if point i also has a positive depth whose value and inverse are finite.
   bool is_measurement(size_t i) const {
     return has_pixels(i) && depth[i] >= std::numeric_limits<double>::min() && depth[i] < INFINITY;
   }
   void reserve(size_t n);
   void push_back(double u_px, double v_px, double depth_m, double flow_u_px, double flow_v_px,
                  double depth_curr_m = NAN);
-  /// The points whose mask entry is non-zero.
+  /// Returns the points whose entry in `keep` is non-zero; throws InternalError if `keep` has another length.
   Correspondences subset(const std::vector<unsigned char>& keep) const;
 };
 
-// One rigid body between two frames: everything an estimator sees. Body 0 (the static background) and the
-// objects share this type.
+// Measurements of one rigid body between two frames: the complete input of an estimator. Body 0 (the static
+// background) and the objects share this type.
 
 struct Problem {
   StereoCamera camera;
   Correspondences points;
-  std::optional<MeasurementNoise> noise;  ///< as declared by the source; none: nothing is known
+  std::optional<MeasurementNoise> noise;  ///< as declared by the source; nullopt: unknown
 };
 
-// The measurements of one frame pair reduced to points: what the pipeline needs after the images are gone.
+// Measurements of one frame pair reduced to points: the input of the pipeline once the images are released.
 
 /// One instance of the current frame's mask, with the points of the previous frame whose flow lands on it.
 struct ObjectObservation {
-  int instance = 0;                     ///< id in the current mask
-  double area_fraction = 0;             ///< its share of the current image, 0..1
-  Correspondences points;               ///< every n-th pixel of the previous frame's instances
-  std::vector<uint16_t> instance_prev;  ///< per point: id in the previous mask (never 0)
-  int n_background = 0;                 ///< samples that land here from the previous background
+  int instance = 0;          ///< id in the current mask
+  double area_fraction = 0;  ///< its share of the current image, 0..1
+  Correspondences points;    ///< every n-th pixel of the previous frame's instances that lands here
+  std::vector<uint16_t> instance_prev;  ///< per point: its id in the previous mask (never 0)
+  int n_background = 0;                 ///< number of samples from the previous background that land here
 };
 
 struct FramePair {
@@ -124,8 +126,8 @@ struct FramePair {
   StereoCamera camera;
   Correspondences background;              ///< static features
   std::vector<ObjectObservation> objects;  ///< in order of `instance`
-  std::vector<int> lost_instances;         ///< ids of the previous mask that the current one lacks
-  /// Declared by body: id in the previous mask, 0 = background. Empty: nothing is known.
+  std::vector<int> lost_instances;         ///< ids of the previous mask that the current mask lacks
+  /// Declared noise by body: id in the previous mask, 0 = background. Empty: unknown.
   std::map<int, MeasurementNoise> noise;
 };
 

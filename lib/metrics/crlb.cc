@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t most_correlated_points = 600;  // the cost is cubic
 
-/// The inverse of an information matrix; none where a direction of motion is not determined.
+/// Returns the inverse of an information matrix; nullopt if a direction of motion is not determined.
 std::optional<Matrix6d> inverse(const Matrix6d& information) {
   constexpr double least_eigenvalue = 1e-12;
   const Vector6d scale = information.diagonal().cwiseSqrt().cwiseInverse();
@@ -48,7 +48,7 @@ class TwistInformation {
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Zero();
 };
 
-/// Both kinds, summed point by point.
+/// Information of both bounds, summed over the points.
 class Information {
  public:
   Information(const PinholeCamera& camera, const SE3& T_curr_prev, const MeasurementNoise& noise)
@@ -62,7 +62,7 @@ class Information {
   void add(double u, double v, double depth_m, bool has_current_depth) {
     const Eigen::Vector3d moved_ray = R_ * camera_.ray(u, v);
     const Eigen::Vector3d point = depth_m * moved_ray + t_;
-    if (!(depth_m > 0) || !(point.z() > 0)) return;  // nothing is seen of it
+    if (!(depth_m > 0) || !(point.z() > 0)) return;  // the point is not observed
     const Eigen::Matrix<double, 2, 3> P = camera_.project_jacobian(point);
     const Eigen::Vector2d j = P * moved_ray;
     const double depth_variance = square(noise_.depth_sigma_m(depth_m));
@@ -71,7 +71,7 @@ class Information {
     previous_depth.add(P.transpose() * (W * P), point);
     if (!has_current_depth) return;
 
-    // What the third row adds, given the first two.
+    // Information that the third row adds, given the first two.
     const Eigen::Vector2d cross = moved_ray.z() * depth_variance * j;
     const double variance = square(noise_.depth_sigma_m(point.z())) + square(moved_ray.z()) * depth_variance;
     const Eigen::RowVector2d gain = cross.transpose() * W;
@@ -80,7 +80,7 @@ class Information {
   }
 
   TwistInformation previous_depth;
-  TwistInformation current_depth;  ///< on top of it
+  TwistInformation current_depth;  ///< additional information
 
  private:
   static double square(double x) { return x * x; }
@@ -92,11 +92,12 @@ class Information {
   Eigen::Matrix2d flow_variance_;
 };
 
-/// The same from flow and previous depth whose errors correlate over the image: all points at once.
+/// Returns the information of flow and previous depth whose errors are correlated over the image, for all
+/// points together.
 Matrix6d correlated_information(const PinholeCamera& camera, const Correspondences& exact,
                                 const SE3& T_curr_prev, const MeasurementNoise& noise) {
   struct Seen {
-    Eigen::Vector2d pixel, by_depth;  ///< j_i times the deviation of the depth
+    Eigen::Vector2d pixel, by_depth;  ///< j_i times the standard deviation of the depth
     Eigen::Matrix<double, 2, 6> J;
   };
   std::vector<Seen> points;
@@ -123,7 +124,7 @@ Matrix6d correlated_information(const PinholeCamera& camera, const Correspondenc
       covariance.block<2, 2>(2 * i, 2 * k) = rho * (flow + a.by_depth * b.by_depth.transpose());
     }
   }
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);  // reads the lower half
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);  // reads the lower triangle
   if (factor.info() != Eigen::Success) return Matrix6d::Zero();
   const Eigen::MatrixXd whitened = factor.matrixL().solve(J);
   return whitened.transpose() * whitened;

@@ -1,5 +1,6 @@
-// The bound against derivations that share none of its formulas: the Fisher information of all unknowns by
-// numeric differences of the literal measurement function, and the errors of a least-squares estimator.
+// Tests of the CRLB against derivations that share none of its formulas: the Fisher information of all
+// unknowns by numeric differentiation of the measurement function, and the errors of a least-squares
+// estimator.
 
 #include "sextant/metrics/crlb.h"
 
@@ -39,7 +40,8 @@ Scene make_scene(unsigned seed, int n, double near_m = 4, double far_m = 20) {
   return scene;
 }
 
-/// All unknowns [xi; z_1..z_n] to all measurements over their deviations [flow u, flow v, z (, z')]_i.
+/// Maps all unknowns [xi; z_1..z_n] to all measurements divided by their standard deviations [flow u, flow v,
+/// z (, z')]_i.
 class Measurement {
  public:
   Measurement(const Scene& scene, const MeasurementNoise& noise, bool both_depths)
@@ -84,7 +86,7 @@ class Measurement {
 
 const MeasurementNoise declared{0.5, 0.2, 0.2 / 350};
 
-/// The same to a relative precision, whatever the units of the entries.
+/// Expects equal covariances to a relative precision that does not depend on the units of the entries.
 void expect_equal_covariance(const Matrix6d& a, const Matrix6d& b, double tolerance) {
   for (int i = 0; i < 6; ++i) {
     for (int k = 0; k < 6; ++k) EXPECT_NEAR(a(i, k), b(i, k), tolerance * std::sqrt(b(i, i) * b(k, k)));
@@ -105,7 +107,8 @@ TEST(MotionBound, IsTheMotionBlockOfTheInverseInformationOfAllUnknowns) {
   }
 }
 
-// Each channel's errors correlate by the distance of their pixels; the three channels are independent.
+// The errors of each channel are correlated by the distance of their pixels; the three channels are
+// independent.
 TEST(MotionBound, HoldsTheFullCovarianceOfCorrelatedErrors) {
   const Scene scene = make_scene(6, 40);
   MeasurementNoise correlated = declared;
@@ -128,7 +131,7 @@ TEST(MotionBound, HoldsTheFullCovarianceOfCorrelatedErrors) {
   const Matrix6d expected = (J.transpose() * covariance.inverse() * J).inverse().topLeftCorner<6, 6>();
   expect_equal_covariance(bound->previous_depth, expected, 1e-5);
   const auto independent = motion_bound(camera, scene.exact, scene.X, declared);
-  correlated.correlation.parts = {{1e-3, 0.8}};  // far shorter than from point to point
+  correlated.correlation.parts = {{1e-3, 0.8}};  // far shorter than the distance between points
   expect_equal_covariance(motion_bound(camera, scene.exact, scene.X, correlated)->previous_depth,
                           independent->previous_depth, 1e-9);
 
@@ -172,11 +175,11 @@ TEST(MotionBound, MoreMeasurementsNeverHurt) {
 TEST(MotionBound, NoneWhereThereIsNoFiniteBound) {
   const Scene scene = make_scene(6, 30);
   EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0, 0, 1e-3}));    // exact flow
-  EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0.5, 0, 1e-3}));  // on one axis
+  EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0.5, 0, 1e-3}));  // exact flow in one axis
   EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, {0.5, 0.2, 1e-3, 0.1, {}, false}));
   EXPECT_FALSE(motion_bound(camera, {}, scene.X, declared));
   EXPECT_FALSE(motion_bound(camera, make_scene(7, 2).exact, scene.X, declared));
-  Correspondences line;  // all on one ray of space: the turn about it is free
+  Correspondences line;  // all points on one line in space: the rotation about it is free
   for (int i = 0; i < 20; ++i) {
     const Eigen::Vector3d p = Eigen::Vector3d(-2, 0.5, 6) + 0.3 * i * Eigen::Vector3d(1, 0.1, 0.2);
     const Eigen::Vector2d uv = camera.project(p);
@@ -185,7 +188,7 @@ TEST(MotionBound, NoneWhereThereIsNoFiniteBound) {
   EXPECT_FALSE(motion_bound(camera, line, scene.X, declared));
 }
 
-/// Gauss-Newton over the motion and all depths, from the truth: the maximum-likelihood estimate.
+/// Gauss-Newton over the motion and all depths, started at the true values: the maximum-likelihood estimate.
 struct Fit {
   SE3 X;
   Matrix6d covariance;
@@ -202,7 +205,7 @@ Fit fit(const Measurement& measure, const Scene& scene, const Eigen::VectorXd& m
   return {SE3::exp(x.head<6>()) * scene.X, covariance};
 }
 
-/// RMS of observed errors over RMS of the bound, of E_t and E_R.
+/// Ratio of the RMS of the observed errors to the RMS of the bound, for E_t and E_R.
 class Ratio {
  public:
   void add(const PoseChangeError& error) {
@@ -222,8 +225,8 @@ class Ratio {
 
 TEST(MotionBound, IsReachedByMaximumLikelihoodInEveryFrame) {
   constexpr int n_trials = 800;
-  constexpr double tolerance = 0.06;  // of an RMS of 800 with few degrees of freedom: 2.5 % at most
-  const MeasurementNoise small{0.05, 0.02, 0.02 / 350};  // small: first order
+  constexpr double tolerance = 0.06;  // standard error of the RMS over 800 trials: 2.5 % at most
+  const MeasurementNoise small{0.05, 0.02, 0.02 / 350};  // small errors: first order is exact enough
   const Scene background = make_scene(8, 24);
   Scene object = make_scene(9, 20, 6, 9);
   object.X = SE3(so3_exp({0, -0.06, 0}), Eigen::Vector3d(0.2, 0, 0.4));
@@ -263,10 +266,10 @@ TEST(Nees, ByHand) {
   covariance(4, 4) = 1e-4;  // rad^2
   const SE3 truth(so3_exp({0, 0.3, 0}), {1, 2, 3});
   Vector6d error = Vector6d::Zero();
-  error[0] = 0.4;  // two deviations
+  error[0] = 0.4;  // two standard deviations
   EXPECT_NEAR(nees(SE3::exp(error) * truth, covariance, truth).value(), 4, 1e-9);
   error.setZero();
-  error[4] = 0.03;  // three
+  error[4] = 0.03;  // three standard deviations
   EXPECT_NEAR(nees(SE3::exp(error) * truth, covariance, truth).value(), 9, 1e-9);
   EXPECT_FALSE(nees(truth, Matrix6d::Zero(), truth));
 }

@@ -84,7 +84,7 @@ const std::vector<MetricDefinition>& table() {
       {"step_gt_m", values, "ego", "true step", "m", 4, neither, "length of the true translation of the pair",
        truth_only},
       {"step_floor_m", values, "ego", "floor of the truth", "m", 4, neither,
-       "RMS error of the true steps themselves along the way, where the data set tells; one number a "
+       "RMS error of the true steps themselves along the path, if the data set gives it; one number per "
        "sequence"},
       {"lateral_floor_m", values, "ego", "lateral floor of the truth", "m", 4, neither,
        "the same across the heading: RMS of what of the true steps goes sideways, less a lever arm"},
@@ -119,7 +119,7 @@ const std::vector<MetricDefinition>& table() {
       {"v_gt_origin_kmh", values, "object", "v_gt, origin", "km/h", 2, neither,
        "the same formula with the true H at the origin of the true box: its displacement (published code)",
        truth_only},
-      // Flow. That of the measurements no estimator can make better.
+      // Flow. No estimator can improve the errors of the measured flow.
       {"epe_measured_px", errors, "both", "EPE, all points", "px", 3, neither,
        "mean end-point error of the measured flow over all points"},
       {"epe_measured_x_px", errors, "both", "EPE x, all points", "px", 3, neither,
@@ -162,7 +162,7 @@ const std::vector<MetricDefinition>& table() {
        "the truth of either frame was made by interpolation between labelled frames"},
       {"track", values, "object", "track", "label", 0, neither,
        "label of the pipeline's tracker, 0 = static or none"},
-      // What the estimator says of itself.
+      // Consistency of the estimator's covariance.
       {"split_nees", values, "both", "split NEES", "1", 2, neither, "mean of the two below"},
       {"split_nees_sides", values, "both", "split NEES, sides", "1", 2, neither,
        "with `--consistency`: normalised square of the difference of two estimates from the left and the "
@@ -183,7 +183,7 @@ const std::vector<MetricDefinition>& table() {
       {"peak_memory_mb", values, "ego", "memory", "1e6 bytes", 0, neither,
        "external programs: resident size of the largest process "
        "([external-estimators.md](external-estimators.md#in-the-records))"},
-      // The limit.
+      // Cramer-Rao lower bounds.
       {"Et_m", bound, "both", "E_t bound", "m", 4, neither,
        "bounds the RMS of `errors.Et_m`, from flow and the **previous** frame's depth"},
       {"ER_deg", bound, "both", "E_R bound", "deg", 4, neither, "the same of `errors.ER_deg`"},
@@ -206,7 +206,7 @@ const std::vector<MetricDefinition>& table() {
       {"cpu", time_ms, "ego", "cpu", "ms", 2, lower,
        "external programs: their processor time, spread over the pairs"},
       {"program", time_ms, "ego", "program", "ms", 2, lower,
-       "external programs that tell it: their own time of the pair"},
+       "external programs that report it: their own time of the pair"},
   };
   return definitions;
 }

@@ -9,7 +9,7 @@ bool is_outlier(double error_px, double true_px) { return error_px > 3 && error_
 
 double divided(double sum, int n) { return n > 0 ? sum / n : NAN; }
 
-// Both structs hold means; these turn sums into means, and means back into sums.
+// Both structs store means; these functions convert sums to means and means back to sums.
 DenseFlowError flow_means(const DenseFlowError& sum) {
   return {divided(sum.epe_px, sum.n),
           divided(sum.x_px, sum.n),

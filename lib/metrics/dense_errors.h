@@ -8,8 +8,8 @@
 //   Fl, D1      share of outliers, flow and disparity
 //   coverage    share of the pixels with truth that have an estimate
 //
-// Means and outliers are over the pixels with both;
-// KITTI's own numbers also fill in the pixels without an estimate.
+// Means and outlier shares are taken over the pixels that have both truth and an estimate; the KITTI
+// benchmarks also interpolate pixels without an estimate.
 
 #include <span>
 
@@ -29,7 +29,7 @@ struct DenseFlowError {
 
 struct DenseDisparityError {
   double mean_px = 0;        ///< mean |d - true d|; NaN when n == 0
-  double shift_px = 0;       ///< mean d - true d of the pixels that are no outliers; NaN without such
+  double shift_px = 0;       ///< mean d - true d over the inlier pixels; NaN without any
   double outlier_share = 0;  ///< D1, 0..1
   int n_outliers = 0;
   int n = 0;
@@ -37,17 +37,17 @@ struct DenseDisparityError {
   double coverage = 0;  ///< 0..1; NaN without truth
 };
 
-/// Images of one size.
+/// Compares flow images of equal size.
 DenseFlowError dense_flow_error(const Image<Flow>& estimate, const Image<Flow>& truth);
-/// Depths in m, NaN = invalid; compared as disparities bf / z.
+/// Compares depth images (m; NaN = invalid) of equal size as disparities bf / z.
 DenseDisparityError dense_disparity_error(const Image<float>& depth_m, const Image<float>& true_depth_m,
                                           double bf);
 
-/// Over the pixels of several images; all zero counts when there are none.
+/// Pools the errors over the pixels of several images; all counts are 0 for an empty list.
 DenseFlowError pooled(std::span<const DenseFlowError> images);
 DenseDisparityError pooled(std::span<const DenseDisparityError> images);
 
-// ---- whole depth images (m; NaN or <= 0 = no value), over the pixels that have both:
+// ---- whole depth images (m; NaN or <= 0 = no value), over the pixels that have truth and an estimate:
 //
 //   mean |z - z*|, RMSE, mean |z - z*| / z*, mean (z - z*) / z*, share of max(z / z*, z* / z) < 1.25
 //
@@ -61,7 +61,7 @@ struct DepthError {
   double coverage = 0;  ///< n / n_truth; NaN without truth
 };
 
-/// Images of one size each; pairs with truth[i] belonging to estimate[i].
+/// Compares depth images in pairs of equal size; truths_m[i] belongs to estimates_m[i].
 DepthError depth_error(std::span<const Image<float>> estimates_m, std::span<const Image<float>> truths_m);
 
 }  // namespace sextant

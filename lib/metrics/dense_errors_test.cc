@@ -1,4 +1,4 @@
-// Against cases worked out by hand.
+// Tests against cases worked by hand.
 
 #include "sextant/metrics/dense_errors.h"
 
@@ -12,11 +12,11 @@ namespace {
 TEST(DenseFlowError, ByHand) {
   Image<Flow> truth(5, 1), estimate(5, 1);
   truth(0, 0) = {10, 0};
-  estimate(0, 0) = {13, 4};  // 5 px off, 50 %: an outlier
+  estimate(0, 0) = {13, 4};  // error 5 px, 50 %: an outlier
   truth(1, 0) = {0, -100};
-  estimate(1, 0) = {-4, -100};  // 4 px off, but 4 %
+  estimate(1, 0) = {-4, -100};  // error 4 px, but only 4 %
   truth(2, 0) = {1, 1};
-  estimate(2, 0) = {1, 3.5f};  // 2.5 px off
+  estimate(2, 0) = {1, 3.5f};  // error 2.5 px
   truth(3, 0) = {7, 7};        // no estimate
   estimate(4, 0) = {7, 7};     // no truth
   const DenseFlowError error = dense_flow_error(estimate, truth);
@@ -51,7 +51,7 @@ TEST(DenseDisparityError, ByHand) {
   const DenseDisparityError error = dense_disparity_error(estimate, truth, 256);
   EXPECT_EQ(error.n, 4);
   EXPECT_NEAR(error.mean_px, 2.5, 1e-5);
-  EXPECT_NEAR(error.shift_px, 2, 1e-5);  // of the last three
+  EXPECT_NEAR(error.shift_px, 2, 1e-5);  // over the last three pixels
   EXPECT_DOUBLE_EQ(error.outlier_share, 0.25);
   EXPECT_DOUBLE_EQ(error.coverage, 0.8);
   EXPECT_NEAR(dense_disparity_error(estimate, truth, 128).mean_px, 1.25, 1e-5);

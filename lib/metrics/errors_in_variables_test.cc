@@ -1,7 +1,7 @@
-// The errors-in-variables effect (docs/method.md): a turn of an object about its own centre is seen by how
-// the flow changes with depth over the object. An estimator that takes the measured depths for true shrinks
-// that turn by lambda = s^2 / (s^2 + sigma^2), s = spread of the true depths, sigma = their errors. Its turn
-// then scatters less than any unbiased estimator's can.
+// The errors-in-variables effect (docs/method.md): the rotation of an object about its own centre is observed
+// through the change of flow with depth over the object. An estimator that treats measured depths as exact
+// underestimates this rotation by the factor lambda = s^2 / (s^2 + sigma^2), s = spread of the true depths,
+// sigma = their errors. Its estimate then scatters less than that of any unbiased estimator.
 
 #include <gtest/gtest.h>
 
@@ -21,9 +21,9 @@ namespace {
 constexpr double rad_per_deg = std::numbers::pi / 180;
 constexpr int n_points = 300;
 constexpr double distance_m = 20;
-constexpr double relief_m = 1;         // depths are uniform within +- this
+constexpr double relief_m = 1;         // depths are uniform within +- relief_m
 constexpr double depth_sigma_m = 0.5;  // at `distance_m`
-const StereoCamera camera{{700, 700, 600, 180}, 350};
+const StereoCamera stereo{{700, 700, 600, 180}, 350};
 const MeasurementNoise noise{0.3, 0.3, depth_sigma_m / (distance_m * distance_m)};
 
 /// An object that turns about the vertical axis through its centre and comes 0.5 m nearer.
@@ -38,10 +38,10 @@ Turning turning(double turn_rad, std::mt19937_64& random) {
   const SE3 turn(so3_exp({0, turn_rad, 0}), {0, 0, -0.5});
   Turning out{centre * turn * centre.inverse(), {}};
   for (int i = 0; i < n_points; ++i) {
-    const double u = camera.left.cx + 40 * uniform(random);
-    const double v = camera.left.cy + 25 * uniform(random);
+    const double u = stereo.left.cx + 40 * uniform(random);
+    const double v = stereo.left.cy + 25 * uniform(random);
     const double z = distance_m + relief_m * uniform(random);
-    const Eigen::Vector2d uv = camera.left.project(out.X * camera.left.backproject(u, v, z));
+    const Eigen::Vector2d uv = stereo.left.project(out.X * stereo.left.backproject(u, v, z));
     out.exact.push_back(u, v, z, uv.x() - u, uv.y() - v);
   }
   return out;
@@ -52,14 +52,15 @@ struct Motion {
   Matrix6d covariance;
 };
 
-/// d project(exp(xi) p) / d xi at xi = 0.
+/// Returns d project(exp(xi) p) / d xi at xi = 0.
 Eigen::Matrix<double, 2, 6> motion_jacobian(const Eigen::Vector3d& p) {
   Eigen::Matrix<double, 2, 6> J;
-  J << camera.left.project_jacobian(p), -camera.left.project_jacobian(p) * skew(p);
+  J << stereo.left.project_jacobian(p), -stereo.left.project_jacobian(p) * skew(p);
   return J;
 }
 
-/// The structured estimate: every depth an unknown, residual and Jacobian at the refined depth. Gauss-Newton.
+/// The structured estimate: every depth is an unknown, with residual and Jacobian at the refined depth.
+/// Gauss-Newton.
 class Structured {
  public:
   Structured(const Problem& problem, const SE3& start) : problem_(problem), X(start) {
@@ -69,7 +70,7 @@ class Structured {
     }
     linearise();
   }
-  /// (H - B)^-1 H (H - B)^-1, see docs/method.md.
+  /// Returns (H - B)^-1 H (H - B)^-1, see docs/method.md.
   Matrix6d covariance() const {
     const Matrix6d N_inverse = (H_ - B_).inverse();
     return N_inverse * H_ * N_inverse;
@@ -84,7 +85,7 @@ class Structured {
   }
   void add_point(size_t i) {
     const Correspondences& points = problem_.points;
-    const Eigen::Vector3d ray = X.rotation() * camera.left.ray(points.u[i], points.v[i]);
+    const Eigen::Vector3d ray = X.rotation() * stereo.left.ray(points.u[i], points.v[i]);
     const Eigen::Vector2d target(points.u[i] + points.flow_u[i], points.v[i] + points.flow_v[i]);
     const double depth_information = std::pow(noise.depth_sigma_m(points.depth[i]), -2);
     const double flow_information = std::pow(noise.flow_x_px, -2);
@@ -94,8 +95,8 @@ class Structured {
     double information = 0;
     for (int step = 0; step < 6; ++step) {
       p = z * ray + X.translation();
-      r = target - camera.left.project(p);
-      j = camera.left.project_jacobian(p) * ray;
+      r = target - stereo.left.project(p);
+      j = stereo.left.project_jacobian(p) * ray;
       information = depth_information + flow_information * j.squaredNorm();
       z += (depth_information * (points.depth[i] - z) + flow_information * j.dot(r)) / information;
     }
@@ -117,7 +118,7 @@ class Structured {
   SE3 X;
 };
 
-using Fit = std::function<Motion(const Problem&, const SE3& start)>;
+using FitFunction = std::function<Motion(const Problem&, const SE3& start)>;
 
 Motion motion_only(const Problem& problem, const SE3& start) {
   static const auto estimator = make_estimator("motion_only", {{"huber", 1e6}});
@@ -134,17 +135,17 @@ Motion structured(const Problem& problem, const SE3& start) {
 struct Estimated {
   double mean_turn_rad = 0;
   double rms_error_rad = 0;
-  double bound_rad = 0;      ///< RMS of the bound on the turn
-  double predicted_rad = 0;  ///< RMS of the deviation that the estimate claims
+  double bound_rad = 0;      ///< RMS of the bound on the rotation
+  double predicted_rad = 0;  ///< RMS of the standard deviation that the estimate predicts
 };
 
-Estimated estimate(const Fit& fit, double turn_rad, int n_trials) {
+Estimated estimate(const FitFunction& fit, double turn_rad, int n_trials) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
   double sum = 0, squares = 0, bound = 0, predicted = 0;
   for (int trial = 0; trial < n_trials; ++trial) {
     const Turning object = turning(turn_rad, random);
-    Problem problem{camera, object.exact, noise};
+    Problem problem{stereo, object.exact, noise};
     Correspondences& points = problem.points;
     for (size_t i = 0; i < points.size(); ++i) {
       points.depth[i] += noise.depth_sigma_m(points.depth[i]) * normal(random);
@@ -155,15 +156,15 @@ Estimated estimate(const Fit& fit, double turn_rad, int n_trials) {
     const double turn = so3_log(found.X.rotation()).y();
     sum += turn;
     squares += (turn - turn_rad) * (turn - turn_rad);
-    bound += motion_bound(camera.left, object.exact, object.X, noise)->previous_depth(4, 4);
+    bound += motion_bound(stereo.left, object.exact, object.X, noise)->previous_depth(4, 4);
     predicted += found.covariance(4, 4);
   }
   const auto rms = [&](double total) { return std::sqrt(total / n_trials); };
   return {sum / n_trials, rms(squares), rms(bound), rms(predicted)};
 }
 
-/// d mean estimate / d truth, about no turn.
-double slope(const Fit& fit, int n_trials) {
+/// Returns d mean estimate / d truth, at zero rotation.
+double slope(const FitFunction& fit, int n_trials) {
   const double turn = 2 * rad_per_deg;
   return (estimate(fit, turn, n_trials).mean_turn_rad - estimate(fit, -turn, n_trials).mean_turn_rad) /
          (2 * turn);

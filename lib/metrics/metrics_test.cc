@@ -1,4 +1,4 @@
-// Every metric against cases worked out by hand.
+// Tests of every metric against cases worked by hand.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ TEST(PoseChange, TranslationAndAngle) {
 }
 
 TEST(PoseChange, TinyAnglesAreNotQuantised) {
-  // float arccos of the trace cannot tell these from 0 or 0.028 deg.
+  // The arc cosine of the trace in single precision cannot distinguish these angles from 0 or 0.028 deg.
   for (const double angle : {1e-9, 1e-6, 1e-3, 0.01}) {
     EXPECT_NEAR(pose_change_error(yaw(angle), yaw(0)).ER_deg, angle, 1e-7 * angle + 1e-14);
   }
@@ -45,7 +45,7 @@ TEST(WorldMotion, OfAStaticPointIsTheIdentity) {
 }
 
 TEST(WorldMotion, GrowsWithTheDistanceToTheOrigin) {
-  // The same camera-frame error of 0.1 deg weighs 100 m * sin(0.1 deg) when the world origin is 100 m away.
+  // An error of 0.1 deg in the camera frame causes 100 m * sin(0.1 deg) if the world's origin is 100 m away.
   const SE3 far(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 100));
   const SE3 truth = world_motion(far, far, yaw(0));
   const SE3 estimate = world_motion(far, far, yaw(0.1));
@@ -55,7 +55,7 @@ TEST(WorldMotion, GrowsWithTheDistanceToTheOrigin) {
 
 TEST(BodyMotion, RotationAboutTheBodyHasNoTranslationThere) {
   const SE3 L = yaw(30, {2, 1, 10});
-  const SE3 H = L * yaw(5) * L.inverse();  // turns on the spot
+  const SE3 H = L * yaw(5) * L.inverse();  // rotates on the spot
   EXPECT_GT(H.translation().norm(), 0.5);
   EXPECT_LT((body_motion(H, L) * yaw(5).inverse()).log().norm(), 1e-12);
 }
@@ -100,7 +100,7 @@ TEST(InducedFlow, ForwardMotionExpandsFromThePrincipalPoint) {
   Correspondences points;
   points.push_back(700, 200, 10, 0, 0);
   points.push_back(600, 180, 10, 0, 0);
-  points.push_back(700, 200, 0.5, 0, 0);  // ends behind the camera
+  points.push_back(700, 200, 0.5, 0, 0);  // is behind the camera after the motion
   const SE3 X(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, -2));
   const PointFlow flow = induced_flow({700, 700, 600, 180}, X, points);
   EXPECT_NEAR(flow.u[0], 100.0 * 10 / 8 - 100, 1e-12);

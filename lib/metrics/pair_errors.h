@@ -3,9 +3,10 @@
 // Pose change error of one step (paper sec. V):  E = Xhat^-1 X,  E_t = |trans(E)| (m),
 // E_R = angle(E) (deg), the angle as 2 atan2(|q_v|, |q_w|) in double.
 //
-// Which X (geometry/object_motion.h): `camera`: T_curr_prev of the object; the ego motion: T_prev_curr.
-// `world` (published code): H_world, estimate in the estimate's own world, so it contains the camera's drift
-// and depends on the distance to the world's origin. `body` (VDO-SLAM, DynOSAM RME): H_body.
+// Choice of the motion X (geometry/object_motion.h). `camera`: T_curr_prev of the object; for the ego motion
+// T_prev_curr. `world` (published code): H_world, with the estimate in the estimated world frame, so that it
+// includes the camera's drift and depends on the distance to the world's origin. `body` (VDO-SLAM, DynOSAM
+// RME): H_body.
 
 #include <cmath>
 #include <numbers>
@@ -29,10 +30,10 @@ inline PoseChangeError pose_change_error(const SE3& estimate, const SE3& truth) 
   return {error.translation().norm(), rotation_angle_rad(error.rotation()) * 180.0 / std::numbers::pi};
 }
 
-/// E_v = |v_hat - v| of one object step, km/h. The speed v of a motion: geometry/object_motion.h. Two
-/// readings of the truth:
-///   same_formula          the true H at the same centroid as the estimate;
-///   origin_displacement   the true displacement of the label box's origin (published code)
+/// Returns E_v = |v_hat - v| of one object step, km/h; geometry/object_motion.h defines the speed v. There
+/// are two conventions for the true speed:
+///   same_formula          the true H, at the same centroid as the estimate
+///   origin_displacement   displacement of the origin of the true label box (published code)
 inline double velocity_error_kmh(double estimate_kmh, double truth_kmh) {
   return std::abs(estimate_kmh - truth_kmh);
 }
@@ -50,22 +51,22 @@ struct FlowError {
 FlowError flow_error(std::span<const double> u, std::span<const double> v, std::span<const double> true_u,
                      std::span<const double> true_v);
 
-/// The flow that a rigid motion gives to points of known depth: project(X * backproject(p, d)) - p.
-/// Where a data set has true motion but no true flow, this is its `induced` truth: it contains the errors
-/// of the measured depth. NaN behind the camera.
+/// Flow that a rigid motion induces at points of known depth: project(X * backproject(p, d)) - p. For data
+/// sets with true motion but no true flow this is the `induced` truth, which contains the errors of the
+/// measured depth. NaN behind the camera.
 struct PointFlow {
   std::vector<double> u;
   std::vector<double> v;
 };
 PointFlow induced_flow(const PinholeCamera& camera, const SE3& T_curr_prev, const Correspondences& points);
 
-// Dynamic/static classification against truth (paper Table I): positive = dynamic.
+// Dynamic/static classification against truth (paper Table I); positive = dynamic.
 
 struct ClassificationCounts {
-  int true_positive = 0;   ///< dynamic, found dynamic
-  int false_positive = 0;  ///< static, found dynamic
-  int false_negative = 0;  ///< dynamic, found static
-  int true_negative = 0;   ///< static, found static
+  int true_positive = 0;   ///< dynamic, classified as dynamic
+  int false_positive = 0;  ///< static, classified as dynamic
+  int false_negative = 0;  ///< dynamic, classified as static
+  int true_negative = 0;   ///< static, classified as static
 
   void add(bool found_dynamic, bool is_dynamic) {
     ++(found_dynamic ? is_dynamic ? true_positive : false_positive
@@ -73,7 +74,7 @@ struct ClassificationCounts {
                      : true_negative);
   }
   int total() const { return true_positive + false_positive + false_negative + true_negative; }
-  /// Empty when the denominator is zero: never a silent 0.
+  /// nullopt if the denominator is 0, never a silent 0.
   std::optional<double> precision() const { return share(true_positive, true_positive + false_positive); }
   std::optional<double> recall() const { return share(true_positive, true_positive + false_negative); }
 
@@ -83,8 +84,9 @@ struct ClassificationCounts {
   }
 };
 
-/// Where a data set has no flag: dynamic if the true speed exceeds this (m/s). A label box standing still
-/// moves by up to about 0.05 m a frame through annotation and pose jitter, 0.5 m/s at 10 Hz.
+/// Threshold for data sets without a dynamic/static flag: an object is dynamic if its true speed exceeds this
+/// (m/s). The label box of a stationary object moves by up to about 0.05 m per frame through annotation and
+/// pose errors, i.e. 0.5 m/s at 10 Hz.
 constexpr double min_true_speed_mps = 1.0;
 
 }  // namespace sextant

@@ -91,8 +91,8 @@ UmeyamaResult umeyama_alignment(const PoseSeries& estimate, const PoseSeries& re
                               std::span(reference.positions_m).first(n), with_scale);
   if (!result) {
     fail(
-        "cannot align {} poses: one of the trajectories stands still or both lie on a straight axis, which "
-        "leaves the rotation open; use --align origin or --align none",
+        "cannot align {} poses: one of the trajectories stands still or both lie on a straight line, which "
+        "leaves the rotation undetermined; use --align origin or --align none",
         n);
   }
   return *result;
@@ -106,7 +106,7 @@ Similarity yaw_alignment(const PoseSeries& estimate, const PoseSeries& reference
   if (!result) {
     fail(
         "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the "
-        "angle open; use --align origin or --align none",
+        "angle undetermined; use --align origin or --align none",
         n);
   }
   return *result;
@@ -158,7 +158,7 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
 
 namespace {
 
-/// For each stamp of `from` the nearest of `to` + offset, both ascending.
+/// Matches each stamp of `from` with the nearest stamp of `to` + offset; both lists are ascending.
 void match(const std::vector<double>& from, const std::vector<double>& to, double offset_s,
            double max_difference_s, std::vector<int>& from_out, std::vector<int>& to_out) {
   size_t j = 0;

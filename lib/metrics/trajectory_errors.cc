@@ -22,8 +22,8 @@ std::vector<PosePair> pairs_by_frames(size_t n, int delta, bool all) {
   return pairs;
 }
 
-/// Each i with the j > i whose value is nearest to values[i] + delta, if within `tolerance`. Ascending
-/// values; of several as near the first.
+/// Returns for each i the j > i whose value is nearest to values[i] + delta, if within `tolerance`; the first
+/// of several equally near. The values are ascending.
 std::vector<PosePair> nearest_pairs(const std::vector<double>& values, double delta, double tolerance) {
   std::vector<PosePair> pairs;
   const auto first = values.begin();
@@ -59,7 +59,7 @@ std::vector<PosePair> consecutive_by_path(const PoseSeries& series, double delta
   return pairs;
 }
 
-/// From 0: a pair ends whenever the sum of the steps since the last end reaches delta.
+/// Returns consecutive pairs from pose 0: a pair ends when the sum of steps since the last end reaches delta.
 template <typename Step>
 std::vector<PosePair> chained_pairs(size_t n, double delta, const Step& step) {
   std::vector<PosePair> pairs;
@@ -93,7 +93,7 @@ std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, d
   for (const Eigen::Matrix3d& r : series.rotations) q.push_back(Eigen::Quaterniond(r).normalized());
   const double low = delta_rad - tolerance_rad;
   const double high = delta_rad + tolerance_rad;
-  // |w| of a relative rotation falls as its angle grows: a cheap test first, the exact one near the bounds.
+  // |w| of a relative rotation decreases with its angle: a cheap test first, the exact one near the bounds.
   const double w_low = std::cos(std::clamp(high / 2, 0.0, std::numbers::pi / 2)) - 1e-9;
   const double w_high = std::cos(std::clamp(low / 2, 0.0, std::numbers::pi / 2)) + 1e-9;
   std::vector<PosePair> pairs;
@@ -115,7 +115,7 @@ std::vector<PosePair> pairs_by_time(const PoseSeries& series, const PairSelectio
   if (selection.all_pairs)
     return nearest_pairs(t, selection.delta, selection.delta * selection.relative_tolerance);
   std::vector<PosePair> pairs;
-  constexpr double rounding_s = 1e-6;  // stamps in microseconds: 10 steps of 0.1 s are 1 s
+  constexpr double rounding_s = 1e-6;  // stamps in microseconds: 10 steps of 0.1 s make 1 s
   for (size_t i = 1, begin = 0; i < t.size(); ++i) {
     if (t[i] - t[begin] < selection.delta - rounding_s) continue;
     pairs.emplace_back(static_cast<int>(begin), static_cast<int>(i));
@@ -166,7 +166,7 @@ std::string PairSelection::text() const { return fmt::format("{}{}", delta, to_s
 std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection& selection) {
   std::vector<PosePair> pairs = pairs_of(series, selection);
   if (pairs.empty()) {
-    fail("no pair of poses lies {} apart among {} poses: use a smaller distance{}", selection.text(),
+    fail("no two poses are {} apart among {} poses: use a smaller distance{}", selection.text(),
          series.size(), selection.all_pairs ? " or a larger --delta-tolerance" : "");
   }
   return pairs;
@@ -189,12 +189,12 @@ double value_of(const RelativePose& E, PoseRelation relation) {
       return rotation_angle_rad(Eigen::Quaterniond(E.rotation)) * (180 / std::numbers::pi);
     case PoseRelation::point_distance:
     case PoseRelation::point_distance_error_ratio:
-      break;  // no functions of E
+      break;  // not functions of E
   }
   SEXTANT_CHECK(false);
 }
 
-/// inverse(a) b
+/// Returns inverse(a) b.
 RelativePose difference(const RelativePose& a, const RelativePose& b) {
   return {a.rotation.transpose() * b.rotation, a.rotation.transpose() * (b.translation_m - a.translation_m)};
 }
@@ -281,7 +281,7 @@ ErrorStatistics error_statistics(std::span<const double> errors) {
     sum += e;
     s.sse += e * e;
   }
-  if (!std::isfinite(s.sse)) fail("the errors overflow: the positions are no metres");
+  if (!std::isfinite(s.sse)) fail("the errors overflow: are the positions in metres?");
   s.mean = sum / n;
   s.rmse = std::sqrt(s.sse / n);
   double spread = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
-// Which poses (i, j), i < j, the relative pose error compares. With d_i the length of the path to pose i, a_i
-// the sum of its rotation angles, and delta the distance asked for:
+// Selection of the pose pairs (i, j), i < j, of the relative pose error. With d_i the path length up to pose
+// i, a_i the sum of rotation angles up to pose i, and delta the requested distance:
 //
 //   unit            consecutive (pairs do not overlap)              all pairs
 //   frames          (0, delta), (delta, 2 delta), ...               every (i, i + delta)
@@ -13,7 +13,7 @@
 //   seconds         from pose 0: whenever the time since the last   each i with the j whose t_j - t_i is
 //                   pair's end reaches delta                        nearest to delta, if within tolerance
 //
-// The tolerance is relative_tolerance * delta. All but seconds as evo selects them (evo.core.filters 1.3x).
+// The tolerance is relative_tolerance * delta. All units except seconds follow evo (evo.core.filters 1.3x).
 
 #include <optional>
 #include <span>
@@ -36,18 +36,19 @@ struct PairSelection {
   bool all_pairs = false;
   double relative_tolerance = 0.1;
 
-  /// "1f", "10m", "5deg", "0.5rad", "2s". Throws Error on anything else.
+  /// Parses "1f", "10m", "5deg", "0.5rad" or "2s". Throws Error for anything else.
   static PairSelection parse(const std::string& text);
   std::string text() const;
 };
 
 using PosePair = std::pair<int, int>;
 
-/// Throws Error when the series has no stamps and the unit is seconds, when no pair is found, and for all
-/// pairs by angle of more than 100,000 poses (their number grows with the square).
+/// Returns the selected pairs. Throws Error if the unit is seconds and the series has no stamps, if no pair
+/// is found, and for all pairs by angle of more than 100,000 poses (the number of pairs grows quadratically).
 std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection& selection);
 
-// Absolute and relative pose errors of a path against a reference of the same length, in evo's definitions
+// Absolute and relative pose errors of a trajectory against a reference of the same length, in evo's
+// definitions
 // (Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; Kuemmerle et al., 2009):
 //
 //   APE  E_i  = inverse(P_i) Q_i                                   P estimate, Q reference (aligned before)
@@ -57,12 +58,12 @@ std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection
 //   trans_part       |p_i - q_i|                  |trans E_ij|                             m
 //   point_distance   |p_i - q_i|                  | |q_j - q_i| - |p_j - p_i| |            m
 //   .._error_ratio   -                            point_distance / |q_j - q_i| * 100       %
-//   rot_part         ||rot E - I||_F              same                                     1
-//   full             ||E - I||_F                  same                                     1
-//   angle_rad/_deg   rotation angle of E          same                                     rad, deg
+//   rot_part         ||rot E - I||_F              ||rot E - I||_F                          1
+//   full             ||E - I||_F                  ||E - I||_F                              1
+//   angle_rad/_deg   rotation angle of E          rotation angle of E                      rad, deg
 //
-// Pairs are selected on the estimate, as evo does, or on the reference. Pairs between which the reference
-// does not move have no ratio: evo leaves them out, and so must the caller.
+// Pairs are selected on the estimate, as in evo, or on the reference. Pairs between which the reference does
+// not move have no ratio; evo leaves them out, and so must the caller.
 
 enum class PoseRelation {
   trans_part,
@@ -71,7 +72,7 @@ enum class PoseRelation {
   angle_rad,
   full,
   point_distance,
-  point_distance_error_ratio,  ///< of relative errors only
+  point_distance_error_ratio,  ///< relative errors only
 };
 constexpr Names<7> names_of(PoseRelation) {
   return {"trans_part",
@@ -83,39 +84,39 @@ constexpr Names<7> names_of(PoseRelation) {
           "point_distance_error_ratio"};
 }
 std::string_view unit_of(PoseRelation relation);
-/// Whether the relation is one of rotations too; `relative`: as RPE.
+/// Returns true if the relation requires rotations; `relative` selects RPE, otherwise APE.
 bool needs_rotations(PoseRelation relation, bool relative);
 
-/// Distance of the positions of a pair.
+/// Returns the distance between the positions of a pair.
 double pair_distance_m(const PoseSeries& series, const PosePair& pair);
 
-/// Both throw Error where the relation needs rotations and a side has none.
+/// Both functions throw Error if the relation requires rotations and one side has none.
 std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries& reference,
                                     PoseRelation relation);
 std::vector<double> relative_errors(const PoseSeries& estimate, const PoseSeries& reference,
                                     std::span<const PosePair> pairs, PoseRelation relation);
 
-/// std is that of the population (n, not n - 1, in the denominator), as numpy's; median the mean of the two
-/// middle values where n is even; sse the sum of squares.
+/// Statistics of a set of errors. std is the population standard deviation (denominator n), as in numpy; the
+/// median of an even number of values is the mean of the two middle ones; sse is the sum of squares.
 struct ErrorStatistics {
   double rmse = 0, mean = 0, median = 0, std = 0, min = 0, max = 0, sse = 0;
 };
-/// Throws InternalError on an empty sample, Error on values that are not finite.
+/// Throws InternalError for an empty sample, Error for values that are not finite.
 ErrorStatistics error_statistics(std::span<const double> errors);
 
-// Errors of the KITTI odometry benchmark: over every stretch of 100, 200, .. 800 m of the true path that
-// begins at pose 0, 10, 20, ...,
+// Errors of the KITTI odometry benchmark: over every segment of 100, 200, .. 800 m of the true path that
+// starts at pose 0, 10, 20, ...,
 //
 //   E = inverse(inverse(P_first) P_last) inverse(Q_first) Q_last      P estimate, Q truth
 //   translation = |trans E| / length (%),   rotation = angle(E) / length (deg/m)
 //
-// averaged over all stretches. `last` is the first pose whose path from `first` exceeds the length.
-// Recordings shorter than 100 m have no such error: n = 0, and the means are empty, never 0. Source: A.
-// Geiger, P. Lenz, R. Urtasun, Are we ready for autonomous driving?, CVPR 2012, and its devkit.
+// averaged over all segments. `last` is the first pose whose path length from `first` exceeds the segment
+// length. Recordings shorter than 100 m have no such error: n = 0, and the means are empty, never 0. Source:
+// A. Geiger, P. Lenz, R. Urtasun, Are we ready for autonomous driving?, CVPR 2012, and its development kit.
 
 struct KittiOdometryError {
-  double length_m = 0;  ///< of the stretches; 0: all lengths together
-  int n = 0;            ///< stretches
+  double length_m = 0;  ///< length of the segments; 0: all lengths together
+  int n = 0;            ///< number of segments
   std::optional<double> translation_percent;
   std::optional<double> rotation_deg_per_m;
 };
@@ -126,7 +127,7 @@ struct KittiOdometryErrors {
   double path_m = 0;                          ///< length of the true path
 };
 
-/// Of one length each.
+/// Both series must have the same length.
 KittiOdometryErrors kitti_odometry_errors(const PoseSeries& estimate, const PoseSeries& reference);
 
 }  // namespace sextant

@@ -12,7 +12,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Pair;
 
-/// Along x, one pose a metre and 0.1 s, turning 10 deg each.
+/// A path along x with one pose per metre and 0.1 s, rotating by 10 deg per pose.
 PoseSeries steady(int n) {
   PoseSeries s;
   for (int i = 0; i < n; ++i) {
@@ -181,7 +181,7 @@ PoseSeries straight(int n, double step_m, double turn_rad) {
 }
 
 TEST(KittiOdometry, ScaleErrorIsItsPercentage) {
-  // 2 % too long; the stretches of 100 m end at the first pose beyond, 101 m.
+  // 2 % too long; the segments of 100 m end at the first pose beyond, 101 m.
   const KittiOdometryErrors e = kitti_odometry_errors(straight(1001, 1.02, 0), straight(1001, 1, 0));
   EXPECT_EQ(e.by_length.front().n, 90);  // starts 0, 10, .. 890
   EXPECT_NEAR(*e.by_length.front().translation_percent, 2 * 1.01, 1e-9);

@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// A pixel that no image has: it stands for the whole frame.
+/// A pixel outside every image, whose draw is used for the whole frame.
 constexpr int whole_frame = -1;
 
 PhiloxWords counter(NoiseChannel channel, int frame, int x, int y) {
@@ -37,7 +37,7 @@ SEXTANT_SIMD void uniforms_to_normals(size_t n, double* first, double* second) {
 }
 
 PhiloxKey key_of(uint64_t seed, std::string_view dataset, std::string_view sequence) {
-  // Lengths stand before the names, so that no two triples have one text.
+  // Lengths precede the names, so that different triples always have different texts.
   const std::string digest = sha256(fmt::format("sextant noise 1\nseed {}\ndataset {} {}\nsequence {} {}\n",
                                                 seed, dataset.size(), dataset, sequence.size(), sequence));
   const auto word = [&digest](size_t at) {
@@ -83,7 +83,7 @@ void Draws::normals(NoiseChannel channel, const PixelBatch& pixels, Correlation 
     std::fill(second.begin(), second.end(), shared[1]);
     return;
   }
-  // In blocks that stay in the first-level cache between the two passes.
+  // In blocks that fit into the first-level cache between the two passes.
   constexpr size_t block = 512;
   for (size_t begin = 0; begin < pixels.size(); begin += block) {
     const size_t n = std::min(block, pixels.size() - begin);

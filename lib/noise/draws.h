@@ -5,11 +5,11 @@
 //   (seed, dataset, sequence)      the key: the first 64 bits of the SHA-256 of their canonical text
 //   (frame, channel, pixel x, y)   the counter of Philox 4x32-10
 //
-// so it depends neither on threads, order or shards, nor on which other pixels are asked for; all estimators
-// see the same noise. Each call gives two numbers; a channel that needs one uses the first.
+// so it does not depend on threads, order or shards, nor on which other pixels are requested, and all
+// estimators see the same noise. Each call returns two numbers; a channel that needs only one uses the first.
 //
 // Normals: Box-Muller on uniforms of 53 bits in (0, 1], so |n| <= sqrt(106 ln 2) = 8.57. The bits do not
-// depend on the machine, nor on whether one pixel or a batch is asked for.
+// depend on the machine, nor on whether a single pixel or a batch is requested.
 
 #include <array>
 #include <bit>
@@ -24,26 +24,26 @@
 
 namespace sextant {
 
-/// What is drawn. The numbers enter the counter: never renumber.
+/// Purpose of a draw. The values are part of the Philox counter: never renumber them.
 enum class NoiseChannel : uint32_t {
   depth = 0,
   flow = 1,                     ///< first: x axis, second: y axis
-  outlier = 2,                  ///< first: is it one?
-  outlier_offset = 3,           ///< where to
-  backward_flow = 4,            ///< to the previous frame
-  backward_outlier = 5,         ///< as above
-  backward_outlier_offset = 6,  ///< as above
+  outlier = 2,                  ///< first: decides whether the flow is an outlier
+  outlier_offset = 3,           ///< offset of the outlier
+  backward_flow = 4,            ///< flow to the previous frame
+  backward_outlier = 5,         ///< as `outlier`
+  backward_outlier_offset = 6,  ///< as `outlier_offset`
 };
 
-/// How the normals of the pixels of one frame and channel relate.
+/// Relation between the normals of the pixels of one frame and channel.
 enum class Correlation {
-  independent,       ///< one draw a pixel
-  shared_per_frame,  ///< one draw for all pixels: what the published code of the paper does
+  independent,       ///< one draw per pixel
+  shared_per_frame,  ///< one draw for all pixels, as in the paper's published code
 };
 
 constexpr Names<2> names_of(Correlation) { return {"independent", "shared_per_frame"}; }
 
-/// Pixels of one frame: column x and row y, arrays of one length.
+/// Pixels of one frame: columns x and rows y, arrays of equal length.
 struct PixelBatch {
   int frame = 0;
   std::span<const int> x;
@@ -55,13 +55,13 @@ class Draws {
  public:
   Draws(uint64_t seed, std::string_view dataset, std::string_view sequence);
 
-  /// Two numbers in (0, 1].
+  /// Returns two uniform numbers in (0, 1].
   std::array<double, 2> uniforms(NoiseChannel channel, int frame, int x, int y) const;
-  /// Two independent standard normals.
+  /// Returns two independent standard normals.
   std::array<double, 2> normals(NoiseChannel channel, int frame, int x, int y,
                                 Correlation correlation = Correlation::independent) const;
 
-  /// The same for many pixels at once; `first` and `second` have the length of `pixels`.
+  /// Overload for many pixels; `first` and `second` have the length of `pixels`.
   void uniforms(NoiseChannel channel, const PixelBatch& pixels, std::span<double> first,
                 std::span<double> second) const;
   void normals(NoiseChannel channel, const PixelBatch& pixels, Correlation correlation,
@@ -75,21 +75,22 @@ class Draws {
 
 namespace internal {
 
-// Two uniform numbers in (0, 1] to two independent standard normals (Box and Muller 1958):
+// Box-Muller transform (1958): two uniform numbers in (0, 1] to two independent standard normals,
 //
 //   n1 = sqrt(-2 ln u1) cos(2 pi u2),   n2 = sqrt(-2 ln u1) sin(2 pi u2)
 //
-// Logarithm, sine and cosine are evaluated here, from + - * / and sqrt only, instead of by the mathematical
-// library: the same bits on every machine (libraries choose code by processor), and loops over arrays
-// vectorise. Errors are a few units in the last place (draws_test.cc).
+// Logarithm, sine and cosine are evaluated here with + - * / and sqrt only, instead of by the math library:
+// the bits are equal on every machine (libraries select code by processor), and loops over arrays vectorise.
+// Errors are a few units in the last place (draws_test.cc).
 
-/// ln x of a positive normal number: x = 2^k m with m in [sqrt(1/2), sqrt(2)), ln m = 2 artanh((m-1)/(m+1)).
+/// Returns ln x of a positive normal number: x = 2^k m with m in [sqrt(1/2), sqrt(2)), ln m = 2
+/// artanh((m-1)/(m+1)).
 SEXTANT_INLINED double natural_log(double x) {
   constexpr uint64_t one = 0x3ff0000000000000U;
   constexpr uint64_t sqrt_half = 0x3fe6a09e667f3bcdU;
   const uint64_t shifted = std::bit_cast<uint64_t>(x) + (one - sqrt_half);
   const auto m = std::bit_cast<double>((shifted & 0x000fffffffffffffU) + sqrt_half);
-  // The exponent as a double, by way of the bits of 2^52 + exponent.
+  // The exponent as a double, through the bits of 2^52 + exponent.
   const double k = std::bit_cast<double>((shifted >> 52) | 0x4330000000000000U) - (0x1p52 + 1023);
   const double f = m - 1;
   const double s = f / (2 + f);
@@ -114,9 +115,9 @@ struct SineCosine {
   double cosine = 0;
 };
 
-/// sin and cos of 2 pi u, u in [0, 1]: reduced exactly to an eighth of a turn, then power series.
+/// Returns sin and cos of 2 pi u, u in [0, 1]: exact reduction to an eighth of a turn, then power series.
 SEXTANT_INLINED SineCosine sine_cosine_turns(double u) {
-  constexpr double round = 0x1.8p52;  // adding it rounds to an integer that stands in the lowest bits
+  constexpr double round = 0x1.8p52;  // adding it rounds to an integer, stored in the lowest bits
   const double rounded = 4 * u + round;
   const auto quarter = std::bit_cast<uint64_t>(rounded);
   const double x = (u - (rounded - round) * 0.25) * (2 * std::numbers::pi);  // |x| <= pi / 4
@@ -139,8 +140,8 @@ SEXTANT_INLINED SineCosine sine_cosine_turns(double u) {
   c = c * z - 1.0 / 720.0;
   c = c * z + 1.0 / 24.0;
   c = 1 + (z * (z * c) - 0.5 * z);
-  // A quarter turn swaps sine and cosine; signs by quadrant, in the sign bit. Written on bits, so that it
-  // needs no branch.
+  // A quarter turn swaps sine and cosine; the quadrant determines the sign bits. Written with bit operations
+  // to avoid branches.
   const uint64_t swap = 0 - (quarter & 1U);
   const auto s_bits = std::bit_cast<uint64_t>(s);
   const auto c_bits = std::bit_cast<uint64_t>(c);

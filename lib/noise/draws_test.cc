@@ -138,7 +138,7 @@ TEST(Draws, TheDistributionIsNormalByKolmogorovAndSmirnov) {
       const double cdf = 0.5 * std::erfc(-(*values)[i] / std::numbers::sqrt2);
       distance = std::max({distance, cdf - static_cast<double>(i) / n, static_cast<double>(i + 1) / n - cdf});
     }
-    EXPECT_LT(distance * std::sqrt(n), 1.95);  // 0.999 quantile of Kolmogorov's distribution
+    EXPECT_LT(distance * std::sqrt(n), 1.95);  // 0.999 quantile of the Kolmogorov distribution
   }
 }
 
@@ -197,8 +197,8 @@ TEST(Draws, NamesCannotRunIntoEachOther) {
   EXPECT_EQ(key(Draws(1, "a", "b")), key(Draws(1, "a", "b")));
 }
 
-// Property: whichever pixels are asked for, in whatever order, singly or in batches,
-// on any number of threads.
+// Property: the numbers do not depend on the requested pixels, their order, batching, or the number of
+// threads.
 TEST(Draws, DoNotDependOnOrderBatchOrThreads) {
   const Draws draws(9, "synthetic", "s18");
   std::mt19937_64 random(5);
@@ -211,7 +211,7 @@ TEST(Draws, DoNotDependOnOrderBatchOrThreads) {
   for (const NoiseChannel channel : {NoiseChannel::depth, NoiseChannel::flow}) {
     for (const Correlation correlation : {independent, shared}) {
       draws.normals(channel, {7, x, y}, correlation, a, b);
-      for (size_t i = x.size(); i-- > 0;) {  // backwards, one by one
+      for (size_t i = x.size(); i-- > 0;) {  // in reverse order, one by one
         const std::array<double, 2> one = draws.normals(channel, 7, x[i], y[i], correlation);
         ASSERT_EQ(one[0], a[i]);
         ASSERT_EQ(one[1], b[i]);
@@ -236,13 +236,14 @@ TEST(Draws, DoNotDependOnOrderBatchOrThreads) {
   }
 }
 
-// The bits are part of the interface: records of one version must be repeatable by the next.
+// The bits are part of the interface: records of one version must be reproducible by the next.
 TEST(Draws, AreTheSameBitsForEver) {
   const Draws draws(42, "vdo", "0003");
   // printf 'sextant noise 1\nseed 42\ndataset 3 vdo\nsequence 4 0003\n' | sha256sum
   EXPECT_EQ(draws.key().k0, 0xdf284932U);
   EXPECT_EQ(draws.key().k1, 0xef51ba79U);
-  // A second implementation (Python, its own Philox, libm) gives -0x1.dd6743eb5c8bap+0 0x1.ea9e24d584800p-4.
+  // An independent implementation (Python, its own Philox, libm) gives -0x1.dd6743eb5c8bap+0
+  // 0x1.ea9e24d584800p-4.
   EXPECT_EQ(draws.normals(NoiseChannel::flow, 3, 100, 50)[0], -0x1.dd6743eb5c8bap+0);
   EXPECT_EQ(draws.normals(NoiseChannel::flow, 3, 100, 50)[1], 0x1.ea9e24d5847e7p-4);
 }

@@ -55,7 +55,7 @@ namespace {
 
 constexpr std::string_view object_prefix = "object:";
 
-/// The id of "object:ID"; 0 when `key` is no such text.
+/// Returns the id of "object:ID"; 0 if `key` does not have this form.
 int object_id(std::string_view key) {
   if (!key.starts_with(object_prefix)) return 0;
   key.remove_prefix(object_prefix.size());
@@ -84,7 +84,7 @@ void FlowLevel::check() const {
   level(epe_x_px, "flow.epe_x_px");
   level(epe_y_px, "flow.epe_y_px");
   check_option(epe_px == 0 || (epe_x_px == 0 && epe_y_px == 0), "flow.epe_px", epe_px,
-               "0 where epe_x_px or epe_y_px is given");
+               "0 if epe_x_px or epe_y_px is given");
 }
 
 void FlowNoiseOptions::check() const {

@@ -1,10 +1,10 @@
 #pragma once
 
-// Depth of a stereo camera whose disparity has the accuracy delta_d (paper sec. V; docs/noise.md):
+// Depth noise of a stereo camera with disparity accuracy delta_d (paper sec. V; docs/noise.md):
 //
 //   z' = z + sigma(z) n,   sigma(z) = z^2 / (f b) delta_d,   n ~ N(0, 1)
 //
-// f = fx of the camera (px), b = baseline. z' <= 0 is invalid: never clamped.
+// f = fx of the camera (px), b = baseline. z' <= 0 is invalid and is never clamped.
 
 #include <map>
 
@@ -13,13 +13,14 @@
 
 namespace sextant {
 
-/// f b in px m: fx * baseline_m, or the source's own bf where baseline_m is 0.
+/// Returns f b in px m: fx * baseline_m, or the source's own bf if baseline_m is 0.
 double focal_baseline(const StereoCamera& camera, double baseline_m);
 
 struct DepthNoiseOptions {
-  SEXTANT_OPTIONS(
-      (double, delta_d_px, 0, "px", "disparity accuracy; 0.1 to 0.2 is a normal industrial stereo camera"),
-      (double, baseline_m, 0.5, "m", "of the assumed stereo camera (paper: 0.5); 0 = the source's own bf"))
+  SEXTANT_OPTIONS((double, delta_d_px, 0, "px",
+                   "disparity accuracy; 0.1 to 0.2 is a normal industrial stereo camera"),
+                  (double, baseline_m, 0.5, "m",
+                   "of the assumed stereo camera (paper: 0.5); 0 = the source's own bf"))
   void check() const;
 };
 
@@ -33,26 +34,25 @@ class DepthNoise : public WithOptions<NoiseModel, DepthNoiseOptions> {
   bool changes_depth() const override { return options_.delta_d_px > 0; }
 };
 
-// Gaussian flow noise, asked for by end-point error (EPE):
+// Gaussian flow noise, specified by its end-point error (EPE):
 // phi' = phi + (sigma_x n1, sigma_y n2), n ~ N(0, 1).
 //
 //   reading           epe_x_px, epe_y_px (one axis)       epe_px (both axes alike)
 //   epe_is_sigma      sigma_axis = EPE_axis                sigma = EPE                     the paper
 //   epe_is_mean_error sigma_axis = EPE_axis sqrt(pi/2)     sigma = EPE / sqrt(pi/2)
 //
-// On one axis EPE is the mean absolute error, E|n| = sqrt(2/pi); in two dimensions it is the mean length of
-// an isotropic Gaussian vector (Rayleigh), sqrt(pi/2) sigma. The factor is the same;
-// it stands on opposite sides.
+// On one axis EPE is the mean absolute error, E|n| = sqrt(2/pi) sigma; in two dimensions it is the mean
+// length of an isotropic Gaussian vector (Rayleigh), sqrt(pi/2) sigma. The same factor therefore multiplies
+// in one case and divides in the other.
 //
 // `bodies` overrides the level of single bodies: "background", "objects" (all of them), "object:ID" (instance
-// id). The paper's Table II gives each body its own.
+// id), since the paper's Table II gives a level per body.
 
-/// Either epe_px, or epe_x_px and epe_y_px.
+/// Noise level: either epe_px, or epe_x_px and epe_y_px.
 struct FlowLevel {
-  SEXTANT_OPTIONS(
-      (double, epe_px, 0, "px", "2-D end-point error, both axes alike"),
-      (double, epe_x_px, 0, "px", "end-point error of the x axis"),
-      (double, epe_y_px, 0, "px", "end-point error of the y axis"))
+  SEXTANT_OPTIONS((double, epe_px, 0, "px", "2-D end-point error, equal on both axes"),
+                  (double, epe_x_px, 0, "px", "end-point error of the x axis"),
+                  (double, epe_y_px, 0, "px", "end-point error of the y axis"))
   void check() const;
 };
 
@@ -66,8 +66,8 @@ struct FlowNoiseOptions {
   std::map<std::string, FlowLevel> bodies;
   void visit(auto& v) {
     level.visit(v);
-    v("reading", reading, "", "of the end-point error; the paper's is the first");
-    v("scale", scale, "1", "factor on every level, for sweeps");
+    v("reading", reading, "", "how the end-point error defines sigma; the first is the paper's");
+    v("scale", scale, "1", "factor on all levels, for sweeps");
     v("bodies", bodies, "", "levels of single bodies: background, objects, object:ID");
   }
   void check() const;
@@ -87,25 +87,26 @@ class FlowNoise : public WithOptions<NoiseModel, FlowNoiseOptions> {
   FlowSigma sigma_of(const FlowLevel& level) const;
 
   std::map<int, FlowSigma> by_body_;  ///< "background" and "object:ID"
-  FlowSigma of_objects_;              ///< all others with an id
+  FlowSigma of_objects_;              ///< all other objects
   FlowSigma of_background_;
 };
 
-// A share of wrong flows: an outlier's flow is moved by an offset that is uniform over a disc or box,
+// A share of wrong flows: the flow of an outlier is shifted by an offset that is uniform over a disc or a
+// box,
 //
 //   disc   |offset| <= radius_px           box   |offset_x|, |offset_y| <= radius_px
 //
-// Each pixel is drawn by itself, also with correlation shared_per_frame, which concerns normals. An offset
-// may be small by chance: a share of (t / radius)^2 of a disc's outliers lies within t px.
+// Outliers are independent between pixels even with correlation shared_per_frame, which applies to normals
+// only. Small offsets occur by chance: a share of (t / radius)^2 of a disc's outliers lies within t px.
 
 enum class OutlierShape { disc, box };
 constexpr Names<2> names_of(OutlierShape) { return {"disc", "box"}; }
 
 struct FlowOutlierOptions {
-  SEXTANT_OPTIONS(
-      (double, share, 0, "0..1", "probability that the flow of a pixel is wrong"),
-      (double, radius_px, 50, "px", "largest offset: radius of the disc, half the side of the box"),
-      (OutlierShape, shape, OutlierShape::disc, "", "of the area that offsets are spread over"))
+  SEXTANT_OPTIONS((double, share, 0, "0..1", "probability that the flow of a pixel is wrong"),
+                  (double, radius_px, 50, "px",
+                   "largest offset: radius of the disc, half the side of the box"),
+                  (OutlierShape, shape, OutlierShape::disc, "", "shape of the area of the offsets"))
   void check() const;
 };
 
@@ -119,20 +120,19 @@ class FlowOutliers : public WithOptions<NoiseModel, FlowOutlierOptions> {
   bool changes_flow() const override { return options_.share > 0; }
 };
 
-// Masks that are too small or too large by n px. One step of
+// Instance masks that are too small or too large by n px. One step of
 //
-//   erosion   takes away every instance pixel with a neighbour of another id (background or instance);
+//   erosion   removes every instance pixel with a neighbour of another id (background or instance);
 //   dilation  gives every background pixel with instance neighbours the smallest of their ids.
 //
 // Neighbours: 4 (edges; n steps reach |dx| + |dy| <= n) or 8 (edges and corners; max(|dx|, |dy|) <= n).
-// Outside the image there are no neighbours: an instance cut by the border does not shrink there.
-// With both, erosion comes first (an opening). Nothing is drawn: the outcome does not depend on the seed.
+// Pixels have no neighbours outside the image: an instance cut by the border does not shrink there. If both
+// are given, erosion comes first (an opening). The result does not depend on the seed.
 
 struct MaskNoiseOptions {
-  SEXTANT_OPTIONS(
-      (int, erode_px, 0, "px", "steps of erosion"),
-      (int, dilate_px, 0, "px", "steps of dilation, after erosion"),
-      (int, neighbours, 4, "4 or 8", "of a pixel"))
+  SEXTANT_OPTIONS((int, erode_px, 0, "px", "steps of erosion"),
+                  (int, dilate_px, 0, "px", "steps of dilation, after erosion"),
+                  (int, neighbours, 4, "4 or 8", "neighbourhood of a pixel"))
   void check() const;
 };
 
@@ -144,16 +144,15 @@ class MaskNoise : public WithOptions<NoiseModel, MaskNoiseOptions> {
   bool changes_masks() const override { return options_.erode_px > 0 || options_.dilate_px > 0; }
 };
 
-// Depth as read from a disparity image of finite resolution:
+// Depth computed from a disparity image of finite resolution:
 //
 //   d = f b / z,   z' = f b / (step * round(d / step))
 //
-// A disparity that rounds to 0 has no depth: invalid.
+// A disparity that rounds to 0 gives no depth (invalid).
 
 struct QuantisationOptions {
-  SEXTANT_OPTIONS(
-      (double, step_px, 0, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)"),
-      (double, baseline_m, 0, "m", "of the assumed stereo camera; 0 = the source's own bf"))
+  SEXTANT_OPTIONS((double, step_px, 0, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)"),
+                  (double, baseline_m, 0, "m", "of the assumed stereo camera; 0 = the source's own bf"))
   void check() const;
 };
 
@@ -163,7 +162,7 @@ class Quantisation : public WithOptions<NoiseModel, QuantisationOptions> {
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;
-  /// Of a uniform error of one step: step / sqrt(12) in disparity.
+  /// Standard deviation for a uniform error of one step: step / sqrt(12) in disparity.
   double depth_rounding_sigma_m(const StereoCamera& camera, double depth_m) const override;
   bool changes_depth() const override { return options_.step_px > 0; }
 };

@@ -1,4 +1,4 @@
-// Each model by itself against its declared moments, over 10^6 draws, and by hand on small cases.
+// Tests of each model against its declared moments over 10^6 draws, and against small cases worked by hand.
 
 #include <cmath>
 #include <numbers>
@@ -12,7 +12,7 @@ namespace sextant {
 namespace {
 
 const StereoCamera vkitti{{725, 725, 620.5, 187}, 0};
-const Draws draws(1, "synthetic", "s18");
+const Draws draws_of_s18(1, "synthetic", "s18");
 
 struct Pixels {
   std::vector<int> x, y;
@@ -29,14 +29,14 @@ std::unique_ptr<NoiseModel> make(const char* name, const char* json) {
   return find_entry(noise_models(), name, "noise model").make(Json::parse(json));
 }
 
-std::string error_of(const char* name, const char* json) {
+std::string error_of_model(const char* name, const char* json) {
   return sextant::error_of([&] { make(name, json); });
 }
 
 MomentSums depth_deviations(const NoiseModel& model, double z_m, Correlation correlation) {
   static const Pixels pixels;
   std::vector<double> depth(pixels.x.size(), z_m);
-  model.corrupt_depth({draws, correlation, vkitti}, pixels.batch(), depth);
+  model.corrupt_depth({draws_of_s18, correlation, vkitti}, pixels.batch(), depth);
   MomentSums sums;
   for (const double z : depth) sums.add(z - z_m);
   return sums;
@@ -58,7 +58,8 @@ TEST(DepthNoise, SharedGivesEveryPixelTheSameDraw) {
   const auto model = make("depth", R"({"delta_d_px": 0.2})");
   const MomentSums sums = depth_deviations(*model, 20, Correlation::shared_per_frame);
   EXPECT_NEAR(*sums.mean(),
-              0.2207 * draws.normals(NoiseChannel::depth, 3, 0, 0, Correlation::shared_per_frame)[0], 1e-4);
+              0.2207 * draws_of_s18.normals(NoiseChannel::depth, 3, 0, 0, Correlation::shared_per_frame)[0],
+              1e-4);
   EXPECT_NEAR(*sums.sigma(), 0, 1e-6);
 }
 
@@ -76,10 +77,10 @@ TEST(Quantisation, RoundsDisparityToTheStep) {
   const auto model = make("quantisation", R"({"step_px": 0.25})");
   std::vector<double> depth = {10, 350 / 0.3, 350 / 0.12, 5000, 14};
   const Pixels pixels(5);
-  model->corrupt_depth({draws, Correlation::independent, camera}, pixels.batch(), depth);
+  model->corrupt_depth({draws_of_s18, Correlation::independent, camera}, pixels.batch(), depth);
   EXPECT_DOUBLE_EQ(depth[0], 10);          // disparity 35
   EXPECT_DOUBLE_EQ(depth[1], 350 / 0.25);  // 0.3 -> 0.25
-  EXPECT_TRUE(std::isnan(depth[2]));       // 0.12 -> 0: no depth
+  EXPECT_TRUE(std::isnan(depth[2]));       // 0.12 -> 0: invalid
   EXPECT_TRUE(std::isnan(depth[3]));
   EXPECT_DOUBLE_EQ(depth[4], 14);  // disparity 25
 }
@@ -91,7 +92,7 @@ TEST(Quantisation, ErrorsAreUniformOverAStep) {
   std::vector<double> depth;
   for (size_t i = 0; i < pixels.x.size(); ++i) depth.push_back(5 + 30 * (static_cast<double>(i) + 0.5) / 1e6);
   const std::vector<double> clean = depth;
-  model->corrupt_depth({draws, Correlation::independent, camera}, pixels.batch(), depth);
+  model->corrupt_depth({draws_of_s18, Correlation::independent, camera}, pixels.batch(), depth);
   MomentSums sums;
   for (size_t i = 0; i < depth.size(); ++i) sums.add(350 / depth[i] - 350 / clean[i]);
   EXPECT_NEAR(*sums.mean(), 0, 4e-4);
@@ -109,7 +110,7 @@ FlowSums flow_deviations(const NoiseModel& model, int body, bool backward = fals
   std::vector<double> u(n, 12.5), v(n, -3.25);
   std::vector<int> bodies(n, body);
   std::vector<unsigned char> outlier(n, 0);
-  model.corrupt_flow({draws, Correlation::independent, vkitti}, pixels.batch(),
+  model.corrupt_flow({draws_of_s18, Correlation::independent, vkitti}, pixels.batch(),
                      {backward, bodies, u, v, outlier});
   FlowSums sums;
   for (size_t i = 0; i < n; ++i) {
@@ -169,7 +170,7 @@ TEST(FlowNoise, BackwardFlowHasItsOwnDraws) {
   std::vector<double> u = {0}, v = {0}, back_u = {0}, back_v = {0};
   const std::vector<int> body = {0};
   std::vector<unsigned char> outlier = {0};
-  const NoiseContext context{draws, Correlation::independent, vkitti};
+  const NoiseContext context{draws_of_s18, Correlation::independent, vkitti};
   model->corrupt_flow(context, pixels.batch(), {false, body, u, v, outlier});
   model->corrupt_flow(context, pixels.batch(), {true, body, back_u, back_v, outlier});
   EXPECT_NE(u, back_u);
@@ -186,7 +187,7 @@ TEST(FlowOutliers, HaveTheShareAndFillTheDisc) {
   const auto model = make("outliers", R"({"share": 0.3, "radius_px": 50})");
   const FlowSums sums = flow_deviations(*model, 0);
   EXPECT_NEAR(static_cast<double>(sums.n_outliers), 3e5, 4 * std::sqrt(1e6 * 0.3 * 0.7));
-  // Uniform over a disc of radius R: E r = 2R/3, E x = 0, E x^2 = R^2/4; all weighted by the share.
+  // Uniform over a disc of radius R: E r = 2R/3, E x = 0, E x^2 = R^2/4; all multiplied by the share.
   EXPECT_NEAR(*sums.epe.mean(), 0.3 * 100 / 3, 0.005 * 10);
   EXPECT_NEAR(sums.x.sum_squares / 1e6, 0.3 * 2500 / 4, 0.01 * 187.5);
   EXPECT_NEAR(sums.y.sum_squares / 1e6, 0.3 * 2500 / 4, 0.01 * 187.5);
@@ -254,24 +255,25 @@ TEST(MaskNoise, OpeningRemovesSpecks) {
 }
 
 TEST(NoiseOptions, RefuseNonsenseNamingTheOption) {
-  EXPECT_THAT(error_of("depth", R"({"delta_d_px": -0.1})"), HasSubstr("depth.delta_d_px = -0.1"));
-  EXPECT_THAT(error_of("depth", R"({"delta_d_m": 0.1})"), HasSubstr("did you mean 'delta_d_px'"));
-  EXPECT_THAT(error_of("depth", R"({"baseline_m": -1})"), HasSubstr("baseline_m"));
-  EXPECT_THAT(error_of("quantisation", R"({"step_px": -1})"), HasSubstr("step_px"));
-  EXPECT_THAT(error_of("flow", R"({"epe_px": 1, "epe_x_px": 1})"), HasSubstr("0 where epe_x_px or epe_y_px"));
-  EXPECT_THAT(error_of("flow", R"({"epe_x_px": -1})"), HasSubstr("flow.epe_x_px"));
-  EXPECT_THAT(error_of("flow", R"({"reading": "sigma"})"), HasSubstr("epe_is_mean_error"));
-  EXPECT_THAT(error_of("flow", R"({"scale": -1})"), HasSubstr("flow.scale"));
-  EXPECT_THAT(error_of("flow", R"({"bodies": {"object:0": {}}})"), HasSubstr("object:0"));
-  EXPECT_THAT(error_of("flow", R"({"bodies": {"object:x": {}}})"), HasSubstr("object:x"));
-  EXPECT_THAT(error_of("flow", R"({"bodies": {"object:": {}}})"), HasSubstr("object:ID"));
-  EXPECT_THAT(error_of("flow", R"({"bodies": {"object:1": {"epe": 1}}})"),
+  EXPECT_THAT(error_of_model("depth", R"({"delta_d_px": -0.1})"), HasSubstr("depth.delta_d_px = -0.1"));
+  EXPECT_THAT(error_of_model("depth", R"({"delta_d_m": 0.1})"), HasSubstr("did you mean 'delta_d_px'"));
+  EXPECT_THAT(error_of_model("depth", R"({"baseline_m": -1})"), HasSubstr("baseline_m"));
+  EXPECT_THAT(error_of_model("quantisation", R"({"step_px": -1})"), HasSubstr("step_px"));
+  EXPECT_THAT(error_of_model("flow", R"({"epe_px": 1, "epe_x_px": 1})"),
+              HasSubstr("0 if epe_x_px or epe_y_px"));
+  EXPECT_THAT(error_of_model("flow", R"({"epe_x_px": -1})"), HasSubstr("flow.epe_x_px"));
+  EXPECT_THAT(error_of_model("flow", R"({"reading": "sigma"})"), HasSubstr("epe_is_mean_error"));
+  EXPECT_THAT(error_of_model("flow", R"({"scale": -1})"), HasSubstr("flow.scale"));
+  EXPECT_THAT(error_of_model("flow", R"({"bodies": {"object:0": {}}})"), HasSubstr("object:0"));
+  EXPECT_THAT(error_of_model("flow", R"({"bodies": {"object:x": {}}})"), HasSubstr("object:x"));
+  EXPECT_THAT(error_of_model("flow", R"({"bodies": {"object:": {}}})"), HasSubstr("object:ID"));
+  EXPECT_THAT(error_of_model("flow", R"({"bodies": {"object:1": {"epe": 1}}})"),
               HasSubstr("noise.flow.bodies.object:1.epe"));
-  EXPECT_THAT(error_of("outliers", R"({"share": 1.5})"), HasSubstr("in 0..1"));
-  EXPECT_THAT(error_of("outliers", R"({"radius_px": 0})"), HasSubstr("radius_px"));
-  EXPECT_THAT(error_of("outliers", R"({"shape": "ball"})"), HasSubstr("known: disc, box"));
-  EXPECT_THAT(error_of("mask", R"({"erode_px": -1})"), HasSubstr("erode_px"));
-  EXPECT_THAT(error_of("mask", R"({"neighbours": 6})"), HasSubstr("4 or 8"));
+  EXPECT_THAT(error_of_model("outliers", R"({"share": 1.5})"), HasSubstr("in 0..1"));
+  EXPECT_THAT(error_of_model("outliers", R"({"radius_px": 0})"), HasSubstr("radius_px"));
+  EXPECT_THAT(error_of_model("outliers", R"({"shape": "ball"})"), HasSubstr("known: disc, box"));
+  EXPECT_THAT(error_of_model("mask", R"({"erode_px": -1})"), HasSubstr("erode_px"));
+  EXPECT_THAT(error_of_model("mask", R"({"neighbours": 6})"), HasSubstr("4 or 8"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Noise::apply: the models over the arrays of points and over the rows of frames, with verification.
+// Noise::apply: applies the models to the arrays of points and to the rows of frames, with verification.
 
 #include "sextant/noise/noise.h"
 
@@ -16,14 +16,14 @@ namespace {
 
 bool valid_depth(double depth_m) { return std::isfinite(depth_m) && depth_m > 0; }
 
-/// Every so many pixels the draw of the neighbour is looked up for verification: a check should not cost more
-/// than what it checks.
+/// Spacing of the pixels whose neighbour's draw is compared for verification; a check should not cost more
+/// than the noise itself.
 constexpr size_t neighbour_step = 4;
 
-/// As an image stores it.
+/// Rounds to float, as images do.
 double as_float(double value) { return static_cast<double>(static_cast<float>(value)); }
 
-/// Pixels of points, rounded to the nearest.
+/// Pixels of points, rounded to the nearest pixel.
 struct Pixels {
   std::vector<int> x, y;
   PixelBatch batch(int frame) const { return {frame, x, y}; }
@@ -44,7 +44,7 @@ struct FlowArrays {
 
 }  // namespace
 
-/// One application of a Noise: context, and the record of what has been achieved.
+/// One application of a Noise: its context and the achieved statistics.
 class NoiseApplication {
  public:
   NoiseApplication(const Noise& noise, const StereoCamera& camera, const Draws& draws)
@@ -63,9 +63,9 @@ class NoiseApplication {
   NoiseVerification achieved;
 
  private:
-  /// Corrupted depths; NaN where invalid, clean values bit for bit where nothing is changed.
+  /// Returns corrupted depths; NaN if invalid, and the clean values bit for bit where nothing changes.
   std::vector<double> depth(const PixelBatch& pixels, std::span<const double> clean);
-  /// Corrupted flows; `is_outlier` has the length of the batch.
+  /// Returns corrupted flows; `is_outlier` has the length of the batch.
   FlowArrays flow(const PixelBatch& pixels, std::span<const int> body, bool backward,
                   std::span<const double> u, std::span<const double> v,
                   std::vector<unsigned char>& is_outlier);
@@ -176,7 +176,7 @@ void NoiseApplication::verify_neighbours(NoiseChannel channel, const PixelBatch&
   for (size_t i = 0; i < n; ++i) sums.add(here[i], right[i]);
 }
 
-/// Depths of the current frame where the clean flow leads.
+/// Returns the depths of the current frame at the targets of the clean flow.
 std::vector<double> NoiseApplication::depth_curr(const Pixels& pixels, const Correspondences& clean,
                                                  const FramePair& pair) {
   std::vector<size_t> of_point;
@@ -269,7 +269,7 @@ void NoiseApplication::frame(Frame& frame) {
 NoisyPair Noise::apply(const FramePair& pair, const Draws& draws) const {
   if (changes_masks()) {
     fail(
-        "noise: masks decide which points there are: corrupt the masks of the frames before points are "
+        "noise: masks determine which points exist: corrupt the masks of the frames before points are "
         "extracted");
   }
   NoiseApplication application(*this, pair.camera, draws);
@@ -402,7 +402,7 @@ FlowSigma Noise::flow_sigma(int body) const {
 }
 
 MeasurementNoise Noise::declared(const StereoCamera& camera, int body) const {
-  constexpr double unit_m = 1;  // every depth model is quadratic in depth
+  constexpr double unit_m = 1;  // every depth model is proportional to depth squared
   const FlowSigma flow = flow_sigma(body);
   MeasurementNoise noise{flow.x_px, flow.y_px};
   double depth_variance = std::pow(depth_sigma_m(camera, unit_m), 2);

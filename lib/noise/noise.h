@@ -6,17 +6,18 @@
 //
 // {} = none. Keys are the names of noise_models() and `correlation`; docs/noise.md explains them all.
 //
-// Points and dense frames get the same numbers: a point has the draw of its own pixel (the nearest, for
-// points between pixels), and every changed number is rounded to float, as images store it. So corrupting
-// points extracted from a frame, and reading the corrupted frame at their pixels, agree bit for bit.
+// Points and dense frames get the same noise: a point uses the draw of its pixel (the nearest pixel, for
+// points between pixels), and every changed number is rounded to float, as images store it. Corrupting points
+// extracted from a frame, and extracting points from the corrupted frame at the same pixels, agree bit for
+// bit.
 //
 //   depth       of the previous frame at the point's pixel: a point whose depth becomes invalid is dropped
-//   depth_curr  of the current frame at the pixel nearest to p + clean flow; invalid = NaN. An estimator that
-//               reads corrupted files looks it up at p + noisy flow instead
-//   flow        of the previous frame at the point's pixel; for an outlier depth_curr becomes NaN, because it
-//               would be looked up elsewhere
-//   noise       what a sensor with this noise would declare, for every body that has points
-//   masks       decide which points there are, so they must be corrupted before extraction: corrupt_mask()
+//               depth_curr  of the current frame at the pixel nearest to p + clean flow; invalid = NaN. An
+//               estimator that reads corrupted files looks it up at p + noisy flow instead
+//   flow        of the previous frame at the point's pixel. For an outlier depth_curr becomes NaN, because it
+//               would be looked up at another pixel
+//   noise       the noise that a sensor would declare, for every body that has points
+//   masks       determine which points exist, so they must be corrupted before extraction: corrupt_mask()
 
 #include <string>
 #include <string_view>
@@ -41,34 +42,35 @@ struct NoisyFrame {
 class Noise {
  public:
   Noise() = default;
-  /// Strict: throws Error on an unknown model or option, naming the nearest.
+  /// Reads options strictly: throws Error for an unknown model or option, with the nearest name.
   explicit Noise(const Json& options);
-  /// "none", "" or JSON text. Throws Error that shows where the text stops being JSON.
+  /// Parses "none", "" or JSON text. Throws Error that shows the position of invalid JSON.
   static Noise parse(std::string_view text);
 
-  /// Every model that changes something, with all its options: equal noise gives equal JSON.
+  /// Returns all options of the models that have an effect: equal noise gives equal JSON.
   Json options() const;
-  /// Short text for records: "depth 0.2 px + flow 0.3/0.2 px"; "none".
+  /// Returns a short text for records: "depth 0.2 px + flow 0.3/0.2 px"; "none".
   std::string name() const;
   bool none() const { return models_.empty(); }
 
   bool changes_masks() const;
-  /// This noise without its mask models: for points extracted from masks that are already corrupted.
+  /// Returns this noise without its mask models, for points extracted from masks that are already corrupted.
   Noise without_masks() const;
-  /// Its mask models alone.
+  /// Returns only its mask models.
   Noise only_masks() const;
   void corrupt_mask(Image<uint16_t>& mask) const;
 
-  /// Throws Error when changes_masks().
+  /// Applies the noise to the points of a frame pair; throws Error if changes_masks().
   NoisyPair apply(const FramePair& pair, const Draws& draws) const;
-  /// Depth, flow, backward flow and mask of one frame; what else is there stays. Noise that is not the same
-  /// for all bodies needs the mask (Error); bodies are those of the mask before its corruption.
+  /// Applies the noise to depth, flow, backward flow and mask of one frame; other channels stay unchanged.
+  /// Noise that differs between bodies requires the mask and throws Error without it; bodies are those of the
+  /// mask before its corruption.
   NoisyFrame apply(const Frame& frame, const StereoCamera& camera, const Draws& draws) const;
 
-  /// Sum of what the models ask for, as standard deviations.
+  /// Standard deviations of the sum of all models.
   double depth_sigma_m(const StereoCamera& camera, double depth_m) const;
   FlowSigma flow_sigma(int body) const;
-  /// What a sensor with this noise would declare for a body (instance id, 0 = background).
+  /// Returns the noise that a sensor would declare for a body (instance id, 0 = background).
   MeasurementNoise declared(const StereoCamera& camera, int body) const;
 
  private:
@@ -80,11 +82,11 @@ class Noise {
 
   void declare(FramePair& pair) const;
 
-  std::vector<NamedModel> models_;  ///< those that change something, in the order of noise_models()
+  std::vector<NamedModel> models_;  ///< the models that have an effect, in the order of noise_models()
   NoiseCorrelation correlation_;
 };
 
-/// Every option of every model, below "noise".
+/// Returns every option of every model, with keys below "noise".
 std::vector<OptionHelp> describe_noise_options();
 
 }  // namespace sextant

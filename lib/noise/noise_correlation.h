@@ -1,19 +1,19 @@
 #pragma once
 
-// How the normals of the pixels of one frame and channel relate: each by itself, one for all, or a stationary
-// Gaussian field with a given correlation (problem.h):
+// Relation between the normals of the pixels of one frame and channel: independent, one for all, or a
+// stationary Gaussian field with a given correlation (problem.h):
 //
 //   "independent"   "shared_per_frame"   {"model": "spatial", "lengths_px": [5, 40], "shares": [0.4, 0.5]}
 //
-// A field is a sum of parts. One of length L is white noise on the nodes of a lattice, each a draw of its
-// own, seen through a Gaussian kernel:
+// A field is a sum of components. A component of length L is white noise on the nodes of a lattice, with one
+// draw per node, smoothed by a Gaussian kernel:
 //
-//   n(p) = sum_q w(p - q) n_q / sqrt(sum_q w(p - q)^2),   w(d) = exp(-|d|^2 / L^2),
+//   n(p) = sum_q w(p - q) n_q / sqrt(sum_q w(p - q)^2),   w(d) = exp(-|d|^2 / L^2).
 //
-// which has unit variance at every pixel exactly, and correlation exp(-r^2 / (2 L^2)): sampled this densely
-// (spacing floor(L / 1.5)), sum_q w(p - q) w(p' - q) depends on where the lattice lies by less than 1e-4. The
-// kernel is separable and ends beyond 2.5 L. So a draw stays a pure function of (seed, dataset, sequence,
-// frame, channel, pixel), and costs a few nodes.
+// It has exactly unit variance at every pixel and correlation exp(-r^2 / (2 L^2)); with this dense sampling
+// (spacing floor(L / 1.5)), sum_q w(p - q) w(p' - q) varies with the phase of the lattice by less than 1e-4.
+// The kernel is separable and truncated at 2.5 L. A draw therefore remains a pure function of (seed, dataset,
+// sequence, frame, channel, pixel), and costs a few nodes.
 
 #include "sextant/base/json.h"
 #include "sextant/measurement/problem.h"
@@ -24,23 +24,25 @@ namespace sextant {
 class NoiseCorrelation {
  public:
   NoiseCorrelation(Correlation of_pixels = Correlation::independent) : of_pixels_(of_pixels) {}
-  /// Throws Error where a length is outside 1..1000 px, a share is not above 0, or all are above 1.
+  /// Throws Error if a length is outside 1..1000 px, a share is not positive, or the shares add up to more
+  /// than 1.
   explicit NoiseCorrelation(const SpatialCorrelation& spatial);
-  /// A name or an object as above. Throws Error that begins with `where`.
+  /// Reads a name or an object as above. Throws Error that begins with `where`.
   static NoiseCorrelation read(const Json& json, const std::string& where);
 
   Json json() const;
-  /// For records: "" for independent, " (shared per frame)", " (spatial 5, 40 px)".
+  /// Returns a text for records: "" for independent, " (shared per frame)", " (spatial 5, 40 px)".
   std::string name() const;
   bool independent() const { return of_pixels_ == Correlation::independent && fields_.empty(); }
   const SpatialCorrelation& spatial() const { return spatial_; }
 
-  /// Two independent standard normals for every pixel; `first` and `second` have the length of `pixels`.
+  /// Computes two independent standard normals for every pixel; `first` and `second` have the length of
+  /// `pixels`.
   void normals(const Draws& draws, NoiseChannel channel, const PixelBatch& pixels, std::span<double> first,
                std::span<double> second) const;
 
  private:
-  /// One part: kernel values of the nodes around a pixel, by where it lies between two nodes.
+  /// One component: kernel values of the nodes around a pixel, by its phase between two nodes.
   struct Field {
     int spacing_px;
     int reach;                    ///< nodes on either side

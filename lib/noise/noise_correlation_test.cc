@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-/// Lengths of every kind: spacing 1, odd, even; and a part that is independent.
+/// Components of every kind: spacing 1, odd and even spacings, and an independent remainder.
 const NoiseCorrelation mixture(SpatialCorrelation{{{2, 0.2}, {8, 0.3}, {40, 0.4}}});
 
 struct PixelList {
@@ -34,7 +34,7 @@ Normals normals(const NoiseCorrelation& correlation, const Draws& draws, NoiseCh
   return out;
 }
 
-/// The values of one pixel over many frames are independent draws, whatever the field.
+/// Values of one pixel over many frames, which are independent draws for any field.
 std::vector<double> over_frames(const NoiseCorrelation& correlation, const Draws& draws, NoiseChannel channel,
                                 int x, int y, int first_frame = 0) {
   constexpr int n = 20000;
@@ -46,7 +46,7 @@ std::vector<double> over_frames(const NoiseCorrelation& correlation, const Draws
   return values;
 }
 
-double correlation_of(const std::vector<double>& a, const std::vector<double>& b) {
+double uncentred_correlation(const std::vector<double>& a, const std::vector<double>& b) {
   double ab = 0, aa = 0, bb = 0;
   for (size_t i = 0; i < a.size(); ++i) ab += a[i] * b[i], aa += a[i] * a[i], bb += b[i] * b[i];
   return ab / std::sqrt(aa * bb);
@@ -73,11 +73,12 @@ TEST(NoiseCorrelation, EveryPixelIsAStandardNormal) {
       const double cdf = 0.5 * std::erfc(-values[i] / std::numbers::sqrt2);
       distance = std::max({distance, cdf - static_cast<double>(i) / n, static_cast<double>(i + 1) / n - cdf});
     }
-    EXPECT_LT(distance * std::sqrt(n), 1.95) << x << " " << y;  // 0.999 quantile of Kolmogorov's distribution
+    // 0.999 quantile of the Kolmogorov distribution
+    EXPECT_LT(distance * std::sqrt(n), 1.95) << x << " " << y;
   }
 }
 
-// Eight distances in every direction, from pixels of every phase of the lattices.
+// Eight distances in every direction, from pixels of every lattice phase.
 TEST(NoiseCorrelation, FallsWithTheDistanceAsAsked) {
   const Draws draws(2, "vdo", "0003");
   constexpr int frames = 100, directions = 6;
@@ -119,12 +120,12 @@ TEST(NoiseCorrelation, SeedsFramesChannelsAndSequencesAreIndependent) {
     return over_frames(mixture, Draws(seed, dataset, sequence), channel, 100, 50, first_frame);
   };
   const std::vector<double> base = values(1, "vdo", "0003", NoiseChannel::depth, 0);
-  EXPECT_LT(std::abs(correlation_of(base, values(2, "vdo", "0003", NoiseChannel::depth, 0))), 0.028);
-  EXPECT_LT(std::abs(correlation_of(base, values(1, "kitti", "0003", NoiseChannel::depth, 0))), 0.028);
-  EXPECT_LT(std::abs(correlation_of(base, values(1, "vdo", "0004", NoiseChannel::depth, 0))), 0.028);
-  EXPECT_LT(std::abs(correlation_of(base, values(1, "vdo", "0003", NoiseChannel::depth, 1))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(2, "vdo", "0003", NoiseChannel::depth, 0))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "kitti", "0003", NoiseChannel::depth, 0))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "vdo", "0004", NoiseChannel::depth, 0))), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "vdo", "0003", NoiseChannel::depth, 1))), 0.028);
   for (const NoiseChannel other : {NoiseChannel::flow, NoiseChannel::outlier, NoiseChannel::backward_flow})
-    EXPECT_LT(std::abs(correlation_of(base, values(1, "vdo", "0003", other, 0))), 0.028);
+    EXPECT_LT(std::abs(uncentred_correlation(base, values(1, "vdo", "0003", other, 0))), 0.028);
 }
 
 TEST(NoiseCorrelation, TheTwoNormalsOfAPixelAreIndependent) {
@@ -136,10 +137,10 @@ TEST(NoiseCorrelation, TheTwoNormalsOfAPixelAreIndependent) {
     first.push_back(n.first[0]);
     second.push_back(n.second[0]);
   }
-  EXPECT_LT(std::abs(correlation_of(first, second)), 0.028);
+  EXPECT_LT(std::abs(uncentred_correlation(first, second)), 0.028);
 }
 
-// Property: whichever pixels are asked for, in whatever order, singly or in batches, on any number of
+// Property: the numbers do not depend on the requested pixels, their order, batching, or the number of
 // threads.
 TEST(NoiseCorrelation, DoesNotDependOnOrderBatchOrThreads) {
   const Draws draws(9, "synthetic", "s18");
@@ -148,7 +149,7 @@ TEST(NoiseCorrelation, DoesNotDependOnOrderBatchOrThreads) {
   for (int i = 0; i < 3000; ++i) {
     pixels.add(static_cast<int>(random() % 1242), static_cast<int>(random() % 375));
   }
-  pixels.add(-3, -700);  // beyond the image: nothing special
+  pixels.add(-3, -700);  // outside the image, which needs no special treatment
   pixels.add(100000, 7);
   const size_t n = pixels.x.size();
   const Normals all = normals(mixture, draws, NoiseChannel::flow, pixels.batch(7));
@@ -177,13 +178,13 @@ TEST(NoiseCorrelation, DoesNotDependOnOrderBatchOrThreads) {
   mixture.normals(draws, NoiseChannel::flow, {7, none, none}, {}, {});
 }
 
-// The bits are part of the interface: records of one version must be repeatable by the next.
+// The bits are part of the interface: records of one version must be reproducible by the next.
 TEST(NoiseCorrelation, IsTheSameBitsForEver) {
   const Draws draws(42, "vdo", "0003");
   PixelList pixel;
   pixel.add(100, 50);
   const Normals n = normals(mixture, draws, NoiseChannel::flow, pixel.batch(3));
-  // A second implementation (Python: Philox, libm, the sum over nodes as it stands in the header) gives
+  // An independent implementation (Python: Philox, libm, the sum over nodes as in the header) gives
   // 0x1.763786cde472ap-1 -0x1.f87ec6b51fbf5p-1.
   EXPECT_EQ(n.first[0], 0x1.763786cde4598p-1);
   EXPECT_EQ(n.second[0], -0x1.f87ec6b51fc04p-1);

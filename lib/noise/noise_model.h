@@ -1,13 +1,13 @@
 #pragma once
 
-// The interface of all noise models and the table of those that exist. How to add one:
+// Interface of all noise models, and the table of the existing ones. To add one:
 //   1. write lib/noise/<name>.{h,cc}: an options struct (base/options.h) and a class derived from NoiseModel;
 //   2. add one line to the table in registry.cc.
-// The parametrised test in registry_test.cc then runs over it.
+// The parametrised test in registry_test.cc then covers it.
 //
 // A model changes arrays of measurements in place; noise.h applies the models, in the order of the table, to
-// points and to dense frames. Entries that are not valid (NaN; depth not above 0) are not measurements:
-// whatever a model writes there is thrown away.
+// points and to dense frames. Invalid entries (NaN; depth not positive) are not measurements: values that a
+// model writes there are discarded.
 
 #include <functional>
 #include <memory>
@@ -22,7 +22,7 @@
 
 namespace sextant {
 
-/// What a model may know besides the measurement.
+/// Input of a model besides the measurement.
 struct NoiseContext {
   const Draws& draws;
   const NoiseCorrelation& correlation;
@@ -34,16 +34,16 @@ struct NoiseContext {
   }
 };
 
-/// Flow of the pixels of a batch, px; arrays of its length.
+/// Flow of the pixels of a batch, px; arrays with the length of the batch.
 struct FlowBatch {
-  bool backward = false;      ///< to the previous frame instead of to the next
+  bool backward = false;      ///< flow to the previous frame instead of the next one
   std::span<const int> body;  ///< instance id of each pixel; 0 = background
   std::span<double> u;
   std::span<double> v;
-  std::span<unsigned char> is_outlier;  ///< set where the flow has been made wrong on purpose
+  std::span<unsigned char> is_outlier;  ///< set by models that make the flow an outlier
 };
 
-/// Standard deviation of flow noise by axis, px.
+/// Standard deviations of flow noise per axis, px.
 struct FlowSigma {
   double x_px = 0;
   double y_px = 0;
@@ -53,37 +53,37 @@ class NoiseModel {
  public:
   virtual ~NoiseModel() = default;
 
-  /// All options with their values, for provenance.
+  /// Returns all options with their values, for provenance.
   virtual Json options() const = 0;
-  /// Short text for records, "depth 0.2 px"; empty when the options make the model change nothing.
+  /// Returns a short text for records, "depth 0.2 px"; empty if the model has no effect.
   virtual std::string name() const = 0;
 
-  /// Depths in m. Not above 0 or not finite afterwards: invalid.
+  /// Corrupts depths (m) in place. Results that are not positive or not finite are invalid.
   virtual void corrupt_depth(const NoiseContext&, const PixelBatch&, std::span<double> /*depth_m*/) const {}
   virtual void corrupt_flow(const NoiseContext&, const PixelBatch&, const FlowBatch&) const {}
   virtual void corrupt_mask(Image<uint16_t>&) const {}
 
-  /// What the options ask for; 0 where the model adds no Gaussian noise.
+  /// Standard deviations of the Gaussian noise of this model; 0 if it adds none.
   virtual double depth_sigma_m(const StereoCamera&, double /*depth_m*/) const { return 0; }
   virtual FlowSigma flow_sigma(int /*body*/) const { return {}; }
   virtual double outlier_share() const { return 0; }
-  /// Standard deviation of a rounding error, which is not Gaussian.
+  /// Returns the standard deviation of a rounding error, which is not Gaussian.
   virtual double depth_rounding_sigma_m(const StereoCamera&, double /*depth_m*/) const { return 0; }
   virtual bool changes_depth() const { return false; }
   virtual bool changes_flow() const { return false; }
   virtual bool changes_masks() const { return false; }
-  /// The flow noise is not the same for all bodies: a dense frame needs its mask.
+  /// Returns true if the flow noise differs between bodies, so that a dense frame requires its mask.
   virtual bool needs_bodies() const { return false; }
 };
 
 struct NoiseModelEntry {
-  std::string name;  ///< key in the options
+  std::string name;  ///< key in the noise options
   std::string description;
   std::function<std::unique_ptr<NoiseModel>(const Json& options)> make;  ///< strict options, {} = defaults
   std::function<std::vector<OptionHelp>()> options;
 };
 
-/// In the order in which they are applied.
+/// Returns all models in the order in which they are applied.
 std::span<const NoiseModelEntry> noise_models();
 
 }  // namespace sextant

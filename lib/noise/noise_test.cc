@@ -1,4 +1,4 @@
-// Combinations of models on points and on dense frames.
+// Tests of combinations of models on points and on dense frames.
 
 #include "sextant/base/testing.h"
 #include "sextant/noise/noise.h"
@@ -15,7 +15,7 @@ namespace {
 constexpr int width = 320;
 constexpr int height = 120;
 const StereoCamera camera{{700, 700, 160, 60}, 350};
-const Draws draws(4, "synthetic", "test");
+const Draws draws_of_test(4, "synthetic", "test");
 const char* const everything = R"({"depth": {"delta_d_px": 0.8}, "quantisation": {"step_px": 0.0625},
     "flow": {"epe_x_px": 0.3, "epe_y_px": 0.2, "bodies": {"object:1": {"epe_px": 1}}},
     "outliers": {"share": 0.1, "radius_px": 20}})";
@@ -40,7 +40,7 @@ Frame make_frame(int index) {
   return frame;
 }
 
-/// Points at every `step`-th pixel, as extraction makes them.
+/// Points at every `step`-th pixel, as extraction creates them.
 FramePair make_pair(const Frame& prev, const Frame& curr, int step) {
   FramePair pair;
   pair.prev = prev.index;
@@ -85,9 +85,9 @@ TEST(Noise, PointsAndDenseFramesAgreeBitForBit) {
     options["correlation"] = Json::parse(correlation);
     const Noise noise(options);
     const FramePair clean = make_pair(prev, curr, 2);
-    const NoisyPair points = noise.apply(clean, draws);
-    const NoisyFrame dense_prev = noise.apply(prev, camera, draws);
-    const NoisyFrame dense_curr = noise.apply(curr, camera, draws);
+    const NoisyPair points = noise.apply(clean, draws_of_test);
+    const NoisyFrame dense_prev = noise.apply(prev, camera, draws_of_test);
+    const NoisyFrame dense_curr = noise.apply(curr, camera, draws_of_test);
     const auto check = [&](const Correspondences& noisy) {
       ASSERT_GT(noisy.size(), 300U);
       for (size_t i = 0; i < noisy.size(); ++i) {
@@ -115,8 +115,8 @@ TEST(Noise, PointsAndDenseFramesAgreeBitForBit) {
 TEST(Noise, WhichOtherPointsThereAreDoesNotMatter) {
   const Frame prev = make_frame(7), curr = make_frame(8);
   const Noise some = noise(everything);
-  const Correspondences many = some.apply(make_pair(prev, curr, 1), draws).pair.background;
-  const Correspondences few = some.apply(make_pair(prev, curr, 4), draws).pair.background;
+  const Correspondences many = some.apply(make_pair(prev, curr, 1), draws_of_test).pair.background;
+  const Correspondences few = some.apply(make_pair(prev, curr, 4), draws_of_test).pair.background;
   std::map<std::pair<double, double>, size_t> at;
   for (size_t i = 0; i < many.size(); ++i) at[{many.u[i], many.v[i]}] = i;
   for (size_t i = 0; i < few.size(); ++i) {
@@ -132,11 +132,11 @@ TEST(Noise, ThreadsAndMergingInOrderGiveTheSameBits) {
   for (const int jobs : {1, 2, 5}) {
     std::vector<NoisyPair> results(8);
     parallel_for(8, jobs, [&](int i) {
-      results[i] = some.apply(make_pair(make_frame(i), make_frame(i + 1), 3), draws);
+      results[i] = some.apply(make_pair(make_frame(i), make_frame(i + 1), 3), draws_of_test);
     });
     NoiseVerification total;
     for (const NoisyPair& result : results) {
-      const Json sums = parse_json(json_line(result.achieved.sums()), "sums");  // as a file keeps them
+      const Json sums = parse_json(json_line(result.achieved.sums()), "sums");  // as stored in files
       total.merge(NoiseVerification::from_sums(sums, "sums"));
     }
     const std::string text = total.json(some.options()).dump();
@@ -146,7 +146,7 @@ TEST(Noise, ThreadsAndMergingInOrderGiveTheSameBits) {
     if (first.empty()) first = text;
     EXPECT_EQ(text, first);
     expect_equal(results[3].pair.background,
-                 some.apply(make_pair(make_frame(3), make_frame(4), 3), draws).pair.background);
+                 some.apply(make_pair(make_frame(3), make_frame(4), 3), draws_of_test).pair.background);
   }
 }
 
@@ -157,11 +157,11 @@ TEST(Noise, NoneChangesNothing) {
     EXPECT_TRUE(noise(json).none());
     EXPECT_EQ(noise(json).name(), "none");
     EXPECT_EQ(noise(json).options(), Json::object());
-    const NoisyPair same_pair = noise(json).apply(pair, draws);
+    const NoisyPair same_pair = noise(json).apply(pair, draws_of_test);
     expect_equal(same_pair.pair.background, pair.background);
     expect_equal(same_pair.pair.objects[0].points, pair.objects[0].points);
     EXPECT_EQ(same_pair.achieved.json(Json::object()).dump(), R"({"requested":{}})");
-    const NoisyFrame same_frame = noise(json).apply(prev, camera, draws);
+    const NoisyFrame same_frame = noise(json).apply(prev, camera, draws_of_test);
     EXPECT_EQ(same_frame.frame.mask, prev.mask);
     for (size_t i = 0; i < prev.flow.size(); ++i) {
       ASSERT_TRUE(same(same_frame.frame.flow.data()[i].u, prev.flow.data()[i].u));
@@ -170,12 +170,12 @@ TEST(Noise, NoneChangesNothing) {
   }
 }
 
-// delta_d of 30 px makes about half of the depths beyond 12 m negative: they go, and are counted.
+// A delta_d of 30 px makes about half of the depths beyond 12 m negative: these are dropped and counted.
 TEST(Noise, InvalidDepthsAreDroppedAndCountedNeverClamped) {
   const Frame prev = make_frame(1), curr = make_frame(2);
   const FramePair pair = make_pair(prev, curr, 1);
   const Noise strong = noise(R"({"depth": {"delta_d_px": 30}})");
-  const NoisyPair noisy = strong.apply(pair, draws);
+  const NoisyPair noisy = strong.apply(pair, draws_of_test);
   const size_t before = pair.background.size() + pair.objects[0].points.size();
   const size_t after = noisy.pair.background.size() + noisy.pair.objects[0].points.size();
   EXPECT_LT(after, before * 7 / 10);
@@ -198,7 +198,7 @@ TEST(Noise, InvalidDepthsAreDroppedAndCountedNeverClamped) {
   for (const double z : pair.background.depth_curr) curr_before += !std::isnan(z);
   for (const double z : pair.objects[0].points.depth_curr) curr_before += !std::isnan(z);
   EXPECT_EQ(noisy.achieved.depth.n_valid, before + curr_before);
-  const NoisyFrame frame = strong.apply(prev, camera, draws);
+  const NoisyFrame frame = strong.apply(prev, camera, draws_of_test);
   uint64_t valid = 0, lost = 0;
   for (size_t i = 0; i < prev.depth_m.size(); ++i) {
     const float was = prev.depth_m.data()[i], is = frame.frame.depth_m.data()[i];
@@ -217,7 +217,7 @@ TEST(Noise, VerificationMeasuresWhatWasAdded) {
       "bodies": {"objects": {"epe_px": 0.5}}}, "outliers": {"share": 0.2}})");
   NoiseVerification total;
   for (int i = 0; i < 10; ++i)
-    total.merge(some.apply(make_pair(make_frame(i), make_frame(i + 1), 1), draws).achieved);
+    total.merge(some.apply(make_pair(make_frame(i), make_frame(i + 1), 1), draws_of_test).achieved);
   const double n = static_cast<double>(total.flow.at(0).x.n);
   EXPECT_GT(n, 2e5);
   EXPECT_NEAR(*total.depth.normalised.sigma(), 1, 4 / std::sqrt(2.0 * total.depth.normalised.n));
@@ -241,11 +241,11 @@ TEST(Noise, VerificationMeasuresWhatWasAdded) {
 }
 
 TEST(Noise, SharedDrawsHaveANeighbourCorrelationOfExactlyOne) {
-  const Noise shared =
+  const Noise shared_noise =
       noise(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 1}, "correlation": "shared_per_frame"})");
   NoiseVerification total;
   for (int i = 0; i < 3; ++i)
-    total.merge(shared.apply(make_pair(make_frame(i), make_frame(i + 1), 3), draws).achieved);
+    total.merge(shared_noise.apply(make_pair(make_frame(i), make_frame(i + 1), 3), draws_of_test).achieved);
   EXPECT_EQ(*total.depth_neighbours.correlation(), 1.0);
   EXPECT_EQ(*total.flow_neighbours.correlation(), 1.0);
 }
@@ -254,12 +254,12 @@ TEST(Noise, MasksAreForFramesNotForPoints) {
   const Noise some = noise(R"({"mask": {"erode_px": 3}, "depth": {"delta_d_px": 0.2}})");
   const Frame prev = make_frame(1), curr = make_frame(2);
   EXPECT_TRUE(some.changes_masks());
-  EXPECT_THROW(some.apply(make_pair(prev, curr, 4), draws), Error);
-  EXPECT_NO_THROW(some.without_masks().apply(make_pair(prev, curr, 4), draws));
+  EXPECT_THROW(some.apply(make_pair(prev, curr, 4), draws_of_test), Error);
+  EXPECT_NO_THROW(some.without_masks().apply(make_pair(prev, curr, 4), draws_of_test));
   EXPECT_EQ(some.without_masks().name(), "depth 0.2 px");
   EXPECT_TRUE(some.only_masks().changes_masks());
   EXPECT_TRUE(some.only_masks().without_masks().none());
-  const NoisyFrame noisy = some.apply(prev, camera, draws);
+  const NoisyFrame noisy = some.apply(prev, camera, draws_of_test);
   Image<uint16_t> mask = prev.mask;
   some.corrupt_mask(mask);
   EXPECT_EQ(noisy.frame.mask, mask);
@@ -269,17 +269,17 @@ TEST(Noise, MasksAreForFramesNotForPoints) {
 TEST(Noise, LevelsByBodyNeedAMask) {
   Frame frame = make_frame(1);
   frame.mask = {};
-  EXPECT_THROW(noise(everything).apply(frame, camera, draws), Error);
-  EXPECT_NO_THROW(noise(R"({"flow": {"epe_px": 1}})").apply(frame, camera, draws));
+  EXPECT_THROW(noise(everything).apply(frame, camera, draws_of_test), Error);
+  EXPECT_NO_THROW(noise(R"({"flow": {"epe_px": 1}})").apply(frame, camera, draws_of_test));
 }
 
 TEST(Noise, DeclaresItsDeviationsByBodyAndNothingWithoutNoise) {
   const FramePair clean = make_pair(make_frame(7), make_frame(8), 4);
-  EXPECT_TRUE(Noise().apply(clean, draws).pair.noise.empty());
+  EXPECT_TRUE(Noise().apply(clean, draws_of_test).pair.noise.empty());
 
   const FramePair noisy = noise(R"({"depth": {"delta_d_px": 0.2, "baseline_m": 0},
       "flow": {"epe_x_px": 0.3, "epe_y_px": 0.2, "bodies": {"object:1": {"epe_px": 1}}}})")
-                              .apply(clean, draws)
+                              .apply(clean, draws_of_test)
                               .pair;
   const double inverse_depth_per_m = 0.2 / camera.bf;
   EXPECT_EQ(noisy.noise.at(0), (MeasurementNoise{0.3, 0.2, inverse_depth_per_m}));
@@ -298,7 +298,7 @@ TEST(Noise, DeclaresAndVerifiesSpatialCorrelation) {
   EXPECT_FALSE(declared.independent_gaussian);
   NoiseVerification total;
   for (int frame = 0; frame < 20; ++frame)
-    total.merge(correlated.apply(make_frame(frame), camera, draws).achieved);
+    total.merge(correlated.apply(make_frame(frame), camera, draws_of_test).achieved);
   EXPECT_NEAR(*total.flow_neighbours.correlation(), declared.correlation.at(1), 0.005);
   EXPECT_NEAR(*total.depth_neighbours.correlation(), declared.correlation.at(1), 0.005);
   EXPECT_NEAR(*total.flow.at(0).x.sigma(), 1, 0.02);

@@ -24,7 +24,7 @@ std::span<const NoiseModelEntry> noise_models() {
   static const std::vector<NoiseModelEntry> table = {
       entry<DepthNoise, DepthNoiseOptions>("depth", "stereo depth, sigma = z^2/(f b) delta_d"),
       entry<Quantisation, QuantisationOptions>("quantisation", "disparity of finite resolution"),
-      entry<FlowNoise, FlowNoiseOptions>("flow", "Gaussian flow noise, asked for by end-point error"),
+      entry<FlowNoise, FlowNoiseOptions>("flow", "Gaussian flow noise, specified by end-point error"),
       entry<FlowOutliers, FlowOutlierOptions>("outliers", "a share of wrong flows"),
       entry<MaskNoise, MaskNoiseOptions>("mask", "masks too small or too large"),
   };

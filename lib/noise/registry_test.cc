@@ -1,4 +1,4 @@
-// What holds for every noise model, by name.
+// Properties of every noise model, tested by name.
 
 #include <gtest/gtest.h>
 

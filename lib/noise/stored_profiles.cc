@@ -35,7 +35,7 @@ std::vector<std::string> noise_profile_names() {
 
 Json without_profile(const Json& noise_options) {
   if (!noise_options.contains("profile")) {
-    if (noise_options.contains("scale")) fail("option noise.scale: it belongs to noise.profile: give one");
+    if (noise_options.contains("scale")) fail("option noise.scale: requires noise.profile");
     return noise_options;
   }
   const Json& name = noise_options.at("profile");
@@ -44,13 +44,13 @@ Json without_profile(const Json& noise_options) {
   if (!profile.is_object() || !profile.contains("noise") || !profile.at("noise").is_object() ||
       profile.at("noise").contains("profile"))
     fail(
-        "{}: no noise profile: expected an object with the noise options under \"noise\", as `sextant noise "
+        "{}: not a noise profile: expected an object with the noise options under \"noise\", as `sextant noise "
         "fit` "
         "writes it",
         name.get<std::string>());
   Json scale = noise_options.value("scale", Json(1));
   if (!scale.is_number() || !std::isfinite(scale.get<double>()) || scale.get<double>() < 0)
-    fail("option noise.scale: expected a number, 0 or more, got {}", json_excerpt(scale));
+    fail("option noise.scale: expected a number >= 0, got {}", json_excerpt(scale));
   Json options = profile.at("noise");
   for (const auto& [model, key] : {std::pair{"flow", "epe_px"},
                                    {"flow", "epe_x_px"},
@@ -58,7 +58,7 @@ Json without_profile(const Json& noise_options) {
                                    {"depth", "delta_d_px"},
                                    {"outliers", "radius_px"}})
     scale_number(options, model, key, scale.get<double>());
-  if (scale.get<double>() == 0) options.erase("outliers");  // no outlier has an offset
+  if (scale.get<double>() == 0) options.erase("outliers");  // without offsets there are no outliers
   for (const auto& item : noise_options.items())
     if (item.key() != "profile" && item.key() != "scale") options[item.key()] = item.value();
   return options;

@@ -1,12 +1,13 @@
 #pragma once
 
-// Noise as a profile, measured from the errors of real flow and depth (`sextant noise fit`, docs/noise.md):
+// Noise profiles, fitted to the errors of real flow and depth (`sextant noise fit`, docs/noise.md). The
+// options
 //
 //   {"profile": "pwc_net_kitti03", "scale": 1}
 //
-// stands for the options under "noise" of that profile: those of results/profiles/NAME.json, which come with
-// the program, or of a file, where the name ends in .json. `scale` multiplies every size: EPE, delta_d and
-// the radius of outliers. Other keys beside them replace the profile's.
+// stand for the options under "noise" of that profile: of results/profiles/NAME.json, which is compiled into
+// the program, or of a file if the name ends in .json. `scale` multiplies every magnitude: EPE, delta_d and
+// the radius of outliers. Further keys override those of the profile.
 
 #include <string>
 #include <vector>
@@ -17,8 +18,9 @@ namespace sextant {
 
 std::vector<std::string> noise_profile_names();
 
-/// Options without `profile` and `scale`; those without a profile as they are. Throws Error on an unknown
-/// name (with the nearest), a file that is no profile, and a scale without a profile or not 0 or more.
+/// Replaces `profile` and `scale` by the options that they stand for; options without a profile are returned
+/// unchanged. Throws Error for an unknown name (with the nearest), for a file that is not a profile, for a
+/// scale without a profile and for a negative scale.
 Json without_profile(const Json& noise_options);
 
 }  // namespace sextant

@@ -19,7 +19,8 @@ TEST(StoredProfiles, EveryOneIsNoise) {
     const Noise noise(Json{{"profile", name}});
     EXPECT_FALSE(noise.none()) << name;
     EXPECT_FALSE(noise.options().contains("profile"));
-    EXPECT_EQ(noise.options(), Noise(noise.options()).options()) << name;  // what a run writes down is whole
+    // the options stored with a run are complete
+    EXPECT_EQ(noise.options(), Noise(noise.options()).options()) << name;
   }
 }
 
@@ -46,14 +47,14 @@ TEST(StoredProfiles, RefusesWhatIsNone) {
   const std::string known = noise_profile_names().front();
   expect_refused({{"profile", known.substr(1)}}, "did you mean '" + known + "'");
   expect_refused({{"profile", 3}}, "expected a name or a file");
-  expect_refused({{"profile", known}, {"scale", -1}}, "noise.scale: expected a number, 0 or more");
-  expect_refused({{"scale", 2}}, "it belongs to noise.profile");
+  expect_refused({{"profile", known}, {"scale", -1}}, "noise.scale: expected a number >= 0");
+  expect_refused({{"scale", 2}}, "requires noise.profile");
   TempFolder temp;
   for (const char* text : {"[]", "{}", R"({"noise": 1})", R"({"noise": {"profile": "a"}})"}) {
     const std::string path = (temp.path() / "p.json").string();
     write_file(path, text);
     SCOPED_TRACE(text);
-    expect_refused({{"profile", path}}, "no noise profile");
+    expect_refused({{"profile", path}}, "not a noise profile");
   }
 }
 

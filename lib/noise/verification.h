@@ -1,16 +1,15 @@
 #pragma once
 
-// What noise was really added, measured on the corrupted numbers themselves (outcome minus input), beside
-// what was asked for. Accumulators are merged in a fixed order (frame pairs in order), which gives the same
-// bits for any number of threads.
+// Verification of the applied noise: the statistics of the actual errors (corrupted minus clean values) next
+// to the requested ones. Accumulators are merged in the fixed order of frame pairs, which gives the same bits
+// for any number of threads.
 //
 //   depth       (z' - z) / sigma(z) over the depths that stay valid: mean 0, sigma 1. A large share of
-//               invalidated depths cuts the lower tail and biases both; quantisation adds its own error.
-//   flow        phi' - phi per body and axis over the pixels that are not outliers: mean, sigma,
-//               mean |.| (EPE of one axis), and the 2-D EPE
-//   neighbours  correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of every 4th pixel and its
-//               right-hand neighbour (their mean is 0 by construction): about 0 for independent, exactly 1
-//               for shared_per_frame
+//               invalidated depths truncates the lower tail and biases both; quantisation adds its own error.
+//   flow        phi' - phi per body and axis over the pixels that are not outliers: mean, sigma, mean |.|
+//               (EPE of one axis), and the 2-D EPE
+//   neighbours  correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of every 4th pixel and its right
+//               neighbour (their expectation is 0): about 0 for independent, exactly 1 for shared_per_frame
 
 #include <cstdint>
 #include <map>
@@ -21,38 +20,33 @@
 
 namespace sextant {
 
-/// Sums of one quantity.
+/// Moments of one quantity.
 struct MomentSums {
-  SEXTANT_OPTIONS(
-      (uint64_t, n, 0, "count", "numbers"),
-      (double, sum, 0, "", "of them"),
-      (double, sum_squares, 0, "", "of their squares"),
-      (double, sum_abs, 0, "", "of their magnitudes"))
+  SEXTANT_OPTIONS((uint64_t, n, 0, "count", "numbers"), (double, sum, 0, "", "sum of the values"),
+                  (double, sum_squares, 0, "", "sum of their squares"),
+                  (double, sum_abs, 0, "", "sum of their magnitudes"))
   void add(double value);
   void merge(const MomentSums& other);
   std::optional<double> mean() const;
   std::optional<double> mean_abs() const;
-  /// Standard deviation with n - 1; none for n < 2.
+  /// Returns the standard deviation (denominator n - 1); nullopt for n < 2.
   std::optional<double> sigma() const;
 };
 
-/// Sums of pairs of standard normals.
+/// Moments of pairs of standard normals.
 struct NeighbourSums {
-  SEXTANT_OPTIONS(
-      (uint64_t, n, 0, "count", "pairs"),
-      (double, ab, 0, "", "sum of products"),
-      (double, aa, 0, "", "sum of squares of the first"),
-      (double, bb, 0, "", "sum of squares of the second"))
+  SEXTANT_OPTIONS((uint64_t, n, 0, "count", "pairs"), (double, ab, 0, "", "sum of products"),
+                  (double, aa, 0, "", "sum of squares of the first"),
+                  (double, bb, 0, "", "sum of squares of the second"))
   void add(double a, double b);
   void merge(const NeighbourSums& other);
   std::optional<double> correlation() const;
 };
 
 struct DepthVerification {
-  SEXTANT_OPTIONS(
-      (MomentSums, normalised, {}, "", "error as a multiple of its deviation"),
-      (uint64_t, n_valid, 0, "count", "valid before"),
-      (uint64_t, n_invalidated, 0, "count", "of those, not valid any more"))
+  SEXTANT_OPTIONS((MomentSums, normalised, {}, "", "error divided by its standard deviation"),
+                  (uint64_t, n_valid, 0, "count", "valid before the noise was applied"),
+                  (uint64_t, n_invalidated, 0, "count", "of those, invalid afterwards"))
   std::optional<double> share_invalidated() const;
 };
 
@@ -64,19 +58,21 @@ struct FlowVerification {
   uint64_t n_outliers = 0;
   template <typename V>
   void visit(V& v) {
-    v("requested_x_px", requested.x_px, "px", "deviation asked for");
-    v("requested_y_px", requested.y_px, "px", "deviation asked for");
+    v("requested_x_px", requested.x_px, "px", "requested standard deviation");
+    v("requested_y_px", requested.y_px, "px", "requested standard deviation");
     v("x", x, "px", "horizontal error");
     v("y", y, "px", "vertical error");
-    v("sum_epe", sum_epe, "px", "of the lengths");
-    v("n_outliers", n_outliers, "count", "left out of the sums");
+    v("sum_epe", sum_epe, "px", "sum of the lengths");
+    v("n_outliers", n_outliers, "count", "outliers, left out of the sums");
   }
   uint64_t n() const { return x.n + n_outliers; }
   std::optional<double> epe_px() const;
   std::optional<double> outlier_share() const;
 };
 
-/// Mean length of a Gaussian vector with these sigmas: sqrt(2/pi) sigma_max E(1 - (sigma_min/sigma_max)^2),
+/// Returns the mean length of a Gaussian vector with these sigmas: sqrt(2/pi) sigma_max E(1 -
+/// (sigma_min/sigma_max)^2), E = complete elliptic integral of the second kind; sqrt(pi/2) sigma for equal
+/// sigmas.
 /// E = complete elliptic integral of the second kind; sqrt(pi/2) sigma for equal sigmas.
 double expected_epe_px(const FlowSigma& sigma);
 
@@ -85,13 +81,14 @@ class NoiseVerification {
   DepthVerification depth;
   std::map<int, FlowVerification> flow;  ///< by body: instance id, 0 = background
   NeighbourSums depth_neighbours;
-  NeighbourSums flow_neighbours;  ///< x axis
+  NeighbourSums flow_neighbours;  ///< on the x axis
 
-  /// Appends what comes after in the fixed order.
+  /// Adds the sums of the part that follows in the fixed order.
   void merge(const NoiseVerification& later);
-  /// Requested (options and derived sigmas) and achieved; what is not known is left out.
+  /// Returns the requested (options and derived sigmas) and the achieved statistics; unknown ones are left
+  /// out.
   Json json(const Json& requested) const;
-  /// Every sum, and back, bit for bit. Throws Error that begins with `where`.
+  /// Converts all sums to JSON, and back bit for bit. from_sums() throws Error that begins with `where`.
   Json sums() const;
   static NoiseVerification from_sums(const Json& json, const std::string& where);
 };

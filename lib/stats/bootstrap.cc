@@ -16,8 +16,8 @@
 namespace sextant {
 namespace {
 
-/// Which clusters each resample has. Those of up to max_clusters are drawn once and kept by the thread, as 2
-/// bytes each: a report asks hundreds of times for the same ones.
+/// Cluster indices of each resample. For up to max_clusters clusters they are drawn once and cached per
+/// thread with 2 bytes each, because a report asks for the same resamples hundreds of times.
 class Draws {
  public:
   Draws(size_t n_clusters, const BootstrapOptions& options) : n_clusters_(n_clusters), seed_(options.seed) {
@@ -60,7 +60,7 @@ class Draws {
   std::shared_ptr<const std::vector<uint16_t>> kept_;
 };
 
-/// One row a resample, one column a statistic.
+/// Matrix of statistics: one row per resample, one column per statistic.
 class Resamples {
  public:
   Resamples(size_t n_statistics, const ClusterStatistics& statistics)
@@ -87,7 +87,7 @@ std::vector<size_t> all_of(size_t n_clusters) {
   return all;
 }
 
-/// The statistics without one of the clusters, each in turn.
+/// Returns the statistics with each cluster left out in turn.
 Resamples jackknife(size_t n_clusters, size_t n_statistics, const ClusterStatistics& statistics) {
   Resamples left_out(n_statistics, statistics);
   std::vector<size_t> rest = all_of(n_clusters);
@@ -99,7 +99,7 @@ Resamples jackknife(size_t n_clusters, size_t n_statistics, const ClusterStatist
   return left_out;
 }
 
-/// Skewness of the jackknife values, divided by 6.
+/// Returns the skewness of the jackknife values, divided by 6.
 double acceleration(const std::vector<double>& left_out) {
   const double centre = mean(left_out);
   double squares = 0;
@@ -112,8 +112,9 @@ double acceleration(const std::vector<double>& left_out) {
   return squares > 0 ? cubes / (6 * std::pow(squares, 1.5)) : 0;
 }
 
-/// z0: normal quantile of the share of replicates below the estimate, ties counted half. Kept off 0 and 1 by
-/// half a replicate. What differs by rounding is a tie: the order of a sum must not decide.
+/// Returns z0, the normal quantile of the share of replicates below the estimate, with ties counted half;
+/// clamped half a replicate away from 0 and 1. Differences within rounding count as ties, so that the order
+/// of a sum has no influence.
 double bias(const std::vector<double>& sorted, double estimate) {
   const double rounding = 1e-12 * std::max(std::abs(sorted.front()), std::abs(sorted.back()));
   const auto first = std::lower_bound(sorted.begin(), sorted.end(), estimate - rounding);
@@ -145,7 +146,7 @@ std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t
   }
   const auto n = static_cast<double>(n_clusters);
   const double tail =
-      normal_cdf(std::sqrt(n / (n - 1)) *  // alpha' of the header
+      normal_cdf(std::sqrt(n / (n - 1)) *  // alpha' in the header
                  student_t_quantile((1 - options.confidence) / 2, static_cast<int>(n_clusters - 1)));
   const bool bca = options.method == BootstrapMethod::bca;
   Resamples estimate(n_statistics, statistics);
@@ -162,7 +163,7 @@ std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t
     const double a = acceleration(left_out.column(s));
     const auto level = [&](double z) {
       const double denominator = 1 - a * (z0 + z);
-      if (denominator <= 0) return z0 + z > 0 ? 1.0 : 0.0;  // beyond the last replicate
+      if (denominator <= 0) return z0 + z > 0 ? 1.0 : 0.0;  // outside the range of the replicates
       return normal_cdf(z0 + (z0 + z) / denominator);
     };
     const double z = -normal_quantile(std::max(tail, 1e-12));

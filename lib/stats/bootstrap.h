@@ -1,20 +1,21 @@
 #pragma once
 
-// Bootstrap intervals (Efron and Tibshirani 1993) of a statistic of independent clusters. A cluster is what
-// was drawn independently: in a sweep a seed, whose frames share their noise's key and so belong together.
-// Single independent values are clusters of one.
+// Bootstrap confidence intervals (Efron and Tibshirani 1993) of a statistic of independent clusters. A
+// cluster is a group of values that was sampled as a unit: in a sweep all frames of a seed form one cluster,
+// because they share the noise of that seed. Independent single values are clusters of one.
 //
 //   replicate r   as many clusters as there are, drawn with replacement; its statistic is theta*_r
 //   tail          alpha' = Phi(sqrt(n / (n - 1)) t_{n-1}(alpha/2)), alpha = 1 - confidence, n clusters:
-//                 resampling is too narrow by the factor sqrt((n - 1) / n) and knows no t distribution
-//                 (Hesterberg 2015)
+//                 corrects the bootstrap distribution, which is too narrow by the factor sqrt((n - 1) / n)
+//                 and has normal instead of t quantiles (Hesterberg 2015)
 //   percentile    type 7 quantiles of theta* at alpha' and 1 - alpha'
-//   bca           the same at levels corrected for bias z0 (share of theta* below theta, ties half) and for
-//                 acceleration a (jackknife over clusters): Phi(z0 + (z0 + z) / (1 - a (z0 + z)))
+//   bca           quantiles at levels corrected for bias z0 (normal quantile of the share of theta* below
+//                 theta, ties counted half) and acceleration a (jackknife over clusters): Phi(z0 + (z0 + z) /
+//                 (1 - a (z0 + z)))
 //
-// Replicate r has its own stream of Philox numbers: the interval is a pure function of data and options.
-// With fewer than 2 clusters nothing is known of the spread: no interval.
-// More than max_clusters clusters are joined to that many groups before (clustered_sample.h).
+// Replicate r uses Philox stream r, so that the interval is a pure function of data and options. Fewer than 2
+// clusters do not determine the spread: there is no interval. More than max_clusters clusters are first
+// joined to that many groups (clustered_sample.h).
 
 #include <functional>
 #include <optional>
@@ -29,11 +30,10 @@ enum class BootstrapMethod { bca, percentile };
 constexpr Names<2> names_of(BootstrapMethod) { return {"bca", "percentile"}; }
 
 struct BootstrapOptions {
-  SEXTANT_OPTIONS(
-      (int, replicates, 2000, "count", "resamples"),
-      (double, confidence, 0.95, "0..1", "share of intervals that hold the true value"),
-      (BootstrapMethod, method, BootstrapMethod::bca, "", "of the interval"),
-      (uint64_t, seed, 1, "", "of the resampling"))
+  SEXTANT_OPTIONS((int, replicates, 2000, "count", "resamples"),
+                  (double, confidence, 0.95, "0..1", "coverage probability of the interval"),
+                  (BootstrapMethod, method, BootstrapMethod::bca, "", "method of the interval"),
+                  (uint64_t, seed, 1, "", "seed of the resampling"))
   void check() const;
 };
 
@@ -42,25 +42,26 @@ struct Interval {
   double high = 0;
 };
 
-/// A statistic of the clusters with the given indices (with repetition, never empty). It must be finite; a
-/// value that is not throws Error.
+/// Returns a statistic of the clusters with the given indices (with repetition, never empty). A value that is
+/// not finite makes the bootstrap throw Error.
 using ClusterStatistic = std::function<double(std::span<const size_t> clusters)>;
 
 std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
                                           const BootstrapOptions& options = {});
 
-/// Several statistics of the same resamples, each with its own interval; equal to one at a time.
+/// Computes several statistics of one resample at a time. Each gets its own interval, equal to that of a
+/// separate bootstrap.
 using ClusterStatistics = std::function<void(std::span<const size_t> clusters, std::span<double> statistics)>;
 std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t n_statistics,
                                                        const ClusterStatistics& statistics,
                                                        const BootstrapOptions& options = {});
 
-/// A number with its interval; none where nothing is known of the spread.
+/// A statistic with its interval; without an interval if the sample does not determine its spread.
 struct IntervalEstimate {
   double value = 0;
   std::optional<Interval> interval;
 };
-/// The statistic of all clusters, and its interval.
+/// Returns the statistic of all clusters with its interval.
 IntervalEstimate cluster_estimate(size_t n_clusters, const ClusterStatistic& statistic,
                                   const BootstrapOptions& options = {});
 std::vector<IntervalEstimate> cluster_estimates(size_t n_clusters, size_t n_statistics,
@@ -69,17 +70,18 @@ std::vector<IntervalEstimate> cluster_estimates(size_t n_clusters, size_t n_stat
 
 using Statistic = std::function<double(std::span<const double>)>;
 
-/// Independent values.
+/// Overload for independent values.
 std::optional<Interval> bootstrap(std::span<const double> values, const Statistic& statistic,
                                   const BootstrapOptions& options = {});
 
-/// Values in clusters: values[i] belongs to the cluster labelled cluster[i] (a seed). The statistic sees all
-/// values of the drawn clusters. Throws Error for an empty or non-finite sample.
+/// Bootstrap of values in clusters: values[i] belongs to the cluster with label cluster[i] (a seed). The
+/// statistic is evaluated on all values of the resampled clusters. Throws Error for an empty or non-finite
+/// sample.
 std::optional<Interval> bootstrap_by_cluster(std::span<const double> values,
                                              std::span<const uint64_t> cluster, const Statistic& statistic,
                                              const BootstrapOptions& options = {});
 
-/// Indices of the values of each cluster, clusters in order of their label.
+/// Returns the indices of the values of each cluster, with the clusters in order of their labels.
 std::vector<std::vector<size_t>> members_of_clusters(std::span<const uint64_t> cluster);
 
 }  // namespace sextant

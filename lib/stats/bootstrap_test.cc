@@ -96,8 +96,7 @@ TEST(Bootstrap, RefusesBadInput) {
                InternalError);
 }
 
-// The promise of an interval: it holds the true value in 95 % of experiments. 800 experiments estimate that
-// share with a standard error of 0.8 %.
+// Coverage probability of an interval, from 800 experiments; for 95 % its standard error is 0.8 %.
 double coverage(const std::function<std::optional<Interval>(unsigned experiment)>& interval) {
   int hits = 0;
   constexpr int experiments = 800;
@@ -118,7 +117,7 @@ TEST(Bootstrap, CoversTheTrueMean) {
   }
 }
 
-/// 60 seeds with 5 frames each; the seed shifts all its frames.
+/// 60 seeds with 5 frames each; each seed shifts all its frames.
 struct DrawnClusters {
   std::vector<double> values;
   std::vector<uint64_t> cluster;

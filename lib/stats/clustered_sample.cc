@@ -97,9 +97,10 @@ double ClusteredSample::count_below(std::span<const uint32_t> weight, size_t str
 
 double ClusteredSample::quantile(std::span<const uint32_t> weight, double n, double p) const {
   SEXTANT_CHECK(p >= 0 && p <= 1);
-  const double position = (n - 1) * p;  // counted from 0
+  const double position = (n - 1) * p;  // 0-based
   const double below = std::floor(position);
-  // The last stretch that begins at or before the quantile; near the sample's own.
+  // The last stretch that begins at or before the quantile; the search starts at the stretch of the whole
+  // sample's quantile.
   const size_t last = (sorted_.size() - 1) / stride_;
   auto stretch = static_cast<size_t>(p * static_cast<double>(last));
   double seen = count_below(weight, stretch);

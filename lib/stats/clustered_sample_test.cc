@@ -59,7 +59,7 @@ TEST(ClusteredSample, IntervalsAreThoseOfTheCopyingBootstrap) {
   EXPECT_DOUBLE_EQ(summary.q25.value, quantile(values, 0.25));
 }
 
-/// Thousands of values: their quantiles are looked up in stretches, not walked to.
+/// Large samples, whose quantiles are found through the table of stretches.
 TEST(ClusteredSample, QuantilesOfLargeSamplesAreExact) {
   PhiloxStream random(5, 0);
   std::vector<double> values;
@@ -67,7 +67,7 @@ TEST(ClusteredSample, QuantilesOfLargeSamplesAreExact) {
   for (uint64_t c = 0; c < 300; ++c) {
     for (uint64_t i = random.below(80); i > 0; --i) {
       values.push_back(static_cast<double>(random.below(5000)) +
-                       (c % 7 == 0 ? 2000 : 0));  // ties, and clusters apart
+                       (c % 7 == 0 ? 2000 : 0));  // ties, and clusters far apart
       label.push_back(c);
     }
   }
@@ -86,8 +86,8 @@ TEST(ClusteredSample, QuantilesOfLargeSamplesAreExact) {
   }
 }
 
-/// More clusters than are resampled: the interval is that of groups of neighbours, and as wide as that of
-/// all.
+/// More clusters than max_clusters: the interval over groups of neighbours is as wide as that over all
+/// clusters.
 TEST(ClusteredSample, JoinsClustersBeyondTheLargestNumber) {
   PhiloxStream random(6, 0);
   constexpr uint64_t n_clusters = 3 * max_clusters;
@@ -104,7 +104,7 @@ TEST(ClusteredSample, JoinsClustersBeyondTheLargestNumber) {
   EXPECT_EQ(sample.n_clusters(), max_clusters);
   const IntervalEstimate mean_of = summarize_sample(sample).mean;
   EXPECT_NEAR(mean_of.value, mean(values), 1e-12);
-  // A cluster's mean has the variance (1 + 0.01 / 3) / 12.
+  // A cluster mean has the variance (1 + 0.01 / 3) / 12.
   const double half_width = 1.96 * std::sqrt((1 + 0.01 / 3) / 12 / static_cast<double>(n_clusters));
   EXPECT_NEAR((mean_of.interval->high - mean_of.interval->low) / (2 * half_width), 1, 0.1);
 }

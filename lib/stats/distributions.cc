@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-/// The x with cdf(x) = p in [low, high], for an increasing cdf. Bisection down to the last bits.
+/// Returns x with cdf(x) = p in [low, high] for an increasing cdf, by bisection down to the last bits.
 template <typename Cdf>
 double invert(Cdf cdf, double p, double low, double high) {
   for (int i = 0; i < 200; ++i) {
@@ -19,10 +19,10 @@ double invert(Cdf cdf, double p, double low, double high) {
   return low + (high - low) / 2;
 }
 
-/// x^a e^-x / Gamma(a).
+/// Returns x^a e^-x / Gamma(a).
 double gamma_factor(double a, double x) { return std::exp(a * std::log(x) - x - std::lgamma(a)); }
 
-/// P(a, x) by its power series; converges fast for x < a + 1.
+/// Returns P(a, x) by its power series, which converges fast for x < a + 1.
 double gamma_series(double a, double x) {
   double term = 1 / a;
   double sum = term;
@@ -33,7 +33,7 @@ double gamma_series(double a, double x) {
   return sum * gamma_factor(a, x);
 }
 
-/// Q(a, x) = 1 - P(a, x) by Lentz's continued fraction; for x >= a + 1.
+/// Returns Q(a, x) = 1 - P(a, x) by Lentz's continued fraction; for x >= a + 1.
 double gamma_fraction(double a, double x) {
   constexpr double tiny = 1e-300;
   double b = x + 1 - a;
@@ -54,7 +54,8 @@ double gamma_fraction(double a, double x) {
   return h * gamma_factor(a, x);
 }
 
-/// P(q <= x) of chi-square: regularised lower incomplete gamma function; relative error below 1e-10.
+/// Returns P(q <= x) of chi-square, the regularised lower incomplete gamma function; relative error below
+/// 1e-10.
 double chi_square_cdf(double x, double dof) {
   if (x <= 0) return 0;
   const double a = dof / 2;
@@ -71,11 +72,11 @@ double normal_cdf(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); 
 
 double normal_quantile(double p) {
   check_probability(p);
-  if (p > 0.5) return -normal_quantile(1 - p);  // the lower tail keeps its digits
+  if (p > 0.5) return -normal_quantile(1 - p);  // the lower tail keeps its precision
   return invert(normal_cdf, p, -40, 1e-9);
 }
 
-// Finite series, Abramowitz and Stegun 26.7.3-4.
+// Finite series of Abramowitz and Stegun 26.7.3-4.
 double student_t_cdf(double x, int dof) {
   if (dof < 1) fail("Student's t: degrees of freedom {}: must be >= 1", dof);
   const bool odd = dof % 2 == 1;

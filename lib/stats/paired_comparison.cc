@@ -15,7 +15,7 @@
 namespace sextant {
 namespace {
 
-/// Sums over a sample: `other` in terms of `reference`.
+/// Sums over a sample, of the reference side and of the other side.
 struct RatioTotals {
   double reference = 0, other = 0;
   double ratio() const { return other / reference; }
@@ -43,14 +43,15 @@ struct Influence {
   double g = 0;
 };
 
-/// Variance of the sum of all influences under one clustering, and its degrees of freedom; by stratum.
+/// Variance of the sum of all influences of one stratum under one clustering, with its number of clusters.
 struct StratumVariance {
   size_t stratum = 0;
-  double n = 0;  ///< clusters
-  double v = 0;  ///< 0 where n is 1
+  double n = 0;  ///< number of clusters
+  double v = 0;  ///< 0 if n is 1
 };
 
-/// `key` gives stratum and cluster; sorts the influences by it.
+/// Returns the variance of each stratum. `key` returns stratum and cluster of an influence; the influences
+/// are sorted by it.
 template <typename Key>
 std::vector<StratumVariance> clustered_variance(std::vector<Influence>& influences, Key key) {
   std::ranges::sort(influences, {}, key);
@@ -73,7 +74,7 @@ std::vector<StratumVariance> clustered_variance(std::vector<Influence>& influenc
   return out;
 }
 
-/// Degrees of freedom after Satterthwaite; beyond 1000 Student's t is normal.
+/// Returns the degrees of freedom after Satterthwaite; above 1000 Student's t is treated as normal.
 double degrees_of_freedom(const std::vector<StratumVariance>& strata) {
   double v = 0, squares = 0, n = 0;
   for (const StratumVariance& stratum : strata) {
@@ -90,7 +91,7 @@ struct Spread {
   int dof = 1;
 };
 
-/// Nothing where a stratum has one cell.
+/// Returns nullopt if a stratum has only one cell.
 std::optional<Spread> spread_of(std::vector<Influence>& influences) {
   const auto by_cell = clustered_variance(
       influences, [](const Influence& i) { return std::tuple(i.stratum, i.seed, i.frame); });
@@ -107,7 +108,7 @@ std::optional<Spread> spread_of(std::vector<Influence>& influences) {
     both += by_seed[k].v + by_frame[k].v - (crossed ? by_cell[k].v : 0);
   }
   const double variance = std::max({seeds, frames, both});
-  // Equal ratios everywhere leave a variance of rounding alone.
+  // If all ratios are equal, only rounding error is left in the variance.
   return Spread{std::max(std::sqrt(variance), 1e-12),
                 static_cast<int>(std::min(degrees_of_freedom(by_seed), degrees_of_freedom(by_frame)))};
 }

@@ -1,26 +1,27 @@
 #pragma once
 
 // Change of a mean error between two runs, BASE and NEW, of the same cases: a ratio of means, pooled over
-// samples. A sample holds the cases of one body of one source; a case belongs to a seed and to a frame.
-// Sources are strata: they are fixed, while their seeds and their frames are random samples, crossed with
-// each other. Seeds alone would not do: a change that is neutral, such as another order of the points, may
-// raise the error of one frame and lower that of the next one by the same amount in all seeds.
+// samples. A sample holds the cases of one body in one source; each case belongs to a seed and a frame.
+// Sources are strata, since they are fixed, while seeds and frames within a source are crossed random
+// samples. Clustering by seed alone would be wrong: a neutral change, such as another order of the points,
+// can raise the error of one frame and lower that of the next by the same amount in all seeds.
 //
 //   pooling        r = sum_s w_s (N_s / B_s - 1), N_s and B_s the sums of sample s, w_s its share of all
-//                  cases. This is the change where NEW is worse (larger). Where it is better the two sides
-//                  change places, and the change is 1 / (1 + r) - 1: the better side is the reference. So one
-//                  outlier cannot prove anything: it raises r and its standard error alike, t <= 1
+//                  cases. This is the change if NEW is worse (larger). If it is better, the two sides are
+//                  exchanged and the change is 1 / (1 + r) - 1: the better side is the reference. Hence a
+//                  single outlier is never significant: it raises r and its standard error alike, t <= 1
 //   influence      g = sum_s w_s (N_si - (N_s / B_s) B_si) / B_s of cell i, one seed and frame of a source:
-//                  linearisation (delta method). 0 everywhere where NEW is a multiple of BASE
+//                  linearisation (delta method). 0 everywhere if NEW is a multiple of BASE
 //   variance       of a clustering: sum over strata of n / (n - 1) sum_j (G_j - mean G)^2, G_j the sums of g
 //                  over the n clusters. With seeds S, frames F and cells C: v = max(v_S, v_F, v_S + v_F -
 //                  v_C), two-way clustering. A stratum with one seed has v_F alone, with one frame v_S alone
-//   dof            the smaller one of S and F, each after Satterthwaite: v^2 / sum_k (v_k^2 / (n_k - 1)),
-//                  rounded down
+//   dof            the smaller of those of S and F, each after Satterthwaite: v^2 / sum_k (v_k^2 / (n_k -
+//                  1)), rounded down
 //   p              two-sided, of r / sqrt(v) after Student's t, but never below 2^(1 - n) for n cases that
 //                  changed: the smallest p of a sign test
-//   interval       r -+ t sqrt(v): does not hold 0 where p is below 1 - confidence, the bound by n apart
-//   detectable     (t_{1 - alpha/2} + z_power) sqrt(v): found at alpha with probability `power`
+//   interval       r -+ t sqrt(v): excludes 0 if p is below 1 - confidence, apart from the bound by n
+//   detectable     (t_{1 - alpha/2} + z_power) sqrt(v): smallest change found at alpha with probability
+//                  `power`
 //
 // Cochran, Sampling Techniques (1977), 6.3 and 6.11 (ratio estimators); Cameron, Gelbach and Miller (2011),
 // Robust inference with multiway clustering; Satterthwaite (1946).
@@ -36,15 +37,15 @@
 
 namespace sextant {
 
-/// One case.
+/// The errors of one case in both runs.
 struct PairedCase {
   uint64_t seed = 0;
   int frame = 0;
   double base = 0;
-  double fresh = 0;  ///< of NEW
+  double fresh = 0;  ///< in NEW
 };
 
-/// Values are finite and >= 0.
+/// Cases of one body in one source; the errors are finite and >= 0.
 struct PairedSample {
   size_t stratum = 0;
   std::vector<PairedCase> cases;
@@ -52,48 +53,49 @@ struct PairedSample {
 
 struct RatioOptions {
   double confidence = 0.95;
-  double alpha = 0.05;  ///< at which `detectable` is found
+  double alpha = 0.05;  ///< level at which `detectable` is computed
   double power = 0.8;
 };
 
 struct RatioChange {
   double change = 0;                 ///< NEW / BASE - 1
-  std::optional<Interval> interval;  ///< none without p, and where the spread has no upper end
-  std::optional<double> p;           ///< none where a stratum has one cell
+  std::optional<Interval> interval;  ///< nullopt without p, and if the spread is unbounded
+  std::optional<double> p;           ///< nullopt if a stratum has only one cell
   std::optional<double> detectable;
 };
 
-/// A mean of 0 is taken as `smallest`, which is above 0: ratios stay finite.
+/// Returns the pooled change. A mean of 0 is replaced by `smallest` > 0, so that ratios stay finite.
 RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest = 1e-9,
                            const RatioOptions& options = {});
 
-// The comparison of two things that were measured on the same cases, from the differences case by case. What
-// was drawn independently is a cluster (bootstrap.h); a test sees one value of each cluster, the mean of its
+// Paired comparison of two methods on the same cases, from the differences case by case. A cluster is a group
+// of cases that was sampled as a unit (bootstrap.h); a test uses one value per cluster, the mean of its
 // differences. Empty or non-finite samples throw Error.
 //
 //   difference   mean over all cases; its interval by cluster bootstrap
-//   p            two-sided, of the clusters' means: Wilcoxon's signed ranks or flipped signs (tests.h)
+//   p            two-sided, of the cluster means: Wilcoxon signed-rank or sign-flip test (tests.h)
 //   p_corrected  by Holm over the comparisons that are made together: correct_by_holm()
-//   detectable   smallest mean that so many clusters find at 5 % with probability 80 % (trend.h)
+//   detectable   smallest mean that this number of clusters detects at 5 % with probability 80 % (trend.h)
 
 struct PairedComparison {
   double difference = 0;
-  std::optional<Interval> interval;  ///< none with fewer than 2 clusters
+  std::optional<Interval> interval;  ///< nullopt with fewer than 2 clusters
   int n_clusters = 0;
-  int n_used = 0;  ///< clusters whose mean is not 0
+  int n_used = 0;  ///< number of clusters whose mean is not 0
   std::optional<double> p;
   std::optional<double> p_corrected;
-  std::optional<double> detectable;  ///< none with fewer than 2 clusters
+  std::optional<double> detectable;  ///< nullopt with fewer than 2 clusters
 };
 
 enum class PairedTest { signed_ranks, sign_flip };
 
-/// differences[i] belongs to the cluster labelled cluster[i]; without labels each is a cluster of its own.
+/// Compares pairs by their differences: differences[i] belongs to the cluster with label cluster[i]; without
+/// labels every difference is its own cluster.
 PairedComparison compare_pairs(std::span<const double> differences, std::span<const uint64_t> cluster = {},
                                const BootstrapOptions& bootstrap = {},
                                PairedTest test = PairedTest::signed_ranks);
 
-/// Holm's correction over tests that are made together: each that has a `p` gets its `p_corrected`.
+/// Applies Holm's correction to a family of tests: each test that has a `p` gets its `p_corrected`.
 template <typename Test>
 void correct_by_holm(const std::vector<Test*>& family) {
   std::vector<double> p;

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "sextant/base/philox.h"
+#include "sextant/base/testing.h"
 #include "sextant/stats/paired_comparison.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/trend.h"
@@ -11,15 +12,13 @@
 namespace sextant {
 namespace {
 
-double normal(PhiloxStream& random) {
-  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * std::numbers::pi * random.uniform());
-}
-
-/// `n_seeds` of 5 frames, errors around `size`; NEW has `factor` times BASE's, drawn again where
-/// `independent`.
+/// A sample of `n_seeds` seeds with 5 frames each and errors around `size`. NEW has `factor` times the errors
+/// of BASE, resampled if `independent`.
 PairedSample sample(PhiloxStream& random, size_t stratum, size_t n_seeds, double size, double factor,
                     bool independent) {
-  const auto draw = [&] { return size * std::hypot(normal(random), normal(random), normal(random)); };
+  const auto draw = [&] {
+    return size * std::hypot(standard_normal(random), standard_normal(random), standard_normal(random));
+  };
   PairedSample out{.stratum = stratum, .cases = {}};
   for (uint64_t seed = 0; seed < n_seeds; ++seed) {
     for (int frame = 0; frame < 5; ++frame) {
@@ -49,12 +48,12 @@ TEST(RatioOfMeans, AFactorIsFoundExactlyWhateverTheErrorsAre) {
 }
 
 TEST(RatioOfMeans, OneSampleIsTheRatioEstimatorOfCochran) {
-  // By hand: B = (1, 2, 3), N = (2, 2, 5); ratio 9/6, influences (0.5, -1, 0.5) / 6, v = 3/2 * 1.5/36.
+  // Worked by hand: B = (1, 2, 3), N = (2, 2, 5); ratio 9/6, influences (0.5, -1, 0.5) / 6, v = 3/2 * 1.5/36.
   PairedSample one{.stratum = 0, .cases = {{0, 7, 1, 2}, {1, 7, 2, 2}, {2, 7, 3, 5}}};
   const RatioChange change = change_of({one});
   EXPECT_NEAR(change.change, 0.5, 1e-12);
   const double half = (change.interval->high - change.interval->low) / 2;
-  EXPECT_NEAR(half, 4.302652729911275 * 0.25, 1e-6);  // t of 2 degrees of freedom
+  EXPECT_NEAR(half, 4.302652729911275 * 0.25, 1e-6);  // t quantile for 2 degrees of freedom
   EXPECT_EQ(change.p.value(), 0.5);                   // t = 2: 0.18, but two cases changed: 2^(1 - 2)
 }
 
@@ -99,7 +98,7 @@ TEST(RatioOfMeans, HasNominalSizeForRedrawnErrorsAndFindsPlantedOnes) {
 }
 
 TEST(RatioOfMeans, EffectsOfFramesThatAllSeedsShareAreNoEvidence) {
-  // Every frame is better or worse by a factor of its own in all seeds, as after points in another order.
+  // In all seeds, each frame is better or worse by its own factor, as after a change of the order of points.
   int n_false = 0;
   for (int draw = 0; draw < 1000; ++draw) {
     PhiloxStream random(5, static_cast<uint64_t>(draw));
@@ -107,7 +106,7 @@ TEST(RatioOfMeans, EffectsOfFramesThatAllSeedsShareAreNoEvidence) {
     for (size_t source = 0; source < 3; ++source) {
       samples.push_back(sample(random, source, 10, 1, 1, false));
       double factors[5];
-      for (double& factor : factors) factor = std::exp(0.3 * normal(random));
+      for (double& factor : factors) factor = std::exp(0.3 * standard_normal(random));
       for (PairedCase& one : samples.back().cases) one.fresh *= factors[one.frame];
     }
     n_false += change_of(samples).p.value() <= 0.05;
@@ -160,7 +159,7 @@ TEST(PairedComparison, SeesWhatPairingRemoves) {
 
 TEST(PairedComparison, TestsTheMeansOfTheClusters) {
   const Values differences = {1, 3, -2, 0, 4, 4, 1, -1};
-  const Labels seeds = {7, 7, 2, 2, 9, 9, 5, 5};  // means, by label: -1, 0, 2, 4
+  const Labels seeds = {7, 7, 2, 2, 9, 9, 5, 5};  // means by label: -1, 0, 2, 4
   const Values means = {-1, 0, 2, 4};
   const PairedComparison ranks = compare_pairs(differences, seeds);
   EXPECT_EQ(ranks.n_clusters, 4);

@@ -24,7 +24,7 @@ std::optional<RocCurve> roc_curve(std::vector<ScoredDetection> detections) {
     const RocPoint& before = out.points.back();
     const RocPoint at{score, static_cast<double>(negatives) / out.negatives,
                       static_cast<double>(positives) / out.positives};
-    // Ties are a slope: trapezoids.
+    // Ties form a slope, integrated by trapezoids.
     out.area += (at.false_positive_rate - before.false_positive_rate) * 0.5 *
                 (at.true_positive_rate + before.true_positive_rate);
     out.points.push_back(at);

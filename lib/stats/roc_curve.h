@@ -1,6 +1,7 @@
 #pragma once
 
-// How well a number tells dynamic from static, whatever the threshold: the receiver operating characteristic.
+// Receiver operating characteristic: how well a score separates dynamic from static objects over all
+// thresholds.
 
 #include <optional>
 #include <vector>
@@ -8,13 +9,13 @@
 namespace sextant {
 
 struct RocPoint {
-  double threshold = 0;  ///< called dynamic at scores >= this
+  double threshold = 0;  ///< scores >= threshold are classified as dynamic
   double false_positive_rate = 0;
   double true_positive_rate = 0;
 };
 
 struct RocCurve {
-  std::vector<RocPoint> points;  ///< by falling threshold, from (0, 0) at infinity to (1, 1)
+  std::vector<RocPoint> points;  ///< by descending threshold, from (0, 0) at infinity to (1, 1)
   /// Probability that a dynamic score is above a static one, ties counting half (Mann & Whitney 1947).
   double area = 0;
   int positives = 0;
@@ -23,10 +24,10 @@ struct RocCurve {
 
 struct ScoredDetection {
   double score = 0;
-  bool is_dynamic = false;  ///< by truth
+  bool is_dynamic = false;  ///< ground truth
 };
 
-/// None without both kinds, or with a score that is NaN.
+/// Returns the curve; nullopt unless both classes occur and all scores are numbers.
 std::optional<RocCurve> roc_curve(std::vector<ScoredDetection> detections);
 
 }  // namespace sextant

@@ -69,7 +69,7 @@ std::vector<double> midranks(std::span<const double> values) {
 
 namespace {
 
-/// Lower ends of the bins from 1/2 to 1.
+/// Returns the lower ends of the bins from 1/2 to 1.
 const std::array<double, LogHistogram::bins_per_octave>& ends_of_octave() {
   static const auto ends = [] {
     std::array<double, LogHistogram::bins_per_octave> out{};
@@ -83,7 +83,7 @@ const std::array<double, LogHistogram::bins_per_octave>& ends_of_octave() {
 }  // namespace
 
 int LogHistogram::bin_of(double value) {
-  if (!std::isfinite(value) || value < 0) fail("histogram: {}: expected a finite number of 0 or more", value);
+  if (!std::isfinite(value) || value < 0) fail("histogram: {}: expected a finite number >= 0", value);
   if (value == 0) return zero_bin;
   int exponent = 0;
   const double mantissa = std::frexp(value, &exponent);  // 1/2 .. 1

@@ -1,14 +1,14 @@
 #pragma once
 
-// Descriptive statistics of a sample x_1..x_n. All throw Error for an empty sample, for values that are not
-// finite (a missing value must be left out by the caller, who then counts it) and where n is too small;
-// none returns NaN.
+// Descriptive statistics of a sample x_1..x_n. All functions throw Error for an empty sample, for values that
+// are not finite (the caller leaves out and counts missing values) and for n that is too small; none returns
+// NaN.
 //
 //   mean      sum x / n                          rmse    sqrt(sum x^2 / n)
 //   std_dev   sqrt(sum (x - mean)^2 / (n - 1)), n >= 2
 //   quantile  type 7 of Hyndman and Fan (base/quantile.h)
 //   median    quantile 1/2
-//   mad       median |x - median|; times 1.4826 it estimates sigma of a normal
+//   mad       median |x - median|; 1.4826 mad estimates sigma of a normal distribution
 
 #include <cstdint>
 #include <span>
@@ -21,19 +21,19 @@ namespace sextant {
 double mean(std::span<const double> values);
 double rmse(std::span<const double> values);
 double std_dev(std::span<const double> values);
-/// 0 <= p <= 1.
+/// Returns the quantile; 0 <= p <= 1.
 double quantile(std::span<const double> values, double p);
 double median(std::span<const double> values);
 double mad(std::span<const double> values);
 
-/// Ranks 1..n; equal values share the mean of theirs (midranks).
+/// Returns the ranks 1..n; equal values share the mean of their ranks (midranks).
 std::vector<double> midranks(std::span<const double> values);
 
-/// Throws Error unless there are at least `n_min` values and all are finite. `what` begins the message.
+/// Throws Error unless there are at least `n_min` values and all are finite; `what` begins the message.
 void check_sample(std::span<const double> values, const char* what, size_t n_min = 1);
 
-// A sample x_1..x_n >= 0 as sums and a histogram, from which its mean and RMSE follow exactly and its
-// quantiles within 0.25 %.
+// A sample of values >= 0 as moments and a histogram, which give its mean and RMSE exactly and its quantiles
+// with a relative error of at most 0.25 %.
 //
 //   bin k     values in [2^(k / 139), 2^((k + 1) / 139)): 0.5 % wide. 0 has a bin of its own
 //   centre    2^((k + 1/2) / 139): at most 0.25 % from every value of the bin
@@ -41,9 +41,9 @@ void check_sample(std::span<const double> values, const char* what, size_t n_min
 class LogHistogram {
  public:
   static constexpr int bins_per_octave = 139;
-  static constexpr int zero_bin = -1075 * bins_per_octave;  ///< below that of the smallest double
+  static constexpr int zero_bin = -1075 * bins_per_octave;  ///< below the bin of the smallest double
 
-  /// That of a finite value >= 0; throws Error for others.
+  /// Returns the bin of a finite value >= 0; throws Error for other values.
   static int bin_of(double value);
   static double centre(int bin);
 
@@ -56,7 +56,7 @@ class LogHistogram {
   void add(const Bin& bin);
 
   uint64_t n() const;
-  /// Those with values, rising.
+  /// Non-empty bins, ascending.
   const std::vector<Bin>& bins() const { return bins_; }
 
   bool operator==(const LogHistogram&) const = default;

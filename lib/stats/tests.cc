@@ -17,14 +17,14 @@ constexpr size_t max_exact_flips = 16;
 constexpr size_t max_exact_wilcoxon = 50;
 constexpr size_t max_exact_mann_whitney = 40;
 
-/// Midranks are multiples of 1/2; twice them are integers, over which exact distributions are counted.
+/// Midranks are multiples of 1/2; doubled, they are integers, for which exact distributions can be counted.
 std::vector<size_t> doubled(const std::vector<double>& ranks) {
   std::vector<size_t> out;
   for (const double rank : ranks) out.push_back(static_cast<size_t>(std::lround(2 * rank)));
   return out;
 }
 
-/// Two-sided p of value t of a discrete distribution given by (unnormalised) weights of 0, 1, ..
+/// Returns the two-sided p of value t of a discrete distribution with (unnormalised) weights of 0, 1, ..
 double two_sided(const std::vector<double>& weights, size_t t) {
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   const double lower = std::accumulate(weights.begin(), weights.begin() + static_cast<long>(t) + 1, 0.0);
@@ -32,14 +32,14 @@ double two_sided(const std::vector<double>& weights, size_t t) {
   return std::min(1.0, 2 * std::min(lower, upper) / total);
 }
 
-/// Two-sided p of a normal statistic on a lattice of step 1, with continuity correction.
+/// Returns the two-sided p of a normal statistic on a lattice of step 1, with continuity correction.
 double two_sided_normal(double deviation, double variance) {
   if (!(variance > 0)) return 1;
   const double z = std::max(0.0, std::abs(deviation) - 0.5) / std::sqrt(variance);
   return std::min(1.0, 2 * normal_cdf(-z));
 }
 
-/// sum t^3 - t over groups of equal values.
+/// Returns sum t^3 - t over groups of t equal values.
 double tie_term(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   double sum = 0;
@@ -52,7 +52,7 @@ double tie_term(std::vector<double> values) {
   return sum;
 }
 
-/// Weights of twice the sum of ranks over all subsets.
+/// Returns, for each value s, the number of subsets whose doubled rank sum is s.
 std::vector<double> subset_sums(const std::vector<size_t>& ranks) {
   std::vector<double> weights(std::accumulate(ranks.begin(), ranks.end(), size_t{0}) + 1, 0);
   weights[0] = 1;
@@ -64,7 +64,7 @@ std::vector<double> subset_sums(const std::vector<size_t>& ranks) {
   return weights;
 }
 
-/// The same over all subsets of n members.
+/// Returns, for each value s, the number of subsets of n members whose doubled rank sum is s.
 std::vector<double> subset_sums_of_size(const std::vector<size_t>& ranks, size_t n) {
   const size_t largest = std::accumulate(ranks.begin(), ranks.end(), size_t{0});
   std::vector<std::vector<double>> weights(n + 1, std::vector<double>(largest + 1, 0));
@@ -77,7 +77,7 @@ std::vector<double> subset_sums_of_size(const std::vector<size_t>& ranks, size_t
   return weights[n];
 }
 
-/// The largest k with P(U < k) <= tail, for samples of m and n values without ties.
+/// Returns the largest k with P(U < k) <= tail for samples of m and n values without ties.
 size_t values_of_u_below(size_t m, size_t n, double tail) {
   if (m + n > max_exact_mann_whitney) {
     const auto pairs = static_cast<double>(m * n);
@@ -86,7 +86,7 @@ size_t values_of_u_below(size_t m, size_t n, double tail) {
   }
   std::vector<size_t> ranks(m + n);
   std::iota(ranks.begin(), ranks.end(), size_t{1});
-  const std::vector<double> weights = subset_sums_of_size(ranks, m);  // of U + m (m + 1) / 2
+  const std::vector<double> weights = subset_sums_of_size(ranks, m);  // distribution of U + m (m + 1) / 2
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   double below = 0;
   for (size_t k = 0; k <= m * n; ++k) {
@@ -96,7 +96,7 @@ size_t values_of_u_below(size_t m, size_t n, double tail) {
   return m * n;
 }
 
-/// Number of members among `n_patterns` whose |sum of signed values| reaches the observed one.
+/// Returns the number of sign patterns among `n_patterns` whose |signed sum| is at least the observed one.
 template <typename Signs>
 double count_as_extreme(std::span<const double> values, size_t n_patterns, Signs sign_bits) {
   double observed = 0;
@@ -105,7 +105,7 @@ double count_as_extreme(std::span<const double> values, size_t n_patterns, Signs
     observed += d;
     scale += std::abs(d);
   }
-  const double threshold = std::abs(observed) - 1e-12 * scale;  // equal sums in another order of rounding
+  const double threshold = std::abs(observed) - 1e-12 * scale;  // tolerates another order of summation
   double hits = 0;
   for (size_t pattern = 0; pattern < n_patterns; ++pattern) {
     double sum = 0;
@@ -239,7 +239,7 @@ double deviations_from_median(const std::vector<double>& sorted) {
   return sum;
 }
 
-/// Joins neighbours whose medians differ by less than `min_step`, the nearest first.
+/// Joins adjacent segments whose medians differ by less than `min_step`, the most similar first.
 void drop_small_steps(std::span<const double> values, double min_step, std::vector<size_t>& cuts) {
   while (!cuts.empty()) {
     std::vector<double> medians;
@@ -264,14 +264,14 @@ std::vector<size_t> change_points(std::span<const double> values, double min_ste
   const size_t n = values.size();
   const double penalty = 2 + 2 * std::log(static_cast<double>(n));
   const double scale = std::max(noise_of(values), min_step / penalty);
-  if (!(scale > 0)) {  // no noise: every step counts
+  if (!(scale > 0)) {  // no noise: every step is a change
     std::vector<size_t> all;
     for (size_t i = 1; i < n; ++i) {
       if (values[i] != values[i - 1]) all.push_back(i);
     }
     return all;
   }
-  // best[t]: cost of the first t values; from[t]: where their last segment begins.
+  // best[t]: cost of the first t values; from[t]: start of their last segment.
   std::vector<double> best(n + 1, std::numeric_limits<double>::infinity());
   std::vector<size_t> from(n + 1, 0);
   best[0] = -penalty;
@@ -280,7 +280,7 @@ std::vector<size_t> change_points(std::span<const double> values, double min_ste
     for (size_t s = t; s-- > 0;) {
       segment.insert(std::ranges::upper_bound(segment, values[s]), values[s]);
       const double cost = best[s] + penalty + deviations_from_median(segment) / scale;
-      if (cost <= best[t]) {  // of equal ones the longest segment
+      if (cost <= best[t]) {  // among equal costs, the longest segment
         best[t] = cost;
         from[t] = s;
       }

@@ -1,16 +1,16 @@
 #pragma once
 
-// Tests of hypotheses. All p-values are two-sided unless stated, in (0, 1].
-// Empty or non-finite samples throw Error.
+// Hypothesis tests. All p-values are two-sided unless stated otherwise, in (0, 1]. Empty or non-finite
+// samples throw Error.
 //
-//   sign_flip        paired differences d_i: under the null each sign is a fair coin. p = share of sign
-//                    patterns with |mean| at least the observed one. All 2^n patterns for n <= 16, else
+//   sign_flip        paired differences d_i: under the null hypothesis each sign is a fair coin. p = share of
+//                    sign patterns with |mean| at least the observed one. All 2^n patterns for n <= 16, else
 //                    (1 + hits) / (1 + samples) of random patterns
 //   wilcoxon         signed ranks: zeros are left out (n_used counts the rest), ties get midranks. W = sum of
 //                    the ranks of positive d. Exact distribution given the ranks for n_used <= 50 (also
-//                    with ties); beyond, normal with tie and continuity correction
+//                    with ties); above, normal with tie and continuity correction
 //   mann_whitney     two independent samples, U = #{x > y} + #{x = y} / 2. Exact given the midranks for up to
-//                    40 values together; beyond, normal with tie and continuity correction
+//                    40 values in total; above, normal with tie and continuity correction
 //
 // Exact two-sided p = min(1, 2 min(P(T <= t), P(T >= t))).
 
@@ -47,30 +47,30 @@ struct MannWhitneyTest {
 };
 MannWhitneyTest mann_whitney_test(std::span<const double> x, std::span<const double> y);
 
-/// The shifts that Mann-Whitney's test does not reject at 1 - confidence: between order statistics of all
-/// x - y (Hollander and Wolfe 1973), exact without ties up to 40 values, beyond by the normal
-/// approximation. None where so few values cannot reject any shift.
+/// Returns the interval of shifts that the Mann-Whitney test does not reject at 1 - confidence: between order
+/// statistics of all x - y (Hollander and Wolfe 1973), exact for up to 40 values without ties, otherwise by
+/// the normal approximation. nullopt if the samples are too small to reject any shift.
 std::optional<Interval> hodges_lehmann_interval(std::span<const double> x, std::span<const double> y,
                                                 double confidence = 0.95);
 
-/// p-values adjusted after Holm (1979), in the order given: rejecting where <= alpha bounds the probability
-/// of any false rejection. Throws Error for p outside 0..1.
+/// Returns p-values adjusted after Holm (1979), in the order of `p`: rejecting where the adjusted p <= alpha
+/// bounds the probability of any false rejection by alpha. Throws Error for p outside 0..1.
 std::vector<double> holm(std::span<const double> p);
 
-// Where the level of a series changes: optimal partitioning (Jackson et al. 2005). Of all ways to cut the
-// series into segments, the one with the least
+// Change points in the level of a series by optimal partitioning (Jackson et al. 2005): the segmentation that
+// minimises
 //
 //   sum over segments of sum |x - median of the segment| / scale   +   penalty per cut
 //
 //   penalty   2 + 2 ln n
-//   scale     noise of the series, 1.4826 MAD of its steps / sqrt 2, but so large that a step of `min_step`
-//             that lasts for one value just pays for its cut: smaller steps are never cuts
+//   scale     noise of the series, 1.4826 MAD of its steps / sqrt 2, but at least so large that a step of
+//             `min_step` that lasts for one value just pays for its cut: smaller steps are never cuts
 //
-// Absolute deviations: one disturbed value inside a segment costs less than the two cuts around it, unless it
-// is far out. O(n^3) for n values; meant for the history of a project.
+// With absolute deviations, one outlier inside a segment costs less than the two cuts around it, unless it is
+// very large. O(n^3) for n values; meant for the history of a project.
 
-/// Indices of the first values of new segments, rising; never 0. Throws Error for values that are not finite
-/// and for min_step < 0. Fewer than 2 values have no change.
+/// Returns the indices of the first values of new segments, ascending and never 0. Throws Error for values
+/// that are not finite and for min_step < 0. A series of fewer than 2 values has no change point.
 std::vector<size_t> change_points(std::span<const double> values, double min_step);
 
 }  // namespace sextant

@@ -1,4 +1,5 @@
-// Against scipy 1.10.1, against counts over all outcomes (itertools), and by hand.
+// Tests against scipy 1.10.1, against enumeration of all outcomes (itertools), and against examples worked by
+// hand.
 
 #include <cmath>
 #include <gmock/gmock.h>
@@ -7,6 +8,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/philox.h"
+#include "sextant/base/testing.h"
 #include "sextant/stats/tests.h"
 
 namespace sextant {
@@ -86,7 +88,7 @@ TEST(SignFlip, SamplesAgreeWithTheNormalApproximationAndRepeat) {
   EXPECT_FALSE(test.exact);
   EXPECT_NEAR(test.p, expected, 4 * std::sqrt(expected / 20000) + 0.002);
   EXPECT_EQ(test.p, sign_flip_test(d, 20000, 3).p);
-  // Never 0, however clear.
+  // Never 0, however extreme the sample.
   EXPECT_DOUBLE_EQ(sign_flip_test(Values(40, 1.0), 1000).p, 1.0 / 1001);
 }
 
@@ -129,7 +131,7 @@ TEST(MannWhitney, OfEqualSamplesIsOne) {
   EXPECT_EQ(mann_whitney_test(Values(30, 1.0), Values(30, 1.0)).p, 1);
 }
 
-// By hand: sorted 0.005 0.01 0.03 0.04 0.2 of m = 5.
+// Worked by hand: m = 5, sorted p-values 0.005 0.01 0.03 0.04 0.2.
 TEST(Corrections, AreThoseOfHolm) {
   const Values p = {0.01, 0.04, 0.03, 0.005, 0.2};
   EXPECT_THAT(holm(p), ElementsAre(DoubleNear(0.04, 1e-15), DoubleNear(0.09, 1e-15), DoubleNear(0.09, 1e-15),
@@ -140,7 +142,7 @@ TEST(Corrections, AreThoseOfHolm) {
   EXPECT_THROW(holm(Values{NAN}), Error);
 }
 
-// Under the null no test may reject more often than it says.
+// Under the null hypothesis no test may reject more often than its level.
 TEST(Tests, KeepTheirLevel) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
@@ -159,7 +161,7 @@ TEST(Tests, KeepTheirLevel) {
   }
   for (const int rejections : {wilcoxon, sign_flip, mann_whitney}) {
     EXPECT_LE(rejections, 0.05 * experiments + 4 * std::sqrt(0.0475 * experiments));
-    EXPECT_GE(rejections, 0.02 * experiments);  // and not never
+    EXPECT_GE(rejections, 0.02 * experiments);  // and it does reject sometimes
   }
 }
 
@@ -214,10 +216,6 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-double normal(PhiloxStream& random) {
-  return std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * M_PI * random.uniform());
-}
-
 TEST(ChangePoints, ExactSeriesChangeWhereTheyStep) {
   const std::vector<double> values = {1, 1, 1, 1.2, 1.2, 1.2, 1.2, 0.9};
   EXPECT_THAT(change_points(values, 0.05), ElementsAre(3, 7));
@@ -233,7 +231,7 @@ TEST(ChangePoints, NoiseAloneHasNoneAndAStepOfFourSigmaIsFoundWhereItIs) {
   for (uint64_t draw = 1; draw <= 50; ++draw) {
     PhiloxStream random(draw, 0);
     std::vector<double> values;
-    for (int i = 0; i < 30; ++i) values.push_back(100 + normal(random));
+    for (int i = 0; i < 30; ++i) values.push_back(100 + standard_normal(random));
     n_false += !change_points(values, 1).empty();
     for (size_t i = 18; i < values.size(); ++i) values[i] += 4;
     n_found += change_points(values, 1) == std::vector<size_t>{18};
@@ -245,7 +243,7 @@ TEST(ChangePoints, NoiseAloneHasNoneAndAStepOfFourSigmaIsFoundWhereItIs) {
 TEST(ChangePoints, OneDisturbedValueIsNoChange) {
   std::vector<double> values;
   PhiloxStream random(3, 0);
-  for (int i = 0; i < 20; ++i) values.push_back(100 + normal(random));
+  for (int i = 0; i < 20; ++i) values.push_back(100 + standard_normal(random));
   values[9] += 8;
   EXPECT_THAT(change_points(values, 1), IsEmpty());
 }

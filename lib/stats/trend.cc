@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-/// Sums of a cluster, from which the line through any collection of clusters follows.
+/// Sums over a cluster, from which the least-squares line through any set of clusters follows.
 struct LineSums {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
   double n_lowest = 0, y_lowest = 0;  ///< at the lowest level
@@ -34,7 +34,7 @@ struct LineSums {
   }
 };
 
-LineSums total(const std::vector<LineSums>& clusters, std::span<const size_t> chosen) {
+LineSums total_of_lines(const std::vector<LineSums>& clusters, std::span<const size_t> chosen) {
   LineSums sum;
   for (const size_t c : chosen) sum.add(clusters[c]);
   return sum;
@@ -80,11 +80,11 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
                                                         [](const auto& sums) { return sums.y_lowest > 0; });
   if (all.y_lowest > 0) result.relative_slope = result.slope / (all.y_lowest / all.n_lowest);
   const auto slopes = [&](std::span<const size_t> chosen, std::span<double> out) {
-    const LineSums sums = total(clusters, chosen);
+    const LineSums sums = total_of_lines(clusters, chosen);
     out[0] = sums.slope();
     if (out.size() > 1) out[1] = out[0] / (sums.y_lowest / sums.n_lowest);
   };
-  // Not the relative one where a resample might have nothing to divide by.
+  // The relative slope is left out if a resample might divide by zero.
   const auto intervals = cluster_bootstrap(clusters.size(), relative ? 2 : 1, slopes, options);
   result.interval = intervals[0];
   if (relative) result.relative_interval = intervals[1];
@@ -99,7 +99,8 @@ TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks) {
   double variance = 0;
   for (const std::vector<double>& block : blocks) {
     if (block.size() != k)
-      fail("Page test: blocks of {} and of {} levels: all must have the same", k, block.size());
+      fail("Page test: blocks of {} and {} levels: all blocks must have the same number of levels", k,
+           block.size());
     check_sample(block, "Page test");
     const std::vector<double> ranks = midranks(block);
     double spread = 0;

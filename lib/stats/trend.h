@@ -1,7 +1,7 @@
 #pragma once
 
-// How errors change with the noise level, and how much can be seen at all.
-// Empty or non-finite samples throw Error.
+// Growth of errors with the noise level, and the smallest effect that a sample can detect. Empty or
+// non-finite samples throw Error.
 
 #include <optional>
 #include <span>
@@ -12,15 +12,15 @@
 
 namespace sextant {
 
-/// The errors at one level, as sums by cluster.
+/// Errors at one noise level, as moments by cluster.
 struct LevelSums {
   double level = 0;
   ClusterSums clusters;
 };
 
-/// Least squares line error = intercept + slope * level through all errors, interval by cluster bootstrap.
-/// relative_slope = slope / mean error at the lowest level: none where that mean is not above 0. Throws Error
-/// where there are fewer than two levels, in the data or in a resample (a cluster should have all levels).
+/// Least-squares line error = intercept + slope * level through all errors, with an interval by cluster
+/// bootstrap. relative_slope = slope / mean error at the lowest level; nullopt unless that mean is positive.
+/// Throws Error if the data or a resample have fewer than two levels (every cluster should have all levels).
 struct NoiseSlope {
   double slope = 0;
   double intercept = 0;
@@ -30,26 +30,27 @@ struct NoiseSlope {
 };
 NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions& options = {});
 
-/// z is above 0 for growing values; p is one-sided, against growth.
+/// Result of a trend test: z > 0 for increasing values; p is one-sided, with growth as the alternative.
 struct TrendTest {
   double statistic = 0;
   double z = 0;
   double p = 1;
 };
 
-/// Page (1963): blocks (seeds) that each have one value per level, in order of level. Midranks within blocks;
-/// L = sum_j j R_j; variance per block sum (j - jbar)^2 sum (r - rbar)^2 / (k - 1), so ties are exact. Normal
-/// approximation. For sweeps with common random numbers, whose levels share draws: the blocks need not
-/// be independent within. Throws Error unless all blocks have the same k >= 2 values.
+/// Page's trend test (1963) of blocks (seeds) that each have one value per level, in order of level. Midranks
+/// within blocks; L = sum_j j R_j; variance per block sum (j - jbar)^2 sum (r - rbar)^2 / (k - 1), which is
+/// exact with ties. Normal approximation. Suited to sweeps with common random numbers, whose levels share
+/// random numbers: values within a block need not be independent. Throws Error unless all blocks have the
+/// same number k >= 2 of values.
 TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks);
 
-/// Smallest mean of n paired differences of standard deviation `sigma` that a two-sided test at `alpha` finds
-/// with probability `power`: (z_{1 - alpha/2} + z_power) sigma / sqrt(n).
-/// Normal: somewhat optimistic below n = 20.
+/// Returns the smallest mean of n paired differences with standard deviation `sigma` that a two-sided test at
+/// `alpha` detects with probability `power`: (z_{1 - alpha/2} + z_power) sigma / sqrt(n). Uses the normal
+/// distribution: somewhat optimistic below n = 20.
 double minimum_detectable_effect(double sigma, int n, double alpha = 0.05, double power = 0.8);
 
-/// Where the mean of n NEES values with `dof` degrees of freedom each lies with probability `confidence` if
-/// the covariances are right: quantiles of chi-square(n dof) / n.
+/// Returns the interval that contains the mean of n NEES values with `dof` degrees of freedom each with
+/// probability `confidence` if the covariances are correct: quantiles of chi-square(n dof) / n.
 Interval nees_interval(int n, int dof, double confidence = 0.95);
 
 }  // namespace sextant

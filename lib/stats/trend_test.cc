@@ -14,7 +14,7 @@ namespace {
 using Values = std::vector<double>;
 using Labels = std::vector<uint64_t>;
 
-/// error[i] was measured at level[i] in the cluster seed[i].
+/// Slope of errors, where error[i] was measured at level[i] in the cluster seed[i].
 NoiseSlope slope_of(const Values& level, const Values& error, const Labels& seed,
                     const BootstrapOptions& options = {}) {
   std::map<double, std::pair<Values, Labels>> by_level;
@@ -36,7 +36,7 @@ TEST(NoiseSlope, IsTheLeastSquaresLine) {
   EXPECT_NEAR(fit.intercept, 0.965, 1e-12);
   EXPECT_NEAR(*fit.relative_slope, 1.015 / 0.9, 1e-12);
   ASSERT_TRUE(fit.interval && fit.relative_interval);
-  // The slopes of the two seeds alone (1.06 and 0.97) are the ends of what resampling can give.
+  // The slopes of the two seeds alone (1.06 and 0.97) bound the slope of any resample.
   EXPECT_GE(fit.interval->low, 0.97 - 1e-9);
   EXPECT_LE(fit.interval->high, 1.06 + 1e-9);
 }
@@ -62,7 +62,7 @@ TEST(NoiseSlope, CoversTheTrueSlopeWhenSeedsAreClusters) {
     relative_hits += fit.relative_interval->low <= 2 && 2 <= fit.relative_interval->high;
   }
   for (const int n : {hits, relative_hits}) {
-    EXPECT_GE(n, 0.915 * experiments);  // 0.95 within 3 standard errors, and bias of 40 clusters
+    EXPECT_GE(n, 0.915 * experiments);  // 0.95 within 3 standard errors, and the bias of 40 clusters
     EXPECT_LE(n, 0.98 * experiments);
   }
 }
@@ -71,7 +71,7 @@ TEST(NoiseSlope, RefusesWhatHasNoSlope) {
   EXPECT_THROW(slope_of(Values{1, 1, 1}, Values{1, 2, 3}, Labels{1, 2, 3}), Error);
   EXPECT_THROW(slope_of(Values{1}, Values{1}, Labels{1}), Error);
   EXPECT_THROW(slope_of(Values{1, NAN}, Values{1, 2}, Labels{1, 1}), Error);
-  // Each cluster has one level: some resample has only one.
+  // Each cluster has one level, so some resamples have only one level.
   EXPECT_THROW(slope_of(Values{0.1, 0.2}, Values{1, 2}, Labels{1, 2}), Error);
   const NoiseSlope from_zero = slope_of(Values{0, 1, 0, 1}, Values{0, 2, 0, 3}, Labels{1, 1, 2, 2});
   EXPECT_FALSE(from_zero.relative_slope);
@@ -90,7 +90,7 @@ TEST(PageTrend, AgreesWithScipy) {
 TEST(PageTrend, TiesAndFallingValues) {
   EXPECT_EQ(page_trend_test({{1, 1, 1}, {2, 2, 2}}).p, 1);
   EXPECT_GT(page_trend_test({{3, 2, 1}, {3, 2, 1}, {3, 2, 1}, {3, 2, 1}}).p, 0.99);
-  // One block (1, 1, 2) has ranks 1.5 1.5 3; over its 3 orders L = 13.5, 12, 10.5: variance 1.5.
+  // One block (1, 1, 2) has ranks 1.5 1.5 3; over its 3 permutations L = 13.5, 12, 10.5: variance 1.5.
   EXPECT_NEAR(page_trend_test({{1, 1, 2}}).z, 1.5 / std::sqrt(1.5), 1e-12);
   EXPECT_THROW(page_trend_test({}), Error);
   EXPECT_THROW(page_trend_test({{1}}), Error);

@@ -1,7 +1,8 @@
 #pragma once
 
-// Ground truth of a sequence. Only metrics, noise checks, data sets and the experiment that joins them may
-// include this; estimators never see it (scripts/maintain/check_layers.py enforces it).
+// Ground truth of a sequence. Only metrics, noise checks, data sets and the experiment code that joins
+// estimates with truth may include this header; estimators never see it (scripts/maintain/check_layers.py
+// enforces this).
 
 #include <map>
 #include <optional>
@@ -16,26 +17,27 @@ namespace sextant {
 /// Object axes: x right, y down, z ahead; origin in the middle of the box's bottom face.
 struct ObjectTruth {
   int id = 0;                             ///< id in the source's masks (KITTI track id + 1)
-  SE3 T_camera_object;                    ///< object pose in the camera frame of its own instant
+  SE3 T_camera_object;                    ///< object pose in the camera frame at the same time
   std::optional<ImageBox> box;            ///< 2-D box
   std::optional<bool> moving;             ///< the data set's own dynamic/static flag, if it has one
-  bool interpolated = false;              ///< pose made by interpolation between labelled frames
+  bool interpolated = false;              ///< the pose was interpolated between labelled frames
   std::optional<Eigen::Vector3d> size_m;  ///< width (x), height (y), length (z) of the box
-  std::string type;                       ///< the data set's own word ("Car"); may be empty
+  std::string type;                       ///< the data set's name of the class ("Car"); may be empty
 };
 
 class SequenceTruth {
  public:
   Trajectory camera;                                ///< T_world_camera
   std::map<int, std::vector<ObjectTruth>> objects;  ///< by frame number, ordered by id
-  /// RMS error of the truth's own step lengths, where the data set allows to compute it (m): no estimator can
-  /// be measured to be better than that.
+  /// RMS error of the ground truth's own step lengths (m), if the data set allows to compute it. A measured
+  /// accuracy of the camera cannot be better than this value.
   std::optional<double> camera_step_floor_m;
 
   const ObjectTruth* find(int frame, int id) const;
 
-  /// T_curr_prev of one rigid body: maps its points from previous to current camera coordinates.
-  /// Ego / background: inverse of the camera's own motion. Empty when truth is missing in either frame.
+  /// Returns T_curr_prev of one rigid body, which maps its points from previous to current camera
+  /// coordinates. For the background it is the inverse of the camera's own motion. nullopt if truth is
+  /// missing in either frame.
   std::optional<SE3> background_motion(int prev, int curr) const;
   std::optional<SE3> object_motion(int id, int prev, int curr) const;
 };

@@ -14,8 +14,8 @@ ObjectTruth object(int id, const SE3& T_camera_object) {
   return truth;
 }
 
-/// The camera drives 1 m ahead; car 4, 10 m ahead, drives 3 m ahead and turns right by 0.1 rad;
-/// car 9 is seen once.
+/// The camera drives 1 m ahead. Car 4, 10 m ahead of it, drives 3 m ahead and turns right by 0.1 rad; car 9
+/// appears in one frame only.
 class SequenceTruthTest : public ::testing::Test {
  protected:
   SequenceTruthTest() {
@@ -40,7 +40,7 @@ TEST_F(SequenceTruthTest, TheBackgroundMovesAgainstTheCamera) {
   const std::optional<SE3> X = truth_.background_motion(7, 8);
   ASSERT_TRUE(X.has_value());
   EXPECT_THAT(*X, SE3Near(SE3(identity, {0, 0, -1}), 1e-15));
-  // A lamp post 20 m ahead is 19 m ahead afterwards.
+  // A lamp post 20 m ahead of the camera is 19 m ahead of it afterwards.
   EXPECT_THAT(*X * Eigen::Vector3d(3, 0, 20), EigenNear(Eigen::Vector3d(3, 0, 19), 1e-14));
 }
 
@@ -54,7 +54,8 @@ TEST_F(SequenceTruthTest, ObjectMotionMapsTheObjectsPoints) {
 }
 
 TEST_F(SequenceTruthTest, TheMotionInTheWorldIsThatOfThePaper) {
-  // H_world = T_world_curr X T_world_prev^-1 takes the object's world points along (docs/method.md).
+  // H_world = T_world_curr X T_world_prev^-1 moves the object's points in world coordinates
+  // (docs/conventions.md).
   const SE3 H = *truth_.camera.pose(8) * *truth_.object_motion(4, 7, 8) * truth_.camera.pose(7)->inverse();
   const Eigen::Vector3d origin_before(2, 1, 110);
   EXPECT_THAT(H * origin_before, EigenNear(Eigen::Vector3d(2, 1, 113), 1e-12));

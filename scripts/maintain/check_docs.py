@@ -31,7 +31,7 @@ BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(!?)\[[^\]\n]*\]\(([^()\s]+)\)")
 TIME_LIMIT_S = 3000  # ends a command that hangs
 # Lines of a terminal or a log that only slow machines see: progress after five seconds, a summary after ten.
-NOTICE = re.compile(r"Time: [\d.]+ s; of it .*|waiting for a pack .*|.+ \d+/\d+(  [\d.]+/s  [\d.]+ s left| in [\d.]+ s)")
+NOTICE = re.compile(r"Time: [\d.]+ s; of it .*|waiting for the correspondence cache, .*|.+ \d+/\d+(  [\d.]+/s  [\d.]+ s left| in [\d.]+ s)")
 
 
 def run(command, folder, home, sextant):

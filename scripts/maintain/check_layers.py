@@ -14,8 +14,9 @@ usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
    called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
 7. No two files have one name, but for ONE_A_FOLDER: a name says what a file is.
 8. A test names no folder that others use and asserts no time: TempFolder of base/testing.h is its folder.
+9. A module of which a source or a test starts threads declares THREADS in its CMakeLists.txt (preset tsan).
 
-Tests (*_test.cc, *testing.h) are exempt from all but the last. Exit codes: 0 clean, 1 violations, 2 usage.
+Tests (*_test.cc, *testing.h) are exempt from all but the last two. Exit codes: 0 clean, 1 violations, 2 usage.
 """
 
 import argparse
@@ -65,7 +66,7 @@ LAYERS = {
     "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
     "eval/export": ["base", "metrics", "eval/records"],
     "eval/view": _MEASUREMENT + ["estimator", "datasets", "datasets/codec", "metrics", "stats", "eval/records", "eval/experiment",
-                                 "eval/pictures", "eval/report", "eval/report/figures", "eval/report/html"],
+                                 "eval/logs", "eval/pictures", "eval/report", "eval/report/figures", "eval/report/html"],
     "eval/gate": ["base", "stats", "metrics", "eval/records", "eval/report", "eval/report/html"],
     "eval/logs": _MEASUREMENT + _DATASETS + ["truth", "metrics", "eval/diagnosis"],
     "eval/evaluation": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/records", "eval/diagnosis", "eval/logs",
@@ -122,6 +123,8 @@ NOT_IN_TESTS = {
         re.compile(r"\btemp_directory_path\b|\bTempDir\(\)|\bmkdtemp\b|\"/(?:tmp|var/tmp|home|root)\b"),
     "depends on the speed of the machine": re.compile(r"\b(?:steady|system|high_resolution)_clock\b"),
 }
+
+STARTS_THREADS = re.compile(r"^ +parallel_for\(|\bstd::(?:jthread|thread|async)\b[ (]", re.MULTILINE)
 
 # Readers that need no call of their own in TARGETS -> what leads to them, or why they are none.
 TARGETS = "eval/fuzz/targets.cc"
@@ -183,6 +186,13 @@ def test_problems(root):
                     yield f"{path.relative_to(root)}:{text.count(chr(10), 0, match.start()) + 1}: {match[0]} {what}"
 
 
+def thread_problems(root):
+    for listing in sorted(path for top in ("lib", "datasets", "eval") for path in (root / top).rglob("CMakeLists.txt")):
+        module = re.search(r"sextant_module\(\w+(?! THREADS)[\s)]", listing.read_text(encoding="utf-8"))
+        if module and any(STARTS_THREADS.search(source.read_text(encoding="utf-8")) for source in listing.parent.glob("*.cc")):
+            yield f"{listing.relative_to(root)}: a source starts threads: expected 'sextant_module(NAME THREADS ...'"
+
+
 def path_to_truth(files, start):
     """The chain of headers from `start` to the first one under truth/, or None."""
     seen = {start}
@@ -201,7 +211,7 @@ def path_to_truth(files, start):
 
 def check(root):
     files = read_tree(root)
-    problems = list(test_problems(root))
+    problems = [*test_problems(root), *thread_problems(root)]
     first = {}
     for name, (path, includes, doors) in files.items():
         file = name.rpartition("/")[2]
@@ -245,6 +255,7 @@ def self_test():
         "lib/estimator/solvers/estimator.h": '#include "sextant/geometry/se3.h"\n',
         "lib/estimator/estimator_test.cc": '#include "sextant/truth/truth.h"\n',
         "lib/noise/depth.h": "#include <vector>\n",
+        "lib/noise/CMakeLists.txt": "sextant_module(noise DEPENDS Sextant::measurement)",
         "lib/metrics/errors.h": '#include "sextant/truth/truth.h"\n',
         "datasets/dataset.h": '#include "sextant/truth/truth.h"\n',
         "eval/report/table.h": '#include "sextant/base/error.h"\n',
@@ -269,6 +280,7 @@ def self_test():
          "TempFolder (base/testing.h) is the test's own"),
         ("a test with a clock", "lib/noise/depth_test.cc", 'base/x"\nauto now = std::chrono::steady_clock::now();//',
          "depends on the speed"),
+        ("threads that are not declared", "lib/noise/draw.cc", 'base/x"\n  parallel_for(n, jobs, draw);//', "starts threads"),
         ("a file made in place", "eval/report/table.h", 'base/x"\nauto file = std::ofstream(name);//', "creates a file"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]

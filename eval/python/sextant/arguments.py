@@ -1,4 +1,4 @@
-"""Arguments: arrays, numbers, texts, options. Each is an Error where it does not fit, with its name."""
+"""Checks of arguments: arrays, numbers, texts, options. Each raises an Error with the argument's name if it is invalid."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from ._core import Error
 
 
 def whole(name, value, low, high):
-    """An int within low..high."""
+    """Returns an int within low..high."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise Error(f"{name}: expected a whole number, got {value!r} of type {type(value).__name__}")
     if not low <= value <= high:
@@ -20,7 +20,7 @@ def whole(name, value, low, high):
 
 
 def number(name, value, *, above=-math.inf):
-    """A finite float above a limit."""
+    """Returns a finite float above a bound."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise Error(f"{name}: expected a number, got {value!r} of type {type(value).__name__}")
     if not (math.isfinite(value) and value > above):
@@ -36,7 +36,7 @@ def text(name, value):
 
 
 def unicode(name, value):
-    """A str that UTF-8 can hold."""
+    """Returns a str that UTF-8 can represent."""
     try:
         value.encode("utf-8")
     except UnicodeEncodeError as error:
@@ -46,7 +46,7 @@ def unicode(name, value):
 
 
 def path(name, value):
-    """A path as a str. The program takes names that are UTF-8 alone."""
+    """Returns a path as a str. The program accepts only names in UTF-8."""
     try:
         value = os.fsdecode(value)
         value.encode("utf-8")
@@ -64,7 +64,7 @@ def choice(name, value, known):
 
 
 def json_text(name, value):
-    """What is JSON already, as it is; else an object of dicts, lists, numbers and texts."""
+    """Returns JSON: a str unchanged, otherwise an object of dicts, lists, numbers and texts."""
     if isinstance(value, str):
         return unicode(name, value)
     if not isinstance(value, dict):
@@ -78,7 +78,7 @@ def json_text(name, value):
 
 
 def floats(name, value, dtype=numpy.float64):
-    """A contiguous array of that type: lists, whole numbers and other floats are converted; None stays."""
+    """Returns a contiguous array of that type: lists, whole numbers and other floats are converted; None stays None."""
     if value is None:
         return None
     if isinstance(value, numpy.ma.MaskedArray):
@@ -91,10 +91,10 @@ def floats(name, value, dtype=numpy.float64):
         raise Error(f"{name}: expected numbers, got {array.dtype} of type {type(value).__name__}")
     if array.ndim == 0:
         raise Error(f"{name}: expected an array, got the number {array}")
-    with numpy.errstate(over="ignore"):  # what becomes infinite is refused where it is used
+    with numpy.errstate(over="ignore"):  # infinite values are rejected where they are used
         return numpy.ascontiguousarray(array, dtype=dtype)
 
 
 def poses(name, value):
-    """(n, 4, 4) of a path: a Trajectory, an array or lists."""
+    """Returns the array (n, 4, 4) of a path, which is a Trajectory, an array or lists."""
     return floats(name, getattr(value, "poses", value))

@@ -1,6 +1,6 @@
-"""The commands of the program as functions, with typed results. Each takes what the flags of the command take; `progress=True`
-shows how far it is (by tqdm where it is installed), `progress=f` calls f. What the program refuses is an Error with its message.
-Without `out` results lie in a temporary folder that lives as long as the result."""
+"""The commands of the program as functions with typed results. Arguments are those of the command's flags; `progress=True`
+shows progress (with tqdm if it is installed), `progress=f` calls f. If the program reports an error, an Error with its message
+is raised. Without `out`, results are stored in a temporary folder that exists as long as the result object."""
 
 import contextlib
 import dataclasses
@@ -25,14 +25,14 @@ __all__ = ["Comparison", "EgoEvaluation", "Export", "Finding", "ObjectEvaluation
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Row(Shown):
-    """One body in a summary. `metrics` by the keys of docs/metrics.md: Et_m, ER_deg, Ev_kmh, ..."""
+    """One body in a summary. `metrics` has the keys of docs/metrics.md: Et_m, ER_deg, Ev_kmh, ..."""
     labels: dict  #: dataset, sequence, estimator; or preset, estimator
     body: str
     n_truth: int
     n_estimated: int
     coverage_percent: typing.Optional[float]
     metrics: dict
-    other: str = ""  #: steps that are not ok, by status
+    other: str = ""  #: numbers of steps that are not ok, by status
 
     @staticmethod
     def of(row):
@@ -46,10 +46,10 @@ class Row(Shown):
 
 
 class _Folder(Shown):
-    """Of results that lie in a folder."""
+    """Base class of results that are stored in a folder."""
 
     def records(self):
-        """One row a record: sextant.read of the folder."""
+        """Returns sextant.read() of the folder, with one row per record."""
         return read(self.out)
 
 
@@ -61,7 +61,7 @@ class Run(_Folder):
     rows: typing.List[Row]
     classification: dict
     warnings: typing.List[str]
-    kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, where `out` was not given
+    kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, if `out` was not given
 
     def _table(self):
         metrics = list(dict.fromkeys(key for row in self.rows for key in row.metrics))[:6]
@@ -70,7 +70,7 @@ class Run(_Folder):
             for row in self.rows]
 
     def plot(self, metric="Et_m", ax=None):
-        """The error of every body over the frames, the mean over seeds; returns the axes.
+        """Plots the error of every body over the frames, averaged over seeds; returns the axes.
 
         >>> sextant.run("synthetic:s18@0-3", estimator="motion_only").plot("ER_deg").get_ylabel()
         'ER_deg'
@@ -82,16 +82,16 @@ class Run(_Folder):
 class Sweep(_Folder):
     out: pathlib.Path
     cases: int
-    cases_before: int  #: of them, done by an earlier call
-    cases_stale: int  #: done before by another version of an estimator: run again, or kept with reuse_stale
+    cases_before: int  #: number of cases finished by an earlier call
+    cases_stale: int  #: number finished by another version of an estimator: run again, or kept with reuse_stale
     n_records: int
     wall_time_s: float
     problems: typing.List[str]
     warnings: typing.List[str]
-    kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, where `out` was not given
+    kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, if `out` was not given
 
     def plot(self, metric="Et_m", ax=None, *, body="ego"):
-        """The mean error of a body against the level of noise, a line an estimator, and the bound; returns the axes.
+        """Plots the mean error of a body against the noise level, one line per estimator, and the bound; returns the axes.
 
         >>> plan = {"name": "p", "sources": ["synthetic:s18@0-2"], "estimators": ["motion_only"],
         ...         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2}
@@ -133,7 +133,7 @@ def _plot_groups(records, metric, over, groups, ax):
 
 
 class _Temporary:
-    """A folder that is removed when nothing refers to this any more."""
+    """A folder that is removed with the last reference to this object."""
 
     def __init__(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_"))
@@ -141,7 +141,7 @@ class _Temporary:
 
 
 def _results_folder(out):
-    """(path, the object that keeps a temporary one)."""
+    """Returns (path, the object that keeps a temporary folder or None)."""
     if out is not None:
         return path("out", out), None
     kept = _Temporary()
@@ -164,7 +164,7 @@ class Comparison(Shown):
     rows: typing.List[Finding]
 
     def __bool__(self):
-        """Whether nothing has become worse."""
+        """True if nothing has become worse."""
         return self.verdict in ("ok", "improved")
 
 
@@ -208,7 +208,7 @@ def _texts(name, values):
 
 
 def _flags(**given):
-    """--name value; True: the flag alone; None and False: nothing."""
+    """Returns the flags --name value; True gives the flag without value, None and False give nothing."""
     out = []
     for name, value in given.items():
         flag = "--" + name.replace("_", "-")
@@ -232,7 +232,7 @@ def _read(plan):
 
 @contextlib.contextmanager
 def _plan_file(plan):
-    """The name of a file that holds the plan."""
+    """Yields the name of a file that contains the plan."""
     if not isinstance(plan, dict):
         yield _texts("plan", plan)[0]
         return
@@ -244,7 +244,7 @@ def _plan_file(plan):
 
 def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None, seeds=1, level=0.0, procedure=None, preset="paper",
         jobs=None, data=None, force=False, progress=None) -> Run:
-    """`sextant run`. `estimator` may be a function of a sextant.Problem, which is then run in this process.
+    """Runs `sextant run`. `estimator` may be a function of a sextant.Problem, which then runs in this process.
 
     >>> sextant.run("synthetic:s18@0-2", estimator="motion_only")
     Run(out: ..., preset: 'paper', ...)
@@ -272,8 +272,8 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
 
 
 def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, force=False, reuse_stale=False, progress=None) -> Sweep:
-    """`sextant sweep` of a plan: a file, or a dict. `estimators`: functions by name, which the plan calls python:NAME.
-    Finished cases of a function that has changed since are run again, or kept with `reuse_stale`; `force` starts over.
+    """Runs `sextant sweep` on a plan, a file or a dict. `estimators`: functions by name, to which the plan refers as python:NAME.
+    Finished cases of a function that has changed are run again, or kept with `reuse_stale`; `force` starts over.
 
     >>> plan = {"name": "p", "sources": ["synthetic:s18@0-2"], "estimators": ["motion_only"],
     ...         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1]}, "seeds": 2}
@@ -299,7 +299,7 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
 
 
 def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None) -> Comparison:
-    """`sextant compare`: has `new` regressed? True where not; what cannot be compared has the verdict invalid.
+    """Runs `sextant compare`. The result is true if `new` has not regressed; the verdict is invalid if they are not comparable.
 
     >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
     >>> sextant.compare(run.out, run.out, only="accuracy").verdict
@@ -318,7 +318,7 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
 
 def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", rpe=None, all_pairs=False, format=None,
                  out=None, save_zip=None, data=None, **flags) -> EgoEvaluation:
-    """`sextant evaluate ego` of files. Other flags by their names: n_to_align=100, offset=0.2, body_from_camera="...".
+    """Runs `sextant evaluate ego` on files. Other flags are given by name: n_to_align=100, offset=0.2, body_from_camera="...".
 
     >>> path = numpy.tile(numpy.eye(4), (9, 1, 1))
     >>> path[:, 2, 3] = numpy.arange(9)
@@ -337,7 +337,7 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
 
 
 def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, stage=None, out=None, data=None) -> ObjectEvaluation:
-    """`sextant evaluate objects` of folders of logs.
+    """Runs `sextant evaluate objects` on folders of logs.
 
     >>> sextant.evaluate_objects("no_such_folder", format="dynosam")
     Traceback (most recent call last):
@@ -353,7 +353,7 @@ def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, sta
 
 
 def export(folder, *, format, out) -> Export:
-    """`sextant export`: the records of a folder as csv, npz or sqlite.
+    """Runs `sextant export`: writes the records of a folder as csv, npz or sqlite.
 
     >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
     >>> sextant.export(run.out, format="csv", out="records.csv")

@@ -29,7 +29,7 @@ STATUSES = ("diverged", "too_few_points", "collinear", "at_infinity", "no_parall
 
 @dataclasses.dataclass(frozen=True)
 class DeclaredNoise:
-    """Standard deviations that the source declares, as a data sheet would: sigma(z) = z^2 inverse_depth_per_m."""
+    """Standard deviations declared by the source, as in a data sheet: sigma(z) = z^2 inverse_depth_per_m."""
     flow_x_px: float
     flow_y_px: float
     inverse_depth_per_m: float
@@ -40,7 +40,7 @@ class DeclaredNoise:
 
 @dataclasses.dataclass(frozen=True)
 class Problem:
-    """One rigid body between two frames; n points. No truth is in it."""
+    """Measurements of one rigid body between two frames, with n points and without ground truth."""
     camera: Camera
     pixels: numpy.ndarray  #: (n, 2), px, previous frame
     depth: numpy.ndarray  #: (n,), m, previous frame
@@ -51,7 +51,7 @@ class Problem:
     noise: typing.Optional[DeclaredNoise]  #: None: nothing is known
 
     def points(self):
-        """(n, 3), m: the points in previous camera coordinates."""
+        """The points in previous camera coordinates, (n, 3), m."""
         c = self.camera
         rays = numpy.stack([(self.pixels[:, 0] - c.cx) / c.fx, (self.pixels[:, 1] - c.cy) / c.fy,
                             numpy.ones(len(self.depth))], axis=1)
@@ -60,7 +60,7 @@ class Problem:
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """T_curr_prev maps the body's points from previous to current camera coordinates."""
+    """An estimate; T_curr_prev maps the body's points from previous to current camera coordinates."""
     T_curr_prev: numpy.ndarray  #: (4, 4) float64
     covariance: typing.Optional[numpy.ndarray] = None  #: (6, 6), of the left twist [rho; omega] (m, rad)
     inliers: typing.Optional[numpy.ndarray] = None  #: (n,) bool, the points that were used
@@ -68,7 +68,7 @@ class Estimate:
 
 
 def _answer(name, said):
-    """(status, T_curr_prev, covariance, inliers, iterations)."""
+    """Returns (status, T_curr_prev, covariance, inliers, iterations)."""
     if isinstance(said, str):
         if said not in STATUSES:
             raise Error(f"estimator {name}: expected a motion or one of {', '.join(STATUSES)}, got {said!r}")
@@ -82,7 +82,7 @@ def _answer(name, said):
 
 
 def adapter(name, function):
-    """What the compiled part calls."""
+    """Returns the function that the compiled module calls."""
 
     def call(camera, pixels, depth, flow, depth_curr, start, inliers, noise):
         problem = Problem(Camera(*camera), pixels, depth, flow, depth_curr, start, inliers,
@@ -93,7 +93,7 @@ def adapter(name, function):
 
 
 def options_of(function):
-    """What run.json calls it."""
+    """Returns the name of the function in run.json."""
     called = getattr(function, "__wrapped__", function)
     return {"function": f"{getattr(called, '__module__', '?')}.{getattr(called, '__qualname__', type(called).__name__)}"}
 
@@ -103,13 +103,13 @@ def name_of(function):
 
 
 class _Added:
-    """The functions are known to the program's part as python:NAME within a `with`."""
+    """Context manager in which the compiled module knows the functions as python:NAME."""
 
     def __init__(self, functions):
         self._functions = functions
 
     def __enter__(self):
-        from . import _inprocess  # half a second: it holds the whole program
+        from . import _inprocess  # takes half a second, since it contains the whole program
         for name, function in self._functions.items():
             if not callable(function):
                 raise Error(f"estimator {name}: expected a function of a sextant.Problem, got {function!r}")
@@ -127,7 +127,7 @@ class _Added:
 
 
 def run_here(sources, function, *, out, options, noise, data, level, seeds, jobs, preset, force, quiet):
-    """The summary of sextant.run with a function."""
+    """Runs sextant.run with a function; returns the summary."""
     name = name_of(function)
     with _Added({name: function}) as inprocess:
         return json.loads(inprocess.run(sources, f"python:{name}", json_text("options", options or {}),

@@ -1,6 +1,6 @@
-"""Fingerprint of a function that is an estimator: what decides its answers, by content (eval/records/fingerprint.h).
+"""Fingerprint of a Python function used as an estimator, by content (eval/records/fingerprint.h).
 
-Parts are named after what they are: "function mine", "global gain of mine", "file helper.py". They are found from the function on:
+Its parts are named by their kind: "function mine", "global gain of mine", "file helper.py". They are collected from the function:
 
   functions   byte code, constants, defaults, attributes; the values of closure cells and of the globals that the code names,
               and so on from there
@@ -10,8 +10,8 @@ Parts are named after what they are: "function mine", "global gain of mine", "fi
   numbers, texts, lists, dicts, sets, numpy arrays: by content
 
 The user's modules are those that are neither in the standard library nor installed in site-packages, or that belong to the same
-package as the function. What has no content that could be compared (a file, a lock, a generator) is named in `not_seen`.
-Paths, addresses, lines and comments of functions do not count; files count as a whole.
+package as the function. Objects without comparable content (a file, a lock, a generator) are named in `not_seen`.
+Paths, addresses, line numbers and comments of functions are ignored; files are compared as a whole.
 """
 
 import ast
@@ -26,18 +26,18 @@ import types
 
 import numpy
 
-#: What can be compared by its text.
+#: Types whose values are compared by their text.
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, type(Ellipsis), type(NotImplemented), range, slice)
 _BUILTIN = (types.BuiltinFunctionType, types.MethodWrapperType, types.WrapperDescriptorType, types.MethodDescriptorType,
             types.ClassMethodDescriptorType, types.GetSetDescriptorType, types.MemberDescriptorType, numpy.ufunc)
-#: Members of a class that say nothing about what it does.
+#: Members of a class that do not affect its behaviour.
 _OF_EVERY_CLASS = {"__dict__", "__weakref__", "__module__", "__doc__", "__qualname__", "__annotations__", "__firstlineno__",
                    "__static_attributes__", "__abstractmethods__", "_abc_impl", "__dataclass_fields__", "__match_args__"}
 _OF_EVERY_FUNCTION = {"__wrapped__", "__doc__", "__annotations__"}
 _MADE_BY_A_CLASS_STATEMENT = 1 << 9  #: Py_TPFLAGS_HEAPTYPE
-#: Values that a decorator of the standard library holds in C.
+#: Values that a decorator of the standard library stores in C.
 _CACHES = (functools._lru_cache_wrapper,)
-#: A class of the user that is one of these has content beside its attributes.
+#: A user's class derived from one of these has content in addition to its attributes.
 _CONTAINERS = (list, tuple, set, frozenset, dict, str, bytes, bytearray, int, float, complex)
 
 
@@ -66,7 +66,7 @@ def _constant_text(constant):
 
 
 def _codes(code):
-    """The code and that of the functions in it."""
+    """Yields the code and that of the functions in it."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
@@ -80,8 +80,8 @@ class _Finder:
         self._installed = _installed_folders()
         self._named = {}  # id of an object that is a part -> its name
         self._first = {}  # id of an object that was looked at -> where
-        self._alive = []  # so that no id is given twice
-        self._open = []  # (name, function that makes the part's text)
+        self._alive = []  # so that no id is reused
+        self._open = []  # (name, function that computes the part's text)
         self._files = set()
 
     def fingerprint(self, function):
@@ -95,7 +95,7 @@ class _Finder:
     # ---- parts
 
     def _part(self, thing, kind, name, text):
-        """The name under which `thing` is a part, which `text` will make."""
+        """Registers `thing` as a part, whose text the function `text` will compute; returns its name."""
         if id(thing) in self._named:
             return self._named[id(thing)]
         unique, n = f"{kind} {name}", 1
@@ -108,7 +108,7 @@ class _Finder:
         return unique
 
     def _variable(self, name, of, value):
-        """A global, a closure cell or a default."""
+        """Adds a global, a closure cell or a default."""
         where = f"{name} of {of}"
         try:
             text = self._value(value, where)
@@ -160,13 +160,13 @@ class _Finder:
 
     @staticmethod
     def _level_of(instructions, of):
-        """0, or how many packages up a relative import in a function begins: the second constant before it."""
+        """Returns the level of a relative import in a function (the second constant before it); 0 for others."""
         at = instructions.index(of)
         constants = [i.argval for i in instructions[max(0, at - 3):at] if i.opname == "LOAD_CONST"]
         return constants[-2] if len(constants) > 1 and isinstance(constants[-2], int) else 0
 
     def _members(self, value, names, prefix, of):
-        """The values of a user's module that code may name: mine.gain, mine.sub.gain."""
+        """Yields the values of a user's module that code may name: mine.gain, mine.sub.gain."""
         if not isinstance(value, types.ModuleType) or not self._is_users_module(value):
             return
         for name in names:
@@ -212,7 +212,7 @@ class _Finder:
         return self._is_users_file(file)
 
     def _is_users(self, thing):
-        """A function or a class."""
+        """Returns true for a function or a class of the user."""
         name = thing.__module__
         if name in sys.modules and name != "builtins":
             return self._is_users_name(name)
@@ -241,7 +241,7 @@ class _Finder:
         return version if isinstance(version, str) else f"of Python {sys.version_info[0]}.{sys.version_info[1]}"
 
     def _file(self, name, file):
-        """The source of a module, and what it imports."""
+        """Adds the source of a module, and the modules that it imports."""
         if name in self._files:
             return
         self._files.add(name)
@@ -283,7 +283,7 @@ class _Finder:
 
     @staticmethod
     def _file_of(name):
-        """Without importing it."""
+        """Returns the file of a module without importing it."""
         pieces, spec = name.split("."), None
         try:
             for n in range(1, len(pieces) + 1):
@@ -300,7 +300,7 @@ class _Finder:
     # ---- values
 
     def _value(self, value, where):
-        """A text that stands for the value's content; parts stand by their names."""
+        """Returns a text that represents the value's content; parts are represented by their names."""
         if isinstance(value, _PLAIN):
             return f"{type(value).__name__} {value!r}"
         if isinstance(value, types.FunctionType):
@@ -332,7 +332,7 @@ class _Finder:
             return f"dtype {value.str} {value.descr!r}"
         if type(value) is tuple:
             return f"tuple {[self._value(one, where) for one in value]}"
-        if id(value) in self._first:  # once more, or within itself
+        if id(value) in self._first:  # again, or inside itself
             return f"as {self._first[id(value)]}"
         self._first[id(value)] = where
         self._alive.append(value)
@@ -381,12 +381,12 @@ class _Finder:
         return str([f"{name}: {self._value(one, f'{where}, its {name}')}" for name, one in sorted(attributes.items())])
 
     def _state(self, value, where):
-        """Of an object whose class is not the user's: the numbers of a tensor, else what it is copied from, else attributes."""
+        """Returns the state of an object of a third-party class: the numbers of a tensor, else its copy state, else attributes."""
         if hasattr(type(value), "__array__"):
             try:
                 return self._array(numpy.asarray(value), where)
             except Exception:  # pylint: disable=broad-except
-                pass  # whatever a class of somebody else raises
+                pass  # a third-party class may raise anything
         try:
             reduced = value.__reduce_ex__(4)
         except Exception:  # pylint: disable=broad-except
@@ -401,7 +401,7 @@ class _Finder:
 
 
 def fingerprint(function):
-    """{"parts": {name: SHA-256}, "not_seen": [text]} of an estimator."""
+    """Returns {"parts": {name: SHA-256}, "not_seen": [text]} of an estimator."""
     called = function
     while isinstance(called, functools.partial):
         called = called.func

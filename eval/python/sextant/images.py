@@ -7,8 +7,8 @@ from .arguments import choice, number, path
 
 
 def read_flow(file, format="auto") -> numpy.ndarray:
-    """Optical flow, float32 (height, width, 2), px, NaN where there is none: flo (Middlebury), kitti or vkitti (16-bit PNG).
-    `auto` takes flo by the file's name; the two kinds of PNG must be told apart.
+    """Reads optical flow: float32 (height, width, 2), px, NaN = invalid. Formats: flo (Middlebury), kitti or vkitti (16-bit PNG).
+    `auto` recognises flo by the file's name; for a PNG the format must be given.
 
     >>> import pathlib
     >>> pathlib.Path("x.flo").write_bytes(b"PIEH" + numpy.array([1, 1], "<i4").tobytes() + numpy.array([0.5, -1], "<f4").tobytes())
@@ -24,7 +24,7 @@ def read_flow(file, format="auto") -> numpy.ndarray:
 
 
 def read_depth(file, format, *, bf=0.0) -> numpy.ndarray:
-    """Depth, float32 (height, width), m, NaN where there is none, of a 16-bit PNG: depth256 (KITTI), cm (Virtual KITTI), or
+    """Reads depth from a 16-bit PNG: float32 (height, width), m, NaN = invalid. Formats: depth256 (KITTI), cm (Virtual KITTI), or
     disparity256 with bf, focal length times baseline in px m.
 
     >>> sextant.read_depth("missing.png", "cm")

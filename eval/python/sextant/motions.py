@@ -1,4 +1,4 @@
-"""Errors of motions between two frames, and the smallest that any estimator can have (docs/metrics.md)."""
+"""Errors of motions between two frames, and their Cramer-Rao lower bound (docs/metrics.md)."""
 
 import dataclasses
 import typing
@@ -12,7 +12,7 @@ from .noise import camera_numbers
 
 
 def pose_change_errors(estimate, truth):
-    """E = inverse(estimate) truth of each: arrays E_t [m] and E_R [deg]. Both (n, 4, 4).
+    """Returns E_t [m] and E_R [deg] of E = inverse(estimate) truth for each pair of motions, both (n, 4, 4).
 
     >>> estimate, truth = numpy.tile(numpy.eye(4), (2, 1, 1)), numpy.tile(numpy.eye(4), (2, 1, 1))
     >>> estimate[1, 2, 3] = 0.5
@@ -23,7 +23,7 @@ def pose_change_errors(estimate, truth):
 
 
 def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, true_camera=None):
-    """Errors of object motions H in the world, from frame k-1 to k, as `sextant evaluate objects` takes them.
+    """Returns errors of object motions H in the world, from frame k-1 to k, with the definitions of `sextant evaluate objects`.
 
     estimate, truth   (n, 4, 4), H = L_k inverse(L_k-1) with L = T_world_object
     object_pose       (n, 4, 4), true L of frame k-1: gives Et_body_m, ER_body_deg, v_kmh, v_gt_kmh, Ev_kmh over dt seconds
@@ -43,18 +43,18 @@ def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, tru
 
 @dataclasses.dataclass(frozen=True)
 class Bound:
-    """Smallest covariance of the left twist [rho; omega] (m, rad) of T_curr_prev, and what it means in E_t and E_R."""
+    """Lower bounds on the covariance of the left twist [rho; omega] (m, rad) of T_curr_prev, and on E_t and E_R."""
     previous_depth: numpy.ndarray  #: (6, 6), from flow and the depth of the previous frame
     both_depths: typing.Optional[numpy.ndarray]  #: with the depth of the current frame too
 
     def rms(self, T=None, *, both=False):
-        """Root mean square (E_t [m], E_R [deg]); T (4, 4) takes the twist into another frame."""
+        """Returns the root mean squares (E_t [m], E_R [deg]); T (4, 4) transforms the twist into another frame."""
         return _core.rms_error(self.both_depths if both else self.previous_depth, floats("T", T))
 
 
 def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, delta_d_px=0.0, baseline_m=0.0, depth_curr=None,
                  correlation=()):
-    """Cramer-Rao bound of one body's motion; None where the points do not determine it.
+    """Returns the Cramer-Rao bound of one body's motion; None if the points do not determine it.
 
     pixels (n, 2), depth (n,), flow (n, 2): exact, float64; depth_curr (n,): NaN = none
     flow_sigma_px     (x, y)
@@ -87,7 +87,7 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
 
 
 def nees(estimate, covariance, truth):
-    """Normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None where that is singular.
+    """Returns the normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None if that is singular.
 
     >>> estimate = numpy.eye(4)
     >>> estimate[0, 3] = 0.2

@@ -1,4 +1,4 @@
-"""The noise of docs/noise.md on arrays: the bits are those that estimators inside the program see."""
+"""The noise of docs/noise.md on arrays, with the same bits that estimators in the program get."""
 
 import dataclasses
 import json
@@ -22,7 +22,7 @@ class Camera:
     bf: float = 0.0
 
     def numbers(self):
-        """fx, fy, cx, cy, bf, checked."""
+        """Returns fx, fy, cx, cy, bf after checking them."""
         return [number(f"camera.{field.name}", getattr(self, field.name)) for field in dataclasses.fields(self)]
 
 
@@ -34,7 +34,7 @@ def camera_numbers(camera, name="camera"):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class NoisyFrame(Shown):
-    """What was given, corrupted; None where nothing was given. Depths that became invalid are NaN."""
+    """The given arrays after corruption; None for arrays that were not given. Depths that became invalid are NaN."""
     depth: typing.Optional[numpy.ndarray]
     flow: typing.Optional[numpy.ndarray]
     backward_flow: typing.Optional[numpy.ndarray]
@@ -46,7 +46,7 @@ _UNUSED_CAMERA = [1.0, 1.0, 0.0, 0.0, 1.0]
 
 
 def _ids(mask):
-    """A mask as uint16; any unsigned type is taken whose ids fit."""
+    """Returns a mask as uint16; accepts any unsigned type whose ids fit."""
     unsigned = isinstance(mask, numpy.ndarray) and mask.dtype.kind == "u" and mask.dtype.isnative
     if not unsigned or mask.dtype == numpy.uint16 or mask.size == 0:
         return mask
@@ -58,7 +58,7 @@ def _ids(mask):
 
 
 class Noise:
-    """Noise as plans and --noise take it: a dict, or JSON text.
+    """Noise with the options of plans and --noise: a dict, or JSON text.
 
     Noise({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.5}, "correlation": {"model": "spatial", ...}})
     """
@@ -68,7 +68,7 @@ class Noise:
 
     @property
     def options(self):
-        """Every model that changes something, with all its options."""
+        """Returns all options of the models that have an effect."""
         return json.loads(self._noise.options())
 
     @property
@@ -80,7 +80,7 @@ class Noise:
 
     def apply(self, *, seed, dataset, sequence, frame, camera=None, depth=None, flow=None, backward_flow=None, mask=None,
               missing="error"):
-        """The arrays of one frame with noise on them; they stay as they are.
+        """Returns the arrays of one frame with noise; the arguments stay unchanged.
 
         depth          (height, width), m, taken as float32, which is what comes back
         flow           (height, width, 2), px to the next frame; backward_flow: to the previous one

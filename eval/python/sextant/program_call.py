@@ -1,4 +1,4 @@
-"""Starting the program `sextant`, and what it says on the way."""
+"""Starting the program `sextant`, and reading its progress and messages."""
 
 import codecs
 import dataclasses
@@ -17,7 +17,7 @@ from .arguments import path
 
 
 class ProgramError(Error):
-    """The program has refused; its message, and its exit code (2 bad input, 70 internal error, 130 interrupted)."""
+    """An error of the program: its message, and its exit code (2 bad input, 70 internal error, 130 interrupted)."""
 
     def __init__(self, message, exit_code):
         super().__init__(message)
@@ -26,7 +26,7 @@ class ProgramError(Error):
 
 @dataclasses.dataclass(frozen=True)
 class Progress:
-    """What a function given as `progress` is called with."""
+    """Argument of a function given as `progress`."""
     what: str
     done: int
     total: int
@@ -34,7 +34,7 @@ class Progress:
 
 
 def program() -> str:
-    """The program: $SEXTANT_PROGRAM, else bin/sextant beside the package (of its build or prefix), else that of the PATH.
+    """Returns the program: $SEXTANT_PROGRAM, else bin/sextant next to the package (of its build or prefix), else from the PATH.
 
     >>> sextant.program()
     '...sextant'
@@ -59,7 +59,7 @@ _PROGRESS = re.compile(r"\x1b\[K(.+?) (\d+)/(\d+)  [\d.]+/s  ([\d.]+) s left")
 
 
 class _Shown:
-    """Shows progress: by tqdm where it is installed, else as a line on standard error."""
+    """Shows progress with tqdm if it is installed, otherwise as a line on standard error."""
 
     def __init__(self):
         try:
@@ -85,7 +85,7 @@ class _Shown:
 
 
 class _Messages:
-    """Standard error of the program, read as it comes: progress, warnings, and the error that it ends with."""
+    """Reader of the program's standard error: progress, warnings, and the final error."""
 
     def __init__(self, report):
         self._report = report
@@ -119,7 +119,7 @@ class _Messages:
 
 
 def _drain(process, error_end, messages):
-    """Both outputs until both are closed; returns standard output."""
+    """Reads both outputs until both are closed; returns standard output."""
     out = []
     with selectors.DefaultSelector() as ready:
         ready.register(process.stdout.fileno(), selectors.EVENT_READ)
@@ -141,8 +141,8 @@ def _drain(process, error_end, messages):
 
 
 def call(arguments, *, progress=None, good=(0,)):
-    """Runs it; returns (exit code, standard output as JSON, warnings). `progress`: True shows a line on standard error, a function
-    is called with a Progress."""
+    """Runs the program; returns (exit code, standard output as JSON, warnings). `progress`: True shows a line on standard error,
+    a function is called with a Progress."""
     report = _Shown() if progress is True else progress or None
     if report is not None and not callable(report):
         raise Error(f"progress: expected True, False or a function, got {progress!r}")
@@ -151,7 +151,7 @@ def call(arguments, *, progress=None, good=(0,)):
             raise Error(f"an argument of the program has a zero byte: {argument!r}")
         path("an argument of the program", argument)
     command = [program(), *arguments]
-    if report is None:  # the program shows no progress where nobody looks
+    if report is None:  # without a listener the program shows no progress
         error_end, other = os.pipe()
     else:
         error_end, other = os.openpty()
@@ -166,7 +166,7 @@ def call(arguments, *, progress=None, good=(0,)):
         with process:
             try:
                 out = _drain(process, error_end, messages)
-            except BaseException:  # Ctrl-C reaches both; the program tidies up
+            except BaseException:  # Ctrl-C reaches both processes; the program cleans up
                 process.send_signal(signal.SIGINT)
                 process.wait()
                 raise

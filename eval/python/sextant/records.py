@@ -11,17 +11,17 @@ from .arguments import path
 
 
 def read(folder):
-    """One row a record, one flat column a field: dataset, sequence, estimator, noise, level, seed, frame, body, status, ...,
-    errors_Et_m, values_v_kmh, bound_Et_m, time_ms_total (docs/metrics.md).
+    """Reads records as a frame with one row per record and one flat column per field: dataset, sequence, estimator, noise, level,
+    seed, frame, body, status, ..., errors_Et_m, values_v_kmh, bound_Et_m, time_ms_total (docs/metrics.md).
 
-    Texts are categories, numbers that a record lacks NaN. `attrs["run"]` is run.json.
+    Texts are categories; numbers that a record lacks are NaN. `attrs["run"]` is run.json.
 
     >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
     >>> sorted(sextant.read(run.out).status.unique())
     ['gated', 'ok']
     """
     try:
-        import pandas  # here, as all else does without: a data loader starts in a tenth of the time
+        import pandas  # imported here because nothing else needs it: a data loader starts in a tenth of the time
     except ImportError:
         raise Error("sextant.read needs pandas (Debian: python3-pandas); `sextant export` does not") from None
     folder = pathlib.Path(path("folder", folder))
@@ -31,7 +31,7 @@ def read(folder):
             order = sorted(range(len(texts)), key=texts.__getitem__)
             place = numpy.empty(len(texts) + 1, dtype=numpy.int32)
             place[order] = numpy.arange(len(texts))
-            place[-1] = -1  # what -1 in `values` finds
+            place[-1] = -1  # the value for -1 in `values`
             values = pandas.Categorical.from_codes(place[values], [texts[k] for k in order])
         columns[name] = values
     frame = pandas.DataFrame(columns, copy=False)

@@ -1,4 +1,4 @@
-"""How results show themselves: a short line, a table with a picture in a notebook, and figures by matplotlib."""
+"""Display of results: a short line, a table with a picture in a notebook, and figures by matplotlib."""
 
 import base64
 import dataclasses
@@ -14,7 +14,7 @@ __all__ = ["Shown", "axes_of", "figure_html"]
 
 
 def _short(value):
-    """A value in a few words; empty: not worth any."""
+    """Returns a value in a few words; empty if it should not be shown."""
     if isinstance(value, numpy.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, float):
@@ -29,10 +29,10 @@ def _short(value):
 
 
 class Shown:
-    """Of a dataclass: a repr of one short line, and its fields as a table in a notebook."""
+    """Mixin of dataclasses: a repr of one short line, and the fields as a table in a notebook."""
 
     def _shown(self):
-        """(name, text) of what is shown."""
+        """Yields (name, text) of the fields that are shown."""
         fields = ((field.name, _short(getattr(self, field.name))) for field in dataclasses.fields(self) if field.repr)
         return [(name, text) for name, text in fields if text]
 
@@ -40,7 +40,7 @@ class Shown:
         return f"{type(self).__name__}({', '.join(f'{name}: {text}' for name, text in self._shown())})"
 
     def _table(self):
-        """The titles of columns, and rows of texts."""
+        """Returns the titles of the columns, and rows of texts."""
         return [], [list(row) for row in self._shown()]
 
     def _repr_html_(self):
@@ -51,7 +51,7 @@ class Shown:
 
 
 def axes_of(ax=None, n=1, figsize=(6, 4)):
-    """The axes to draw on: those given, or new ones of matplotlib, which is imported here alone."""
+    """Returns the axes to draw on: the given ones, or new ones of matplotlib, which is imported only here."""
     if ax is not None:
         return ax
     try:
@@ -62,7 +62,7 @@ def axes_of(ax=None, n=1, figsize=(6, 4)):
 
 
 def figure_html(result):
-    """What .plot() draws, as an image; empty where there is no plot, or no matplotlib."""
+    """Returns the picture drawn by .plot() as HTML; empty if there is no plot, or no matplotlib."""
     if not hasattr(result, "plot"):
         return ""
     n = getattr(result, "_n_axes", 1)

@@ -1,5 +1,6 @@
-"""Paths of cameras and their errors, as `sextant evaluate ego` and evo have them (docs/metrics.md). A path is a Trajectory, or
-an array (n, 4, 4) of T_world_camera; estimate and reference pose by pose: associate() finds which belong together."""
+"""Paths of cameras and their errors, with the definitions of `sextant evaluate ego` and evo (docs/metrics.md). A path is a
+Trajectory, or an array (n, 4, 4) of T_world_camera. Estimate and reference must correspond pose by pose; associate() finds
+corresponding poses by time."""
 
 import dataclasses
 import os
@@ -17,21 +18,21 @@ from .showing import Shown, axes_of
 
 @dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Trajectory(Shown):
-    """A path, read from a file or made of arrays."""
+    """A path, read from a file or made from arrays."""
     poses: numpy.ndarray  #: (n, 4, 4), T_world_camera; the rotations are the matrices as read
     stamps: typing.Optional[numpy.ndarray] = None  #: (n,), s
     frames: typing.Optional[numpy.ndarray] = None  #: (n,), whole numbers
-    has_rotations: bool = True  #: False: positions alone, the rotations are identities
-    truth: typing.Optional["Trajectory"] = dataclasses.field(default=None, repr=False)  #: of logs that hold both
+    has_rotations: bool = True  #: False: positions only, the rotations are identities
+    truth: typing.Optional["Trajectory"] = dataclasses.field(default=None, repr=False)  #: the true path, for logs that contain both
     format: str = ""
-    warnings: typing.List[str] = dataclasses.field(default_factory=list)  #: what was repaired while reading
+    warnings: typing.List[str] = dataclasses.field(default_factory=list)  #: repairs made while reading
 
     def __len__(self):
         return len(self.poses)
 
     @property
     def positions(self):
-        """(n, 3), m."""
+        """Positions, (n, 3), m."""
         return self.poses[:, :3, 3]
 
     def _shown(self):
@@ -44,7 +45,7 @@ class Trajectory(Shown):
         return [(name, value) for name, value in told if value]
 
     def plot(self, ax=None, *, plane="xz", **line):
-        """Draws the path as seen from above (xz of a camera that looks ahead), with matplotlib; returns the axes.
+        """Draws the path in bird's eye view (xz of a camera that looks ahead), with matplotlib; returns the axes.
 
         >>> sextant.Trajectory(numpy.tile(numpy.eye(4), (3, 1, 1))).plot().get_xlabel()
         'x [m]'
@@ -64,8 +65,8 @@ def _trajectory(series, truth=None, warnings=(), format=""):
 
 
 def read_trajectory(file, format="auto") -> Trajectory:
-    """A file of any format that `sextant evaluate ego` reads: tum, kitti, euroc, bag, mcap, ... (docs/evaluate.md). What fits
-    several formats is not guessed: `format` says which.
+    """Reads a file in any format of `sextant evaluate ego`: tum, kitti, euroc, bag, mcap, ... (docs/evaluate.md). If a file
+    fits several formats, `format` must be given.
 
     >>> sextant.write_trajectory("path.txt", numpy.tile(numpy.eye(4), (3, 1, 1)), stamps=[0, 0.1, 0.2])
     >>> sextant.read_trajectory("path.txt")
@@ -77,7 +78,7 @@ def read_trajectory(file, format="auto") -> Trajectory:
 
 
 def _quaternions(R):
-    """(n, 4), x y z w, of rotations (n, 3, 3): of the four formulas the one whose divisor is largest."""
+    """Returns quaternions (n, 4), x y z w, of rotations (n, 3, 3), as the eigenvector of the largest eigenvalue."""
     K = numpy.empty((len(R), 4, 4))
     xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
     K[:, 0, 0], K[:, 1, 1], K[:, 2, 2], K[:, 3, 3] = xx - yy - zz, yy - xx - zz, zz - xx - yy, xx + yy + zz
@@ -89,8 +90,8 @@ def _quaternions(R):
 
 
 def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
-    """Writes tum (t x y z qx qy qz qw) where there are stamps, else kitti (twelve numbers a pose); every digit is kept. The file
-    appears whole.
+    """Writes tum (t x y z qx qy qz qw) if there are stamps, otherwise kitti (twelve numbers per pose), with all digits. The file
+    appears only when it is complete.
 
     >>> import pathlib
     >>> sextant.write_trajectory("kitti.txt", numpy.tile(numpy.eye(4), (2, 1, 1)))
@@ -98,7 +99,7 @@ def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
     1.0 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.0 1.0 0.0
     """
     T = poses("trajectory", trajectory)
-    _core.align(T, T, "none", 0, None)  # refuses what is no path
+    _core.align(T, T, "none", 0, None)  # raises an Error unless T is a path
     stamps = floats("stamps", stamps if stamps is not None else getattr(trajectory, "stamps", None))
     format = choice("format", format or ("kitti" if stamps is None else "tum"), ("tum", "kitti"))
     if format == "tum":
@@ -121,7 +122,7 @@ def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class ErrorStatistics:
-    """std as numpy's (n in the denominator); sse: the sum of squares."""
+    """Statistics of errors; std has n in the denominator, like numpy's; sse is the sum of squares."""
     rmse: float
     mean: float
     median: float
@@ -133,7 +134,7 @@ class ErrorStatistics:
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Alignment(Shown):
-    poses: numpy.ndarray  #: the estimate, moved
+    poses: numpy.ndarray  #: the aligned estimate
     transform: numpy.ndarray  #: [s R | t; 0 0 0 1], reference from estimate
     scale: float
     flatness: float  #: near 0: the positions lie on a line, and the rotation about it is arbitrary
@@ -142,12 +143,12 @@ class Alignment(Shown):
 @dataclasses.dataclass(frozen=True, repr=False)
 class RelativeErrors(Shown):
     errors: numpy.ndarray
-    pairs: numpy.ndarray  #: (n, 2): error k is that between poses pairs[k]
+    pairs: numpy.ndarray  #: (n, 2): error k is the one between the poses pairs[k]
 
 
 @dataclasses.dataclass(frozen=True)
 class KittiError:
-    """Over stretches of one length, or of all (length_m 0). None where the path is too short for any."""
+    """Errors over segments of one length, or of all lengths (length_m 0). None if the path is too short."""
     length_m: float
     n: int
     translation_percent: typing.Optional[float]
@@ -156,12 +157,12 @@ class KittiError:
 
 @dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class TrajectoryErrors(Shown):
-    """Errors of a path pose by pose, or pair by pair, and what they are of."""
+    """Errors of a path, pose by pose or pair by pair, with the poses behind them."""
     errors: numpy.ndarray  #: (n,)
     statistics: ErrorStatistics
     relation: str
     unit: str
-    pairs: typing.Optional[numpy.ndarray]  #: (n, 2) poses that error k lies between; None: error k is that of pose k
+    pairs: typing.Optional[numpy.ndarray]  #: (n, 2): the poses of error k; None: error k belongs to pose k
     estimate: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4), associated and aligned
     reference: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4)
 
@@ -176,7 +177,9 @@ class TrajectoryErrors(Shown):
     _n_axes = 2
 
     def plot(self, ax=None):
-        """Both paths from above, the estimate coloured by its error, and the errors along it; `ax`: two axes; returns them.
+        """Draws both paths in bird's eye view, the estimate coloured by its error, and the errors along it.
+
+        `ax`: two axes to draw on. Returns the axes.
 
         >>> truth = numpy.tile(numpy.eye(4), (4, 1, 1))
         >>> truth[:, 2, 3] = range(4)
@@ -200,7 +203,7 @@ class TrajectoryErrors(Shown):
 
 
 def statistics(errors) -> ErrorStatistics:
-    """Of errors (n,).
+    """Returns the statistics of errors (n,).
 
     >>> sextant.statistics([3.0, 4.0]).mean
     3.5
@@ -209,7 +212,7 @@ def statistics(errors) -> ErrorStatistics:
 
 
 def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignment:
-    """Moves the estimate onto the reference: none, origin, se3, sim3, scale or yaw (about `up`), from the first n_to_align
+    """Aligns the estimate with the reference: none, origin, se3, sim3, scale or yaw (about `up`), from the first n_to_align
     poses (0: all).
 
     >>> path = numpy.tile(numpy.eye(4), (3, 1, 1))
@@ -225,7 +228,7 @@ def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignm
 
 
 def absolute_errors(estimate, reference, *, relation="trans_part", align="none", n_to_align=0, up=None):
-    """One error a pose (ATE, evo's APE): trans_part [m], rot_part, angle_deg, angle_rad, full, point_distance [m].
+    """Returns one error per pose (ATE, evo's APE): trans_part [m], rot_part, angle_deg, angle_rad, full, point_distance [m].
 
     >>> path = numpy.tile(numpy.eye(4), (2, 1, 1))
     >>> off = path.copy()
@@ -241,7 +244,7 @@ def absolute_errors(estimate, reference, *, relation="trans_part", align="none",
 
 def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relation="trans_part", tolerance=0.1,
                     pairs_from_reference=False, stamps=None, align="none", n_to_align=0, up=None) -> RelativeErrors:
-    """One error a pair of poses (RPE) that are `delta` apart: 1f (frames), 10m, 5deg, 0.5rad, 2s (with `stamps`).
+    """Returns one error per pair of poses (RPE) at the distance `delta`: 1f (frames), 10m, 5deg, 0.5rad, 2s (with `stamps`).
 
     >>> path = numpy.tile(numpy.eye(4), (3, 1, 1))
     >>> off = path.copy()
@@ -259,8 +262,8 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
 
 def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_part", delta=None, all_pairs=False,
                         max_difference=0.01) -> TrajectoryErrors:
-    """Errors of one path, with the numbers of `sextant evaluate ego`. Poses belong together by their stamps where both paths have
-    some, else by their frame numbers, else one by one. `delta` (1f, 10m, ...) gives errors of pairs (RPE) instead of poses.
+    """Returns the errors of one path, equal to those of `sextant evaluate ego`. Poses are associated by their stamps if both paths
+    have some, else by their frame numbers, else one by one. `delta` (1f, 10m, ...) gives errors of pairs (RPE) instead of poses.
 
     >>> truth = numpy.tile(numpy.eye(4), (4, 1, 1))
     >>> truth[:, 2, 3] = range(4)
@@ -289,7 +292,7 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
 
 
 def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
-    """Errors of the KITTI odometry benchmark: all lengths together first, then 100 to 800 m.
+    """Returns the errors of the KITTI odometry benchmark: all lengths together first, then 100 to 800 m.
 
     >>> path = numpy.tile(numpy.eye(4), (300, 1, 1))
     >>> path[:, 2, 3] = range(300)
@@ -300,8 +303,8 @@ def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
 
 
 def associate(reference_stamps, estimate_stamps, *, max_difference=0.01, offset=0.0):
-    """Indices (of the reference, of the estimate) of poses that belong together by time, as evo finds them; stamps in s,
-    rising, `offset` added to those of the estimate.
+    """Returns indices (of the reference, of the estimate) of poses that correspond by time, as in evo; stamps in s,
+    ascending, `offset` added to those of the estimate.
 
     >>> sextant.associate([0.0, 0.1, 0.2], [0.101, 0.199])
     (array([1, 2]...), array([0, 1]...))

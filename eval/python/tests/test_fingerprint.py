@@ -174,7 +174,7 @@ class Sweeps(unittest.TestCase):
             (self.folder / name).write_text(text)
 
     def sweep(self, out, **flags):
-        """(cases before, stale cases), and what was told."""
+        """Returns (cases before, stale cases), and the lines about stale cases."""
         done = subprocess.run([sys.executable, "-B", "main.py", out, "cache", json.dumps(flags)], cwd=self.folder,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)

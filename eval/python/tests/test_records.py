@@ -1,4 +1,4 @@
-"""Records as frames, and `sextant export`: what is in the file, in every format, whatever strangers wrote into it."""
+"""Records as frames, and `sextant export`: the content of the file in every format, also for untrusted records."""
 
 import csv
 import json

@@ -49,7 +49,7 @@ struct ClaimRow {
 };
 
 /// `names_claim`: whether people see the statement and its place in the table.
-Table claim_table(const std::vector<CheckedClaim>& checked, bool names_claim) {
+Table table_of_claims(const std::vector<CheckedClaim>& checked, bool names_claim) {
   std::vector<ClaimRow> rows;
   std::vector<std::string> notes;
   for (const auto& [claim, results] : checked) {
@@ -94,7 +94,7 @@ Table claim_table(const std::vector<CheckedClaim>& checked, bool names_claim) {
 
 }  // namespace
 
-Table claim_table(const std::vector<CheckedClaim>& checked) { return claim_table(checked, true); }
+Table claim_table(const std::vector<CheckedClaim>& checked) { return table_of_claims(checked, true); }
 
 std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& link) {
   std::vector<VerdictLine> lines;
@@ -106,7 +106,7 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
                                                : fmt::format("{} ({} results)", count_words(verdicts), results.size());
     VerdictLine line{claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
                      results.empty() ? "" : link, "Claims"};
-    line.cases = claim_table({{claim, results}}, false);
+    line.cases = table_of_claims({{claim, results}}, false);
     lines.push_back(std::move(line));
   }
   return lines;

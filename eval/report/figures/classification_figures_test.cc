@@ -12,7 +12,7 @@ namespace {
 using testing::HasSubstr;
 
 /// Four objects in two frames: 1 and 2 move, 3 and 4 stand. The threshold is wrong about 4, likelihood about 2.
-std::vector<Record> records() {
+std::vector<Record> classified_records() {
   std::vector<Record> records;
   for (const std::string estimator : {"joint_flow", "joint_flow_depth, likelihood"}) {
     for (int frame = 1; frame <= 2; ++frame) {
@@ -44,7 +44,7 @@ std::vector<Record> records() {
 }
 
 TEST(ClassificationFigures, TheTableCountsDecisionsAndWhatWasMissedInSight) {
-  const Table table = classification_test_table(records());
+  const Table table = classification_test_table(classified_records());
   ASSERT_EQ(table.rows.size(), 2U);
   const auto number = [&](size_t row, const char* key) {
     return std::get<double>(table.rows[row][table.place(key)]);
@@ -62,7 +62,7 @@ TEST(ClassificationFigures, TheTableCountsDecisionsAndWhatWasMissedInSight) {
 }
 
 TEST(ClassificationFigures, CurvesFollowTheirRecords) {
-  std::vector<Record> all = records();
+  std::vector<Record> all = classified_records();
   const std::vector<Figure> figures = classification_figures(all);
   ASSERT_EQ(figures.size(), 1U);
   const auto whole = [](const std::vector<Figure>& some) { return draw(some[0]).at(some[0].name + ".svg"); };
@@ -77,7 +77,7 @@ TEST(ClassificationFigures, CurvesFollowTheirRecords) {
 }
 
 TEST(ClassificationFigures, NoneWithoutBothKinds) {
-  std::vector<Record> all = records();
+  std::vector<Record> all = classified_records();
   std::erase_if(all, [](const Record& record) { return record.values.at("dynamic_gt") == 0; });
   EXPECT_TRUE(classification_figures(all).empty());
   EXPECT_TRUE(classification_figures({}).empty());

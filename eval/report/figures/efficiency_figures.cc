@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-constexpr size_t max_bodies = 4;
+constexpr size_t most_plotted_bodies = 4;
 
 /// RMS / bound of one error, body, estimator and level.
 struct Ratio {
@@ -78,7 +78,7 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
     highest = std::max(highest, ratio.interval ? ratio.interval->high : ratio.ratio);
   }
   std::vector<std::string> bodies = distinct(rows, &NoiseLevelRow::body);
-  bodies.resize(std::min(bodies.size(), max_bodies));
+  bodies.resize(std::min(bodies.size(), most_plotted_bodies));
   const std::vector<std::string> estimators = in_order(distinct(rows, &NoiseLevelRow::estimator));
   std::vector<Panel> panels;
   for (const std::string& body : bodies) {

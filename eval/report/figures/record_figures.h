@@ -42,7 +42,7 @@ std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& 
 
 // ---- (ours) How near the errors come to the limit: RMS of E_t and E_R over the RMS of their Cramer-Rao
 // bounds, by level, body and estimator, with 95 % intervals. 1: at the bound; below 1 see docs/metrics.md,
-// "The limit". One figure per parameter, dataset and sequence with bounds.
+// "The Cramér-Rao bound". One figure per parameter, dataset and sequence with bounds.
 
 std::vector<Figure> efficiency_figures(const std::vector<NoiseLevelRow>& rows);
 

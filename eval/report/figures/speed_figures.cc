@@ -60,7 +60,7 @@ void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<
   }
 }
 
-std::string estimator_style(const std::string& estimator, size_t i) {
+std::string numbered_style(const std::string& estimator, size_t i) {
   const double size = std::max(0.3, 0.65 - 0.2 * static_cast<double>(i));
   return fmt::format("with linespoints lc rgb \"{}\" lw {} pt {} ps {:.2f}", estimator_colour(estimator),
                      std::max(1.0, 2.5 - static_cast<double>(i)), estimator_point(estimator), size);
@@ -85,7 +85,7 @@ Panel panel_of(const std::string& body, const std::vector<std::string>& estimato
   // Estimators often agree: the later ones are smaller, so that the earlier ones show.
   for (size_t i = 0; i < estimators.size(); ++i) {
     panel.plots.push_back(fmt::format("data using {}:(column(\"v_kmh\")) {}", x(estimators[i]),
-                                      estimator_style(estimators[i], i)));
+                                      numbered_style(estimators[i], i)));
   }
   return panel;
 }
@@ -116,7 +116,7 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
     legend.push_back(
         {"truth \u00b1 floor", "with boxes fc rgb \"#000000\" fs transparent solid 0.15 noborder"});
   for (size_t i = 0; i < estimators.size(); ++i)
-    legend.push_back({estimator_title(estimators[i]), estimator_style(estimators[i], i)});
+    legend.push_back({estimator_title(estimators[i]), numbered_style(estimators[i], i)});
   const PanelLayout layout{.columns = std::min<size_t>(2, panels.size()),
                            .width_cm = panels.size() == 1 ? 8.8 : 18.0,
                            .panel_height_cm = 4.8};

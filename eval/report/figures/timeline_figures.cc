@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-constexpr size_t max_bodies = 6;
+constexpr size_t most_drawn_bodies = 6;
 constexpr double rounding = 1e-9;           // smaller errors are those of exact data: rounding alone
 constexpr const char* no_estimate = "NaN";  // breaks gnuplot's line
 
@@ -25,7 +25,7 @@ std::vector<int> chosen(const Bodies& bodies) {
     if (n > 0) by_size.emplace_back(records.front()->is_ego() ? -1'000'000'000 : -n, order);
   }
   std::ranges::sort(by_size);
-  by_size.resize(std::min(by_size.size(), max_bodies));
+  by_size.resize(std::min(by_size.size(), most_drawn_bodies));
   std::vector<int> orders;
   for (const auto& [n, order] : by_size) orders.push_back(order);
   std::ranges::sort(orders);

@@ -9,8 +9,8 @@
 namespace sextant {
 namespace {
 
-/// What motion_only and joint_flow share: solve with a kernel, fill in everything but the refined flow.
-/// robust = none: no threshold.
+/// Common part of motion_only and joint_flow: solves with a kernel and fills in everything except the refined
+/// flow. robust = none removes the threshold.
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
                                     Robust robust, const SolverOptions& options) {
   if (robust == Robust::geman_mcclure_gnc) return estimate_graduated(problem, start, options);

@@ -2,20 +2,20 @@
 
 // The two estimators of the paper.
 //
-// motion_only (paper eq. (4), (10)): minimise  sum_i h(p_i + phi_i - project(X m_i))  over X, h Huber with
-// covariance Sigma_1 = sigma^2 I. The flow is not refined.
+// motion_only (paper eq. (4), (10)) minimises  sum_i h(p_i + phi_i - project(X m_i))  over X, where h is
+// Huber's kernel with covariance Sigma_1 = sigma^2 I. The flow is not refined.
 //
-// joint_flow (paper eq. (11)): minimise over X and every refined flow phihat_i
+// joint_flow (paper eq. (11)) minimises over X and every refined flow phihat_i
 //
 //   sum_i h1(p_i + phihat_i - project(X m_i)) + h2(phi_i - phihat_i),
 //
-// h1, h2 Huber with covariances sigma_projection^2 I and sigma_flow^2 I. The flows are eliminated in closed
-// form (robust_kernel.h): X is the optimum of motion_only with the effective kernel, and the refined flow
-// follows per point. Equal to the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the
-// flow.
+// where h1, h2 are Huber's kernels with covariances sigma_projection^2 I and sigma_flow^2 I. The flows are
+// eliminated in closed form (robust_kernel.h): X is the optimum of motion_only with the effective kernel, and
+// the refined flow follows per point. The result equals that of the literal cost in Ceres (ceres_reference.h)
+// to 1e-8 in X and 1e-6 px in the flow.
 //
-// Two options are not of the paper and lead to flow_depth/: robust = geman_mcclure_gnc (graduation.h) and
-// covariance = correlated (correlated_covariance.h).
+// Two options are not in the paper and are implemented in flow_depth/: robust = geman_mcclure_gnc
+// (graduation.h) and covariance = correlated (correlated_covariance.h).
 
 #include "sextant/base/options.h"
 #include "sextant/estimator/solvers/estimator.h"
@@ -24,12 +24,12 @@
 namespace sextant {
 
 struct MotionOnlyOptions {
-  SEXTANT_OPTIONS(
-      (double, sigma_px, 1.0, "px", "standard deviation of the reprojection error per axis"),
-      (double, huber, 1.345, "sigmas", "Huber threshold"),  // 95 % efficiency on Gaussian data (Huber 1981)
-      (Robust, robust, Robust::huber, "", "kernel"),
-      (CovarianceOf, covariance, CovarianceOf::independent, "", covariance_meaning),
-      (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
+  SEXTANT_OPTIONS((double, sigma_px, 1.0, "px", "standard deviation of the reprojection error per axis"),
+                  (double, huber, 1.345, "sigmas",
+                   "Huber threshold"),  // 95 % efficiency on Gaussian data (Huber 1981)
+                  (Robust, robust, Robust::huber, "", "kernel"),
+                  (CovarianceOf, covariance, CovarianceOf::independent, "", covariance_meaning),
+                  (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
   void check() const;
 };
 
@@ -41,19 +41,19 @@ class MotionOnly : public WithOptions<Estimator, MotionOnlyOptions> {
 };
 
 struct JointFlowOptions {
-  SEXTANT_OPTIONS(
-      (double, sigma_projection_px, 0.4, "px", "Sigma_1: reprojection error of the refined flow, per axis"),
-      (double, sigma_flow_px, 0.8, "px", "Sigma_2: error of the measured flow, per axis"),
-      (double, huber_projection, 1.345, "sigmas", "Huber threshold of the reprojection term"),
-      (double, huber_flow, 1.345, "sigmas", "Huber threshold of the flow term"),
-      (Robust, robust, Robust::huber, "", "kernel"),
-      (CovarianceOf, covariance, CovarianceOf::independent, "", covariance_meaning),
-      (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
+  SEXTANT_OPTIONS((double, sigma_projection_px, 0.4, "px",
+                   "Sigma_1: reprojection error of the refined flow, per axis"),
+                  (double, sigma_flow_px, 0.8, "px", "Sigma_2: error of the measured flow, per axis"),
+                  (double, huber_projection, 1.345, "sigmas", "Huber threshold of the reprojection term"),
+                  (double, huber_flow, 1.345, "sigmas", "Huber threshold of the flow term"),
+                  (Robust, robust, Robust::huber, "", "kernel"),
+                  (CovarianceOf, covariance, CovarianceOf::independent, "", covariance_meaning),
+                  (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
   void check() const;
 
   HuberKernel projection_kernel() const { return {sigma_projection_px, threshold(huber_projection)}; }
   HuberKernel flow_kernel() const { return {sigma_flow_px, threshold(huber_flow)}; }
-  /// Kernels that redescend share the residual by variance, as none at all does.
+  /// Redescending kernels split the residual by variance, as least squares does.
   double threshold(double huber) const {
     return robust == Robust::huber ? huber : std::numeric_limits<double>::infinity();
   }

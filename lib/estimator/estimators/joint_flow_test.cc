@@ -33,7 +33,7 @@ TEST_P(JointFlowAgainstCeres, EqualsMotionOnlyWithTheEffectiveKernel) {
     const MotionEstimate motion = MotionOnly(matched).estimate(random.problem, random.start);
     const MotionEstimate motion_ceres = MotionOnlyCeres(matched).estimate(random.problem, random.start);
     EXPECT_LT(pose_difference(joint.T_curr_prev, motion.T_curr_prev), 1e-9) << seed;
-    // The optimum, not where the iteration began, decides.
+    // The result depends on the optimum and not on the starting motion.
     const StartingPoint elsewhere{random.T_curr_prev, random.start.inliers};
     const MotionEstimate again = MotionOnly(matched).estimate(random.problem, elsewhere);
     EXPECT_LT(pose_difference(joint.T_curr_prev, again.T_curr_prev), 1e-9) << seed;
@@ -77,7 +77,7 @@ double cost(const HuberKernel& kernel, double norm_px) {
   return HuberAt<double>(Huber<double>(kernel.sigma_px, kernel.threshold), norm_px * norm_px).cost;
 }
 
-// The definition itself: no split of a residual costs less than the closed form's.
+// By definition: no split of a residual has a lower cost than that of the closed form.
 TEST(InfimalConvolution, IsTheMinimumOverAllSplits) {
   for (const auto& [projection, flow] : {std::pair<HuberKernel, HuberKernel>{{0.4, 1.345}, {0.8, 1.345}},
                                          {{1.0, 1.0}, {0.5, 2.0}},
@@ -113,8 +113,7 @@ TEST(ReprojectionSolver, GradientAndHessianAgainstFiniteDifferences) {
     const NormalEquations plus = accumulate(data, SE3::exp(xi) * random.start.T_curr_prev, kernel);
     const NormalEquations minus = accumulate(data, SE3::exp(-xi) * random.start.T_curr_prev, kernel);
     EXPECT_NEAR((plus.cost - minus.cost) / (2 * h), at.gradient[k], 1e-6 * at.gradient.norm()) << k;
-    // The Gauss-Newton Hessian leaves out the curvature of the projection:
-    // a few percent with these residuals.
+    // The Gauss-Newton Hessian omits the curvature of the projection: a few percent with these residuals.
     const Vector6d column = (plus.gradient - minus.gradient) / (2 * h);
     EXPECT_LT((column - at.hessian.col(k)).norm(), 0.1 * at.hessian.col(k).norm()) << k;
   }
@@ -154,8 +153,8 @@ TEST(MotionOnly, CovarianceMatchesCeres) {
   const RandomProblem random = make_random_problem(8, {.n_points = 400});
   const MotionEstimate ours = MotionOnly({}).estimate(random.problem, random.start);
   const MotionEstimate reference = MotionOnlyCeres({}).estimate(random.problem, random.start);
-  // Ceres weighs outer points by IRLS, ours by the exact Hessian:
-  // equal up to the few points beyond the threshold.
+  // Ceres weighs outer points by IRLS, this solver by the exact Hessian: equal except for the few points
+  // beyond the threshold.
   EXPECT_LT((ours.covariance - reference.covariance).norm(), 0.1 * reference.covariance.norm());
 }
 

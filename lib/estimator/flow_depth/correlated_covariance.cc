@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-constexpr int offset = 6;  // unknown of ErrorScore
+constexpr int offset = 6;  // index of the common offset in ErrorScore
 
 std::optional<SpatialCorrelation> declared_correlation(const Problem& problem) {
   return declares_errors(problem) ? std::optional(problem.noise->correlation) : std::nullopt;
@@ -21,7 +21,7 @@ ErrorParts parts_of(const SpatialCorrelation& correlation, double variance) {
   return {variance * correlation.independent_share() * one, variance * one, correlation.parts};
 }
 
-/// Derivatives by the motion times this lower triangular matrix, row by row.
+/// Multiplies the derivatives with respect to the motion by this lower triangular matrix, stored row by row.
 SEXTANT_INLINED void transform(const double* to, ErrorScore& score) {
   for (int a = 5; a >= 0; --a) {
     Lanes sum = to[6 * a + a] * score.derivative[a];
@@ -37,7 +37,7 @@ void change_coordinates(const Matrix6d& to, std::vector<ErrorScore>& scores) {
   transform_all(rows.data(), scores);
 }
 
-/// Numbers that all points share.
+/// Factors shared by all points.
 struct ScoreUnits {
   double fx, fy, cx, cy, bf;
   double per_u, per_v;               ///< 1 / sigma
@@ -45,7 +45,8 @@ struct ScoreUnits {
   double t_z;
 };
 
-/// Derivatives times `to`; returns the mean slope of the kernel, 0 if no point is before the camera.
+/// Computes the scores, with derivatives multiplied by `to`; returns the mean of rho', 0 if no point is in
+/// front of the camera.
 SEXTANT_SIMD double fill_scores(const FlowDepthData& points, const ScoreUnits& k, const RobustKernel& kernel,
                                 const double* to, ErrorScore* out) {
   double slope = 0, n_seen = 0;
@@ -87,8 +88,9 @@ SEXTANT_SIMD double fill_scores(const FlowDepthData& points, const ScoreUnits& k
   return n_seen > 0 ? slope / n_seen : 0;
 }
 
-/// Nothing is measured of points behind the camera. Residuals are those that pull: times the kernel's weight
-/// over the mean of its slope. Derivatives by the motion: times `to`, lower triangular.
+/// Returns the scores of all points. Points behind the camera have no measurements. Residuals are multiplied
+/// by the kernel's weight over the mean of rho'; derivatives with respect to the motion are multiplied by
+/// `to`, lower triangular.
 std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels& levels,
                                   const RobustKernel& kernel, const SE3& X, const Matrix6d& to) {
   const StereoCamera& camera = points.camera();
@@ -112,7 +114,7 @@ std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels
   return scores;
 }
 
-/// L of S = L L^T; none if S is not positive definite.
+/// Returns L of S = L L^T; nullopt if S is not positive definite.
 std::optional<Matrix6d> lower_factor(const Matrix6d& S) {
   const Eigen::LLT<Matrix6d> factor(S);
   return factor.info() == Eigen::Success ? std::optional<Matrix6d>(factor.matrixL()) : std::nullopt;
@@ -121,9 +123,10 @@ Matrix6d inverse_of_lower(const Matrix6d& L) {
   return L.triangularView<Eigen::Lower>().solve(Matrix6d::Identity());
 }
 
-/// The estimate that takes depths as measured, to first order from X: what it is, and how its points count.
+/// First-order estimate, from X, of the motion that treats depths as exact, and the contribution of each
+/// point.
 struct MeasuredDepths {
-  Vector6d step;  ///< from X, left twist
+  Vector6d step;  ///< from X, as a left twist
   DepthInformation information;
   std::vector<ErrorScore> scores;
   WeightedEquations equations;
@@ -144,7 +147,7 @@ struct MeasuredDepths {
   }
 };
 
-/// to += factor from, of the derivatives by the motion.
+/// Adds `factor` times the derivatives of `from` with respect to the motion to `to`.
 void add(const Matrix6d& factor, const std::vector<ErrorScore>& from, std::vector<ErrorScore>& to) {
   for (size_t i = 0; i < to.size(); ++i) {
     for (int a = 0; a < 6; ++a) {
@@ -153,8 +156,9 @@ void add(const Matrix6d& factor, const std::vector<ErrorScore>& from, std::vecto
   }
 }
 
-/// Square of a common offset of the disparities (px^2) beyond the variance of its estimate; 0 where that does
-/// not tell it to one pixel. It is gradient over information; `variance`: of the gradient.
+/// Returns the square of a common offset of the disparities (px^2) minus the variance of its estimate; 0 if
+/// the offset is not determined to one pixel. The estimate is gradient over information; `variance` is that
+/// of the gradient.
 double squared_offset(double gradient, double information, double variance) {
   constexpr double known_px = 1;
   if (!(information > 0)) return 0;
@@ -175,8 +179,8 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   const std::optional<SpatialCorrelation> declared = declared_correlation(problem);
   if (declared && declared->parts.empty()) return std::nullopt;
   CorrelatedEstimate out{X, false, Matrix6d::Constant(INFINITY), nullptr};
-  // In coordinates in which independent errors have the unit matrix, so that no direction is lost in
-  // rounding.
+  // In coordinates in which the covariance of independent errors is the identity, so that no direction is
+  // lost in rounding.
   const std::optional<Matrix6d> L = lower_factor(independent.total);
   if (points.size() == 0 || !L) return out;
   const Matrix6d to = inverse_of_lower(*L);
@@ -184,10 +188,10 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   ErrorParts parts = known != nullptr ? known->parts
                      : declared       ? parts_of(*declared, 1)
                                       : estimate_error_parts(scores);
-  // Errors are at least as large as independent ones are taken to be.
+  // The errors are at least as large as those of the independent model.
   if (known == nullptr) parts.raise_to(declared ? inflation : 1);
   const bool reweighs = parts.correlate() && parts.significant;
-  // A score stands for those of the points between.
+  // Each score represents the points left out between the samples.
   const double all = static_cast<double>(n_points) / static_cast<double>(scores.size());
   const double of_each = reweighs ? 1 : all;
   const ErrorParts weights = reweighs ? parts : ErrorParts{};
@@ -208,7 +212,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
                                  gradient + (information.total - information.errors) * to_mean, scores.size(),
                                  parts.correlate() ? Scores::correlated : Scores::independent);
     if (prior.holds()) {
-      // The mean errs as well, by the errors of the same points.
+      // The prior's mean has errors too, from the errors of the same points.
       pull = prior.precision * prior.covariance;
       add(to * pull * *L, measured.scores, scores);
       by_offset += pull * *L * measured.equations.curvature.col(offset).head<6>();

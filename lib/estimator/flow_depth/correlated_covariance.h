@@ -1,9 +1,9 @@
 #pragma once
 
-// The option `covariance` of every estimator: whether errors count as independent from point to point, or as
-// correlated over the image (correlated_errors.h): as the problem declares, and as the residuals show where
-// it declares no level of the flow. Points and status are the same, and so is the motion of motion_only and
-// joint_flow. joint_flow_depth takes a step of generalised least squares from there (correlated_weights.h).
+// Option `covariance` of every estimator: errors are independent between points, or correlated over the image
+// (correlated_errors.h), as declared by the problem or, if it declares no flow noise, as estimated from the
+// residuals. Points and status are the same in both cases, and so is the motion of motion_only and
+// joint_flow. joint_flow_depth adds a step of generalised least squares (correlated_weights.h).
 
 #include <memory>
 #include <optional>
@@ -16,22 +16,27 @@
 
 namespace sextant {
 
-/// Of motion_only and joint_flow, whose optimum with this kernel `estimate` holds.
+/// Replaces the covariance of motion_only and joint_flow, for an `estimate` that is their optimum with this
+/// kernel.
 void correlate(const Problem& problem, const HuberKernel& kernel, MotionEstimate& estimate);
 
 struct CorrelatedEstimate {
   SE3 T_curr_prev;
-  bool moved = false;                      ///< from X
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist; infinite where points do not determine it
+  bool moved = false;                      ///< true if the motion differs from X
+  Matrix6d covariance = Matrix6d::Zero();  ///< covariance of the left twist; infinite if not determined
   std::shared_ptr<const ErrorModel> errors;
 };
-/// Whether the problem says how its flow errs.
+/// Returns true if the problem declares its flow noise.
 bool declares_errors(const Problem& problem);
 
-/// Of joint_flow_depth, whose optimum for independent errors is X. `points`: of n_points that count those
-/// that tell it, evaluated at X: where errors are declared, all. `independent`: what all tell there.
-/// `inflation`: of independent errors, by the kernel. `is_weak`: depths do not determine all directions.
-/// `known`: what these points need not be asked; may be null. None where errors are declared independent.
+/// Computes motion and covariance of joint_flow_depth, whose optimum for independent errors is X. Returns
+/// nullopt if errors are declared independent.
+/// `points`: subset of the n_points inliers used to estimate the error correlation, evaluated at X; all of
+/// them if errors are declared.
+/// `independent`: information of all inliers at X. `inflation`: factor of the kernel on the covariance of
+/// independent errors.
+/// `is_weak`: the depths do not determine all directions. `known`: an error model that replaces the estimate;
+/// may be null.
 std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDepthData& points,
                                             size_t n_points, const NoiseLevels& levels,
                                             const RobustKernel& kernel, const DepthInformation& independent,

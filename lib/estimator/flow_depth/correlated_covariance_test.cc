@@ -16,7 +16,7 @@ namespace {
 using Part = SpatialCorrelation::Part;
 constexpr Lanes ones = {1, 1, 1, 1};
 
-/// One draw of a field of one length: white noise on a fine lattice, weighted by the distance.
+/// One realisation of a field with one length: white noise on a fine lattice, weighted by distance.
 class Field {
  public:
   Field(double length_px, std::mt19937_64& random) : length_(length_px), random_(random) {}
@@ -48,7 +48,7 @@ class Field {
   std::map<std::pair<int, int>, double> nodes_;
 };
 
-/// Points of a body, its motion's derivatives smooth over the image as those of a camera are.
+/// Points of a body with derivatives of its motion that are smooth over the image, as for a camera.
 std::vector<ErrorScore> random_scores(int n, double width_px, unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -90,12 +90,13 @@ ScoreMatrix sum_over_pairs(const std::vector<ErrorScore>& points, double length_
   return out;
 }
 
-// Against the sum over all pairs: dense points as on an object, and sparse ones as on the background.
+// Compared with the sum over all pairs, for dense points as on an object and sparse ones as on the
+// background.
 TEST(CorrelatedErrors, SumsOverNodesAreSumsOverPairs) {
   for (const double width_px : {100.0, 1200.0}) {
     const std::vector<ErrorScore> points = random_scores(600, width_px, 3);
     for (const double length_px : {3.0, 10.0, 40.0, 100.0, 160.0}) {
-      // With a tenth that is independent: nothing depends on what lies far below that.
+      // One tenth is independent, so that relative differences far below that are irrelevant.
       const ScoreMatrix rest = independent_scores(points).times(0.1 * ones);
       const ScoreMatrix expected = 0.9 * sum_over_pairs(points, length_px) + rest;
       const ScoreMatrix sum = correlated_scores(points, {{length_px, 0.9}}).times(ones) + rest;
@@ -126,11 +127,11 @@ TEST(CorrelatedErrors, AreSumsOfSquaresWhateverThePoints) {
   EXPECT_GE(estimate_error_parts(far_apart).independent[0], 0);
 }
 
-/// Variances found on average by channel, of errors with these parts after a fit of the motion to them.
+/// Mean estimated variances by channel, of errors with these components after a fit of the motion to them.
 struct MeanVariances {
   Lanes independent = {}, correlated = {};
-  int found = 0;        ///< draws with correlated errors
-  int significant = 0;  ///< draws in which they are more than chance
+  int found = 0;        ///< number of realisations with correlated errors
+  int significant = 0;  ///< number of realisations in which they are significant
 };
 MeanVariances mean_variances(const std::vector<Part>& parts, double independent, const Lanes& variances,
                              int n_draws) {
@@ -178,9 +179,9 @@ MeanVariances mean_variances(const std::vector<Part>& parts, double independent,
   return mean;
 }
 
-// What the fit takes out of the residuals is known: the variances come out right on average, those of u, v
-// and the disparity apart. They are larger by what their scatter costs, freedoms / (freedoms - 2), and the
-// correlated ones by 2.5 standard deviations, in part at the cost of the others.
+// The effect of the fit on the residuals is known, so the estimated variances of u, v and disparity are
+// unbiased. They exceed the true ones by the factor freedoms / (freedoms - 2), and the correlated ones by 2.5
+// standard deviations, partly at the expense of the others.
 TEST(CorrelatedErrors, VariancesAreFoundInTheResidualsOfAFit) {
   const Lanes variances = {4, 1, 0.5, 0.5};
   const MeanVariances mean = mean_variances({{20, 0.48}, {100, 0.32}}, 0.2, variances, 200);
@@ -191,7 +192,7 @@ TEST(CorrelatedErrors, VariancesAreFoundInTheResidualsOfAFit) {
   EXPECT_GE(mean.significant, 195);
 }
 
-// The price of counting them always: of independent errors a part counts as correlated.
+// The cost of always including them: a part of independent errors is attributed to correlation.
 TEST(CorrelatedErrors, IndependentErrorsCountAsCorrelatedInPart) {
   const MeanVariances mean = mean_variances({}, 1, ones, 200);
   for (int channel = 0; channel < 3; ++channel) {
@@ -202,7 +203,7 @@ TEST(CorrelatedErrors, IndependentErrorsCountAsCorrelatedInPart) {
   EXPECT_LE(mean.significant, 30);
 }
 
-/// A random problem whose flow errors are a field, declared or not.
+/// A random problem whose flow errors are a correlated field, declared or undeclared.
 RandomProblem correlated_problem(unsigned seed, const SpatialCorrelation& correlation) {
   RandomProblem out = make_random_problem(seed, {.n_points = 400, .flow_noise_px = 0, .start_error = 0.002});
   std::mt19937_64 random(seed + 1000);
@@ -224,7 +225,7 @@ const SpatialCorrelation smooth{{{10, 0.4}, {60, 0.5}}};
 class CovarianceOption : public ::testing::TestWithParam<const char*> {
  protected:
   static MotionEstimate estimate(const RandomProblem& random, const char* covariance) {
-    Json options = {{"covariance", covariance}};  // and the right deviation, 0.3 px
+    Json options = {{"covariance", covariance}};  // and the true standard deviation, 0.3 px
     if (std::string(GetParam()) == "motion_only") options["sigma_px"] = 0.3;
     if (std::string(GetParam()) == "joint_flow")
       options["sigma_projection_px"] = 0.18, options["sigma_flow_px"] = 0.24;
@@ -235,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(, CovarianceOption,
                          ::testing::Values("motion_only", "joint_flow", "joint_flow_depth"),
                          [](const auto& test) { return std::string(test.param); });
 
-// joint_flow_depth also weighs the points by it.
+// joint_flow_depth also weights the points by the correlation.
 TEST_P(CovarianceOption, LeavesPointsAndTheMotionOfOthersAsTheyAre) {
   const auto random = correlated_problem(1, smooth);
   const MotionEstimate independent = estimate(random, "independent");
@@ -250,7 +251,7 @@ TEST_P(CovarianceOption, LeavesPointsAndTheMotionOfOthersAsTheyAre) {
   EXPECT_THROW(make_estimator(GetParam(), Json{{"covariance", "other"}}), Error);
 }
 
-// The mean of a consistent NEES over 120 draws lies in 6 +- 2.6 sqrt(12 / 120) with 99 %.
+// The mean of a consistent NEES over 120 realisations lies in 6 +- 2.6 sqrt(12 / 120) with 99 %.
 TEST_P(CovarianceOption, IsRightForDeclaredAndForUndeclaredCorrelation) {
   constexpr int n = 120;
   double declared = 0, undeclared = 0, independent = 0;
@@ -267,11 +268,12 @@ TEST_P(CovarianceOption, IsRightForDeclaredAndForUndeclaredCorrelation) {
     declared += nees("correlated");
   }
   EXPECT_NEAR(declared, 6, 0.82);
-  EXPECT_NEAR(undeclared, 3.6, 1);  // nobody says how: covariances are on the large side
+  // the correlation is not declared: covariances are too large rather than too small
+  EXPECT_NEAR(undeclared, 3.6, 1);
   EXPECT_GT(independent, 20);
 }
 
-/// Mean squared error with weights for correlated errors over that without, in units of the latter's
+/// Mean squared error with weights for correlated errors, divided by that without, in units of the latter's
 /// covariances.
 template <typename MakeProblem>
 double squared_error_by_weights(const MakeProblem& make_problem) {
@@ -319,7 +321,7 @@ TEST(CorrelatedCovariance, DeclaredIndependenceIsTakenAtItsWord) {
   EXPECT_EQ(covariance("independent"), covariance("correlated"));
 }
 
-// The disparities are wrong by a common offset, which moves every half of the points differently.
+// The disparities have a common offset, which moves each half of the points differently.
 TEST(SplitNees, FindsErrorsThatTheCovarianceDoesNotKnow) {
   const auto mean = [](bool noisy_as_declared) {
     const auto estimator = make_estimator("joint_flow_depth", Json{{"covariance", "independent"}});
@@ -346,7 +348,7 @@ TEST(SplitNees, FindsErrorsThatTheCovarianceDoesNotKnow) {
   EXPECT_GT(mean(false)[0], 9);
 }
 
-// What the halves have in common is taken off: squares that touch everywhere tell the same as sides.
+// The cross-covariance of the halves is subtracted: adjacent squares give the same result as sides.
 TEST(SplitNees, IsRightWhereErrorsCorrelate) {
   const auto estimator = make_estimator("joint_flow_depth");
   double sides = 0, cells = 0;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int n_unknowns = ErrorScore::n_unknowns;
 
-/// Numbers of one score, in whole lanes of float: good to 1e-6 of a sum of thousands.
+/// Size of the row of one score, in whole lanes of float: precise to 1e-6 of a sum of thousands.
 constexpr size_t row_size = 32;
 constexpr size_t float_lanes = LaneTypes<float>::n;
 constexpr size_t row_lanes = row_size / float_lanes;
@@ -21,7 +21,7 @@ SEXTANT_INLINED void read_row(const float* from, Lanes* row) {
   }
 }
 
-/// sums = upper triangle of left^T right, by channel, over n rows.
+/// Computes sums = upper triangle of left^T right, by channel, over n rows.
 SEXTANT_SIMD void sum_products(const float* left, const float* right, size_t n, double* sums) {
   Lanes total[ChannelScores::size] = {};
   for (size_t i = 0; i < n; ++i) {
@@ -43,7 +43,8 @@ ChannelScores sum_of_products(const ScoreRows& left, const ScoreRows& right) {
   return out;
 }
 
-/// Quadratic B-spline at the three nodes around x >= 0 (in spacings), of unit norm. Returns the first node.
+/// Computes the quadratic B-spline, with unit norm, at the three nodes around x >= 0 (in spacings). Returns
+/// the first node.
 int spline(float x, float* weights) {
   const int nearest = static_cast<int>(x + 0.5F);
   const float t = x - static_cast<float>(nearest);
@@ -56,7 +57,7 @@ int spline(float x, float* weights) {
   return nearest - 1;
 }
 
-/// ScoreRows of numbers, and where they are in px.
+/// ScoreRows and their positions in px.
 struct Sites {
   std::vector<float> x, y;
   ScoreRows values;
@@ -65,7 +66,7 @@ struct Sites {
   size_t size() const { return x.size(); }
 };
 
-/// Where a row is added, and times what.
+/// Nodes to which a row is added, with their weights.
 template <size_t n>
 struct Targets {
   uint32_t row[n];
@@ -94,7 +95,7 @@ SEXTANT_SIMD void add_to_nodes(const Targets<9>* targets, size_t count, const fl
   add_rows(targets, count, values, sums);
 }
 
-/// out_a = sum_b kernel[|a - b|] in_b along a line of n rows, `step` rows apart.
+/// Computes out_a = sum_b kernel[|a - b|] in_b along a line of n rows, `step` rows apart.
 SEXTANT_SIMD void convolve_line(const float* in, size_t n, size_t step, const float* kernel, float* out) {
   using L = LanesOf<float>;
   for (size_t a = 0; a < n; ++a) {
@@ -108,9 +109,9 @@ SEXTANT_SIMD void convolve_line(const float* in, size_t n, size_t step, const fl
   }
 }
 
-/// sum_cc' K(x_c - x_c') K(y_c - y_c') S_c^T S_c' over all pairs of the corners of cells that the points fall
-/// in. A point is shared out linearly among its four corners, which adds side^2 / 3 to the variance of
-/// distances: K is narrower and higher by that.
+/// Returns sum_cc' K(x_c - x_c') K(y_c - y_c') S_c^T S_c' over all pairs of corners of the cells that contain
+/// points. A point is distributed linearly over its four corners, which adds side^2 / 3 to the variance of
+/// distances; K is narrower and higher to compensate.
 ChannelScores sum_over_corners(const Sites& points, float side, float length_px) {
   const float per_px = 1 / side;
   const auto columns = static_cast<uint32_t>(points.width * per_px) + 2;
@@ -141,12 +142,12 @@ ChannelScores sum_over_corners(const Sites& points, float side, float length_px)
   return sum_of_products(corners, all);
 }
 
-/// sum_q V_q^T V_q over nodes so many px apart.
+/// Returns sum_q V_q^T V_q over nodes with this spacing (px).
 ChannelScores sum_over_nodes(const Sites& points, float spacing) {
   const float per_px = 1 / spacing;
   const auto columns = static_cast<size_t>(points.width * per_px) + 4;
   std::vector<uint32_t> number(columns * (static_cast<size_t>(points.height * per_px) + 4), 0);
-  uint32_t n_nodes = 0;  // that something is added to; numbered from 1
+  uint32_t n_nodes = 0;  // nodes with at least one contribution, numbered from 1
   std::vector<Targets<9>> targets(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     float across[3], down[3];
@@ -164,11 +165,11 @@ ChannelScores sum_over_nodes(const Sites& points, float spacing) {
   return sum_of_products(nodes, nodes);
 }
 
-/// M_k of one length.
+/// Returns M_k of one length.
 ChannelScores scores_of_length(const Sites& points, float length_px) {
-  constexpr float cell_of_length = 0.65F;  // smaller ones are no better: right to 1 %
+  constexpr float cell_of_length = 0.65F;  // accurate to 1 %; smaller cells do not improve on that
   constexpr float fewest_columns = 12, most_columns = 20, most_nodes = 4096;
-  constexpr float node_spacing = 1.375F;  // splines and Gaussian have the same integral
+  constexpr float node_spacing = 1.375F;  // spline and Gaussian have the same integral
   const float extent = std::max(points.width, points.height);
   const float cell = std::min(cell_of_length * length_px, extent / fewest_columns);
   if (extent <= most_columns * cell)

@@ -9,11 +9,11 @@
 namespace sextant {
 namespace {
 
-/// L, and below it (L^-1 B)^T; four columns at a time.
+/// Computes L, and below it (L^-1 B)^T, four columns at a time.
 SEXTANT_SIMD bool factorize(double* values, size_t n, size_t n_rows) {
   for (size_t block = 0; block < n; block += n_lanes) {
     double* const columns = values + block * n_rows;
-    // Takes off what the columns before have.
+    // Subtracts the contribution of the previous columns.
     for (size_t row = block; row < n_rows; row += n_lanes) {
       Lanes sum[n_lanes];
       for (size_t c = 0; c < n_lanes; ++c) sum[c] = SEXTANT_LOAD(columns + c * n_rows + row);
@@ -42,7 +42,7 @@ SEXTANT_SIMD bool factorize(double* values, size_t n, size_t n_rows) {
   return true;
 }
 
-/// X^T from (L^-1 B)^T.
+/// Computes X^T from (L^-1 B)^T.
 SEXTANT_SIMD void substitute_back(double* values, size_t n, size_t n_rows) {
   for (size_t k = n; k-- > 0;) {
     const double* const column = values + k * n_rows;
@@ -80,7 +80,7 @@ constexpr int n_twist = 6;
 constexpr double most_cells = 24;
 using Matrix = Eigen::MatrixXd;
 
-/// W of a point.
+/// Weight matrix W of a point.
 struct alignas(lane_bytes) PointWeight {
   Lanes information, along;  ///< W = diag(information) - along along^T
 
@@ -96,7 +96,7 @@ struct alignas(lane_bytes) PointWeight {
   }
 };
 
-/// Squares over the points: as many as most_cells, and those that hold points.
+/// Square cells over the points: at most most_cells, and only those that contain points.
 struct Cells {
   double side = 1;
   std::vector<double> u, v;  ///< centres
@@ -105,7 +105,7 @@ struct Cells {
   explicit Cells(const std::vector<ErrorScore>& points) {
     const PixelExtent extent(points);
     if (!extent.is_of_an_image()) {
-      side = INFINITY;  // one cell, in which all errors are independent
+      side = INFINITY;  // a single cell, in which all errors are independent
       u = v = {0};
       of_point.assign(points.size(), 0);
       return;
@@ -131,11 +131,11 @@ struct Cells {
     }
   }
   size_t size() const { return u.size(); }
-  /// f of a length.
+  /// Returns f of a length.
   double height_of(double length_px) const {
     return length_px * length_px / (length_px * length_px + side * side / 6);
   }
-  /// K^-1; a billionth of each variance is independent from cell to cell.
+  /// Returns K^-1; a share of 1e-9 of each variance is independent between cells.
   Matrix inverse_correlation(const std::vector<SpatialCorrelation::Part>& parts) const {
     const auto n = static_cast<Eigen::Index>(size());
     Matrix K(n, n);
@@ -154,13 +154,13 @@ struct Cells {
   }
 };
 
-/// Sums of a cell: of W, and of W D.
+/// Sums over a cell of W and of W D.
 struct alignas(lane_bytes) CellSums {
   Lanes weight[n_lanes] = {};
   Lanes weighted[n_weighed] = {};
 };
 
-/// Adds W of each point; returns sum_i D_i^T W_i D_i over sum_i D_i^T D_i.
+/// Adds W of each point to its cell; returns sum_i D_i^T W_i D_i over sum_i D_i^T D_i.
 SEXTANT_SIMD double add_to_cells(const std::vector<ErrorScore>& points, const std::vector<size_t>& cell_of,
                                  const Lanes& per_independent, CellSums* cells,
                                  std::vector<PointWeight>& weights) {
@@ -194,7 +194,7 @@ struct alignas(lane_bytes) Smooth {
 SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const PointWeight* weights,
                                    const Smooth* smooth, double of_each, std::vector<ErrorScore>& points,
                                    WeightedEquations& out) {
-  Lanes curvature[n_weighed][n_weighed] = {};  // symmetric in the sum
+  Lanes curvature[n_weighed][n_weighed] = {};  // symmetric after summation
   Lanes gradient[n_weighed] = {};
   for (size_t i = 0; i < points.size(); ++i) {
     const PointWeight& W = weights[i];
@@ -214,7 +214,7 @@ SEXTANT_SIMD void turn_into_scores(const std::vector<size_t>& cell_of, const Poi
   }
 }
 
-/// Takes F of these channels, in every cell: (K^-1 + sum(W)) F = sum(W D).
+/// Solves for F of these channels in every cell: (K^-1 + sum(W)) F = sum(W D).
 void take_smooth_part(const Matrix& K_inverse, const std::vector<CellSums>& sums, const Lanes& variances,
                       const std::vector<size_t>& channels, std::vector<Smooth>& out) {
   const size_t m = sums.size();
@@ -230,7 +230,7 @@ void take_smooth_part(const Matrix& K_inverse, const std::vector<CellSums>& sums
       for (size_t b = 0; b < n_weighed; ++b) system.right(row + k, b) = sum.weighted[b][c];
     }
   }
-  if (!system.solve()) return;  // nothing is taken: weights that are not the best
+  if (!system.solve()) return;  // F stays 0: the weights are suboptimal, but valid
   for (size_t a = 0; a < channels.size(); ++a) {
     for (size_t k = 0; k < m; ++k) {
       for (size_t b = 0; b < n_weighed; ++b) out[k].by[b][channels[a]] = system.right(a * m + k, b);
@@ -238,7 +238,7 @@ void take_smooth_part(const Matrix& K_inverse, const std::vector<CellSums>& sums
   }
 }
 
-/// Whether depths couple the channels.
+/// Returns true if depths couple the channels.
 bool are_coupled(const std::vector<CellSums>& sums) {
   return std::any_of(sums.begin(), sums.end(), [](const CellSums& sum) {
     for (size_t a = 0; a < n_lanes; ++a) {
@@ -250,7 +250,7 @@ bool are_coupled(const std::vector<CellSums>& sums) {
   });
 }
 
-/// F of every cell.
+/// Returns F of every cell.
 std::vector<Smooth> smooth_part(const Cells& cells, const std::vector<CellSums>& sums,
                                 const ErrorParts& errors) {
   std::vector<Smooth> out(cells.size());
@@ -281,7 +281,7 @@ WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& error
     const double f = cells.height_of(part.length_px);
     within += part.share * (1 - f + (of_a_cell - 1) * std::min(f, 1 - f));
   }
-  constexpr double least = 1e-3;  // an error of nothing would leave nothing to the others
+  constexpr double least = 1e-3;  // with a variance of 0 one channel would dominate all others
   Lanes independent = errors.independent + within * errors.correlated;
   for (size_t c = 0; c < n_lanes; ++c) independent[c] = std::max(independent[c], least);
   std::vector<CellSums> sums(cells.size());

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int n_unknowns = ErrorScore::n_unknowns;
 
-/// One point in each square of a grid, so that every point has a cell of its own.
+/// One point in each square of a grid, so that every point has its own cell.
 std::vector<ErrorScore> points_of_a_grid(int per_side, double side_px, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -33,8 +33,8 @@ std::vector<ErrorScore> points_of_a_grid(int per_side, double side_px, unsigned 
   return points;
 }
 
-/// The same equations from the inverse of the full covariance of all channels of all points, every depth an
-/// unknown.
+/// Reference equations from the inverse of the full covariance of all channels of all points, with every
+/// depth as an unknown.
 struct Literal {
   ScoreMatrix curvature;
   ScoreVector gradient;
@@ -77,7 +77,7 @@ struct Literal {
 };
 
 TEST(CorrelatedWeights, AreThoseOfTheFullCovarianceWithACellForEveryPoint) {
-  // 24 cells at most: 16 of this side hold the points, at their centres but for a common shift.
+  // At most 24 cells: 16 of this side contain the points, at their centres except for a common shift.
   constexpr double width = 3 * 40;
   const double side = (2 * width + std::sqrt(4 * width * width * 24)) / (2 * 23);
   const ErrorParts errors = {{0.3, 0.1, 0.5, 0.5}, {2, 0.7, 0.4, 0}, {{25, 0.5}, {100, 0.5}}};
@@ -85,7 +85,7 @@ TEST(CorrelatedWeights, AreThoseOfTheFullCovarianceWithACellForEveryPoint) {
     std::vector<ErrorScore> points = points_of_a_grid(4, 40, seed);
     const std::vector<ErrorScore> before = points;
     const WeightedEquations ours = weigh(points, errors);
-    // Distances are those of cells.
+    // Distances are those between cells.
     std::vector<ErrorScore> centred = before;
     for (ErrorScore& p : centred) {
       p.u = side * std::floor((p.u - 40) / side);
@@ -94,7 +94,7 @@ TEST(CorrelatedWeights, AreThoseOfTheFullCovarianceWithACellForEveryPoint) {
     const Literal literal(centred, errors, side);
     EXPECT_LT((ours.curvature - literal.curvature).norm(), 1e-8 * literal.curvature.norm());
     EXPECT_LT((ours.gradient - literal.gradient).norm(), 1e-8 * literal.gradient.norm());
-    // G gives the same equations again.
+    // G reproduces the same equations.
     for (int a = 0; a < n_unknowns; ++a) {
       double gradient = 0;
       for (size_t i = 0; i < points.size(); ++i) {
@@ -136,7 +136,7 @@ namespace {
 
 constexpr int n_right = 7;
 
-/// Random, with eigenvalues from `least` to about n.
+/// Random matrix with eigenvalues from `least` to about n.
 Eigen::MatrixXd random_matrix(int n, double least) {
   const Eigen::MatrixXd root = Eigen::MatrixXd::Random(n, n);
   return root * root.transpose() + least * Eigen::MatrixXd::Identity(n, n);

@@ -11,15 +11,15 @@ constexpr int n_motion = 6;
 constexpr size_t parts_sample = 100;
 const std::vector<SpatialCorrelation::Part> error_shape = {{20, 0.6}, {100, 0.4}};
 
-/// Kinds of measurements with variances of their own; by channel.
+/// Kinds of measurements with their own variances, by channel.
 constexpr int n_kinds = 3;
 constexpr std::array<int, n_lanes> kind_of = {0, 1, 2, 2};
-/// Independent and correlated part of each kind.
+/// Independent and correlated component of each kind.
 constexpr int n_parts = 2 * n_kinds;
 using PartsMatrix = Eigen::Matrix<double, n_parts, n_parts>;
 using PartsVector = Eigen::Matrix<double, n_parts, 1>;
 
-/// The shape at whole distances in px; 0 at the last.
+/// Table of the correlation at integer distances in px; 0 at the last one.
 const std::vector<float>& shape_table() {
   static const std::vector<float> table = [] {
     const SpatialCorrelation shape{error_shape};
@@ -31,8 +31,8 @@ const std::vector<float>& shape_table() {
   return table;
 }
 
-/// Numbers of each point of a sample, four channels each: columns of Q (orthonormal, span what the motion
-/// does to the channels), residual y, rows of Pi (what the point's depth leaves of its channels). In float.
+/// Sampled points with four channels each: columns of Q (orthonormal basis of the effect of the motion on the
+/// channels), residual y, rows of Pi (projection that eliminates the point's depth). In float.
 struct Sample {
   static constexpr size_t Q = 0, y = n_motion * n_lanes, Pi = 32;
   static constexpr size_t width = Pi + n_lanes * n_lanes;
@@ -41,7 +41,7 @@ struct Sample {
   float values[parts_sample * width] = {};
 };
 
-/// Sums over points i and j of the sample: 0 those with themselves, 1 all of them times K_ij.
+/// Sums over points i and j of the sample: index 0 for i = j, index 1 for all pairs weighted by K_ij.
 struct alignas(lane_bytes) PairSums {
   Lanes T[2] = {};                      ///< K y y
   Lanes both[2][n_lanes] = {};          ///< K^2 Pi_i Pi_j
@@ -49,7 +49,7 @@ struct alignas(lane_bytes) PairSums {
   Lanes W[2][n_motion][n_motion] = {};  ///< Q^T K Q
 };
 
-/// Four of a sample's numbers.
+/// Reads four of a sample's numbers.
 SEXTANT_INLINED void read(const float* from, Lanes& to) {
   for (size_t c = 0; c < n_lanes; ++c) to[c] = static_cast<double>(from[c]);
 }
@@ -105,7 +105,7 @@ SEXTANT_SIMD void sum_over_pairs(const Sample& sample, const float* shape, float
   }
 }
 
-/// E[T] = S variances.
+/// Linear equations E[T] = S variances.
 struct VarianceEquations {
   PartsVector T = PartsVector::Zero();
   PartsMatrix S = PartsMatrix::Zero();
@@ -132,7 +132,7 @@ VarianceEquations equations_between(const PairSums& sums) {
   return out;
 }
 
-/// None if the points do not determine a motion.
+/// Fills the sample. Returns false if the points do not determine a motion.
 bool take_sample(const std::vector<ErrorScore>& points, Sample& sample) {
   const size_t n = std::min(points.size(), parts_sample);
   const auto point = [&](size_t i) -> const ErrorScore& { return points[i * points.size() / n]; };
@@ -173,8 +173,8 @@ bool take_sample(const std::vector<ErrorScore>& points, Sample& sample) {
   return true;
 }
 
-/// Variances >= 0 nearest to T = S variances, those of `among`; by coordinates, which converges as S is that
-/// of squares.
+/// Returns the variances >= 0 closest to T = S variances, restricted to `among`; by coordinate descent, which
+/// converges because S is a Gram matrix.
 PartsVector non_negative(const VarianceEquations& equations, const std::array<bool, n_parts>& among) {
   constexpr int max_rounds = 200;
   const PartsMatrix& S = equations.S;
@@ -192,7 +192,7 @@ PartsVector non_negative(const VarianceEquations& equations, const std::array<bo
   return x;
 }
 
-/// Standard deviations of the variances of `among` if errors were independent and of variance 1.
+/// Returns the standard deviations of the variances of `among` for independent errors of variance 1.
 PartsVector deviations_of(const VarianceEquations& equations, const std::array<bool, n_parts>& among) {
   PartsMatrix S = PartsMatrix::Identity();
   for (int a = 0; a < n_parts; ++a) {
@@ -224,7 +224,8 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   sum_over_pairs(sample, table.data(), static_cast<float>(table.size() - 1), sums);
   VarianceEquations equations = equations_between(sums);
   std::array<bool, n_parts> among{};
-  for (int a = 0; a < n_parts; ++a) among[a] = equations.S(a, a) > 1e-9;  // measured at all
+  // restricted to the measured components
+  for (int a = 0; a < n_parts; ++a) among[a] = equations.S(a, a) > 1e-9;
   const PartsVector deviations = deviations_of(equations, among);
   for (int a = 0; a < n_parts; a += 2) {
     if (!among[a] || deviations[a] < untold) continue;
@@ -250,7 +251,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
                  fewest_freedoms);
     if (own.maxCoeff() > 0) x.segment<2>(a) *= freedoms / (freedoms - 2);
   }
-  // What is not told is as correlated as what is.
+  // Kinds that are not determined get the mean correlation of the others.
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double told = 0;
   for (int a = 0; a < n_parts; a += 2) {
@@ -270,7 +271,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
 
 namespace {
 
-/// Derivatives by the motion times `to`.
+/// Appends scores with their derivatives with respect to the motion multiplied by `to`.
 void append(const ErrorModel& from, const Matrix6d& to, std::vector<ErrorScore>& out) {
   for (const ErrorScore& score : from.scores) {
     ErrorScore& changed = out.emplace_back();

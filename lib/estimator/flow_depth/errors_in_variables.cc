@@ -12,10 +12,10 @@ namespace sextant {
 namespace {
 
 constexpr int n_matrix = 21;                 // upper triangle, row by row
-constexpr size_t information_sample = 1000;  // to twice as many points tell H and B of all of them
+constexpr size_t information_sample = 1000;  // up to twice as many points represent H and B of all points
 
-/// Points in the current frame: x, y = u', v' normalised, c = 1 / z'; their derivatives by s; information of
-/// c; variance of s; weight of the kernel.
+/// Points in the current frame: x, y = u', v' normalised, c = 1 / z'; their derivatives with respect to s;
+/// information of c; variance of s; weight of the kernel.
 struct MovedPoints {
   std::vector<double> x, y, c, dx, dy, dc, info_c, variance, weight;
 
@@ -30,8 +30,8 @@ struct MovedPoints {
   }
 };
 
-/// sums = [sum w J^T S^-1 J, sum w var(s) J'^T S^-1 J'] of x, y, c, S^-1 = diag(info) - b b^T var(s),
-/// b = diag(info) (x', y', c').
+/// Computes sums = [sum w J^T S^-1 J, sum w var(s) J'^T S^-1 J'] of x, y, c, S^-1 = diag(info) - b b^T
+/// var(s), b = diag(info) (x', y', c').
 SEXTANT_SIMD void information_lanes(const MovedPoints& p, double info_x, double info_y, double* sums) {
   Lanes total[2 * n_matrix] = {};
   const Lanes zero = {};
@@ -81,7 +81,7 @@ Matrix6d symmetric(const double* upper) {
   return out;
 }
 
-/// H^-1/2 (H - B) H^-1/2 by its eigenvectors: twist = directions * coordinates, H = unit matrix there.
+/// Eigenvectors of H^-1/2 (H - B) H^-1/2: twist = directions * coordinates, in which H is the identity.
 struct Directions {
   Vector6d lambda = Vector6d::Zero();
   Matrix6d directions = Matrix6d::Zero();
@@ -160,7 +160,7 @@ std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& sta
 }
 
 bool has_weak_directions(const DepthInformation& information) {
-  constexpr double strong = 0.99;  // costs 1 % of the variance at most
+  constexpr double strong = 0.99;  // costs at most 1 % of the variance
   const Directions at = directions_of(information);
   return at.determined && at.lambda[0] <= strong;
 }
@@ -170,11 +170,11 @@ MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& inform
                                  Scores scores) {
   constexpr double three_sigma2 = 9;
   const double known = scores == Scores::independent ? 1 : 0.1;
-  constexpr double held = 1e6;  // precision in units of H that leaves nothing to the structured estimate
+  constexpr double held = 1e6;  // precision in units of H at which the structured estimate has no influence
   MotionPrior prior;
   const Directions at = directions_of(information);
   if (!at.determined) return prior;
-  // Relief that is not itself significant tells nothing: lambda has a standard deviation of sqrt(2 / n).
+  // Insignificant relief is not used: lambda has a standard deviation of sqrt(2 / n).
   const double least = std::sqrt(three_sigma2 * 2 / static_cast<double>(n_points));
   const Vector6d along = at.directions.transpose() * gradient;
   prior.covariance = measured.total.ldlt().solve(Matrix6d::Identity());
@@ -190,7 +190,7 @@ MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& inform
     const double difference2 = std::pow(along[i] / lambda, 2);
     const double of_difference = std::max(0.0, 1 / (lambda * lambda) - 2 * common[i] / lambda + variance[i]);
     const bool is_no_better = lambda * lambda * variance[i] >= 1 || !(of_difference > 0);
-    if (is_no_better && at.lambda[i] > 0) continue;  // the structured estimate will do
+    if (is_no_better && at.lambda[i] > 0) continue;  // the structured estimate is good enough
     const double share = has_relief ? std::max(0.0, 1 - three_sigma2 * of_difference / difference2) : 0;
     const double bias2 =
         has_relief ? std::max(0.0, difference2 - known * of_difference) : difference2 + of_difference;
@@ -230,8 +230,8 @@ Matrix6d motion_covariance(const DepthInformation& information, const MotionPrio
 
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior,
                            const Matrix6d& scores) {
-  // The optimum errs by M^-1 (g + P e): M = H - B + P, g: score of the points, var(g) = H, e: error of the
-  // mean.
+  // Error of the optimum: M^-1 (g + P e), M = H - B + P, with g the score of the points, var(g) = H, and e
+  // the error of the prior's mean.
   const Eigen::LDLT<Matrix6d> curvature(information.total - information.errors + prior.precision);
   if (curvature.info() != Eigen::Success || !(curvature.vectorD().minCoeff() > 0)) {
     return Matrix6d::Constant(INFINITY);

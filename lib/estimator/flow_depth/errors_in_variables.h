@@ -1,30 +1,31 @@
 #pragma once
 
-// Errors in variables of one body (docs/method.md): depths are regressors, and they have errors.
+// Errors in variables of one body (docs/method.md): depths are regressors that contain errors.
 //
 //   H = sum_i w_i J_i^T S_i^-1 J_i         at the refined depths
 //   B = sum_i w_i var(s_i) J'_i^T S_i^-1 J'_i,   J' = dJ/ds
 //
-// H counts the spread of the true depths and that of their errors; H - B is what the true depths tell. The
-// structured estimate (every depth an unknown) is unbiased with covariance (H-B)^-1 H (H-B)^-1. The one that
-// takes the previous depths as measured has covariance H_p^-1 (p: without current depths) about a motion that
-// is shrunk towards no parallax within the body.
+// H contains the spread of the true depths plus that of their errors; H - B is the information of the true
+// depths. The structured estimate (every depth is an unknown) is unbiased with covariance (H-B)^-1 H
+// (H-B)^-1. The estimate that treats the previous depths as exact has covariance H_p^-1 (p: without current
+// depths) about a motion that is biased towards no parallax within the body.
 //
-// In directions in which the latter scatters less - far or flat bodies - the structured estimate is drawn
-// towards it as far as the two do not contradict each other:
+// In weakly observable directions, where the latter has less scatter (distant or flat bodies), the structured
+// estimate is regularised towards it as far as the two are compatible:
 //
 //   x = x_measured + share (x_structured - x_measured),   share = max(0, 1 - (3 / z)^2)
 //
-// z: their difference over its own standard deviation, from
+// z: their difference divided by its standard deviation, from
 //   cov(x_structured - x_measured) = (H-B)^-1 H (H-B)^-1 + H_p^-1 - 2 sym((H-B)^-1 K H_p^-1),
 //   K = H_p - B_p + B: covariance of the two scores.
-// In the cost this is a MotionPrior about x_measured of precision lambda (1 - share) / share in units of H;
-// lambda: eigenvalues of H^-1 (H - B).
+// In the cost this is a MotionPrior with mean x_measured and precision lambda (1 - share) / share in units of
+// H; lambda: eigenvalues of H^-1 (H - B).
 //
-// What is held keeps (1 - share) of the mean's bias. The square of that is the difference's less the variance
-// of the difference. Where errors correlate, H is not the covariance of scores and that variance is known by
-// its size only: a tenth of it is taken off. Where the relief is not significant (lambda), the structured
-// estimate tells nothing of the bias: then it is the difference, give or take its standard deviation.
+// A regularised direction retains (1 - share) of the bias of x_measured. The squared bias is the squared
+// difference minus the variance of the difference. If errors are correlated, H is not the covariance of the
+// scores and that variance is known only in order of magnitude: a tenth of it is subtracted. If the relief is
+// not significant (lambda), the structured estimate carries no information on the bias, which is then bounded
+// by the difference plus or minus its standard deviation.
 
 #include <optional>
 
@@ -36,38 +37,40 @@ struct DepthInformation {
   Matrix6d total = Matrix6d::Zero();   ///< H
   Matrix6d errors = Matrix6d::Zero();  ///< B
 
-  /// Of so many times the points.
+  /// Returns the information of `more` times as many points.
   DepthInformation times(double more) const { return {more * total, more * errors}; }
 };
-/// Where `data` was evaluated last, T_curr_prev with these levels (evaluate_points).
+/// Returns the information at the last evaluation of `data`, for T_curr_prev and these levels
+/// (evaluate_points).
 template <typename Real>
 DepthInformation depth_information(const FlowDepthPoints<Real>& data, const SE3& T_curr_prev,
                                    const NoiseLevels& levels, const RobustKernel& kernel);
 
-/// The motion that takes depths as measured, by Gauss-Newton with weights S_i^-1; none if that leads nowhere.
+/// Returns the motion that treats depths as exact, by Gauss-Newton with weights S_i^-1; nullopt if it does
+/// not converge.
 std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
                                              const RobustKernel& kernel);
 
-/// Whether some direction is so little determined by the true depths that it may have to be held.
+/// Returns true if the true depths determine some direction so weakly that it may need the prior.
 bool has_weak_directions(const DepthInformation& information);
 
 enum class Scores { independent, correlated };
 
-/// What holds them: `mean`, of precision 0 where a direction is determined. `information`: of the structured
-/// estimate; `measured`: of the mean, which takes n_points depths as measured; `gradient`: of the structured
-/// cost at it.
+/// Returns the prior that regularises weakly observable directions towards `mean`; its precision is 0 in all
+/// other directions. `information`: of the structured estimate; `measured`: of the mean, which treats
+/// n_points depths as exact; `gradient`: of the structured cost at the mean.
 MotionPrior hold_weak_directions(const SE3& mean, const DepthInformation& information,
                                  const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
                                  Scores scores);
 
-/// The same from points whose errors are independent.
+/// Returns the prior for points with independent errors.
 MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                             const RobustKernel& kernel);
 
-/// Of the left twist of the optimum, from errors of measurements and what is known of the bias; infinite
-/// where a direction is not determined.
+/// Returns the covariance of the left twist of the optimum, from measurement errors and the possible bias;
+/// infinite if a direction is not determined.
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior);
-/// The same where the scores of all measurements, with those of the prior's mean, have the covariance
+/// Overload for scores of all measurements, including those of the prior's mean, with the covariance
 /// `scores`.
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior,
                            const Matrix6d& scores);

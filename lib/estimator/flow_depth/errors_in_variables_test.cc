@@ -1,4 +1,4 @@
-// What holds directions that relief does not tell, from matrices alone. Whole estimates:
+// Tests of the prior of weakly observable directions, from matrices alone. Tests of complete estimates:
 // joint_flow_depth_test.cc.
 
 #include <Eigen/Dense>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t n_points = 200;
 
-/// H is the unit matrix, lambda that of the first direction; the other five are determined.
+/// H is the identity, lambda belongs to the first direction; the other five are determined.
 DepthInformation with_lambda(double lambda) {
   DepthInformation out{Matrix6d::Identity(), Matrix6d::Zero()};
   out.errors(0, 0) = 1 - lambda;
@@ -25,18 +25,18 @@ MotionPrior hold(double lambda, double measured, double gradient, Scores scores)
   return hold_weak_directions(SE3(), with_lambda(lambda), of_mean, along, n_points, scores);
 }
 
-// Relief in which noise seems larger than all there is: the cost alone has no minimum there.
+// The noise appears larger than the relief, so that the cost alone has no minimum in this direction.
 TEST(WeakDirections, AreHeldWhereReliefTellsNothing) {
   for (const Scores scores : {Scores::independent, Scores::correlated}) {
     for (const double lambda : {-3.0, -0.2, 0.0}) {
-      for (const double measured : {1.0, 0.3, 0.01}) {  // also by a mean that scatters
+      for (const double measured : {1.0, 0.3, 0.01}) {  // also with an imprecise mean
         const MotionPrior prior = hold(lambda, measured, 1, scores);
         const DepthInformation at = with_lambda(lambda);
         const Matrix6d curvature = at.total - at.errors + prior.precision;
         EXPECT_EQ(curvature.llt().info(), Eigen::Success) << lambda << " " << measured;
         const Matrix6d covariance = motion_covariance(at, prior);
         ASSERT_TRUE(covariance.allFinite()) << lambda << " " << measured;
-        // As far as the two estimates are apart the held one may be off.
+        // The error of the regularised estimate is at most the distance of the two estimates.
         const double least = std::sqrt(18.0 / n_points);
         EXPECT_GE(covariance(0, 0), 1 / (least * least)) << lambda << " " << measured;
         const double others = prior.precision.bottomRightCorner<5, 5>().norm();
@@ -46,8 +46,8 @@ TEST(WeakDirections, AreHeldWhereReliefTellsNothing) {
   }
 }
 
-// The bias squared is the difference squared, 4 here, less what the scatter of that explains: its whole
-// variance, 2, of independent errors, a tenth of it of correlated ones.
+// The squared bias is the squared difference, 4 here, minus the part explained by its variance, 2: all of it
+// for independent errors, a tenth of it for correlated ones.
 TEST(WeakDirections, KeepTheBiasThatTheDifferenceShows) {
   constexpr double lambda = 0.5, difference = 2;
   DepthInformation of_mean = with_lambda(lambda);

@@ -67,7 +67,7 @@ void FlowDepthPoints<Real>::neutralise_invalid() {
     const Real inverse_curr = column(measured_curr)[i];
     const bool valid = (valid_[i] != 0) & (std::abs(column(target_u)[i]) <= max) &
                        (std::abs(column(target_v)[i]) <= max) & (inverse > 0) &
-                       (inverse <= max);  // not NaN either
+                       (inverse <= max);  // false for NaN
     const bool valid_curr = valid & (share_curr_[i] > 0) & (inverse_curr > 0) & (inverse_curr <= max);
     for (const Column k : {x, y, target_u, target_v}) keep(valid, column(k), 0);
     keep(valid, column(measured), 1);

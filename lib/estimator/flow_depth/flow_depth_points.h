@@ -1,8 +1,8 @@
 #pragma once
 
-// The measurements of one rigid body as structure of arrays, for flow_depth_solver.h, and the noise they
-// have. Double for the estimate itself; float, twice as many at a time, for what only finds the way to it:
-// starts, noise levels and which points count. Units: px, m, 1/m.
+// Measurements of one rigid body as a structure of arrays for flow_depth_solver.h, and their noise levels.
+// Double precision for the final estimate; single precision, with twice as many points at a time, for
+// intermediate steps: starting motions, noise levels and the choice of points. Units: px, m, 1/m.
 
 #include <algorithm>
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace sextant {
 
-/// Whose errors are Gaussian.
+/// Quantity with Gaussian errors.
 enum class DepthErrors { depth, disparity };
 constexpr Names<2> names_of(DepthErrors) { return {"depth", "disparity"}; }
 
@@ -23,13 +23,13 @@ struct NoiseLevels {
   double sigma_flow_u_px = 1;
   double sigma_flow_v_px = 1;
   double delta_d_px = 0;       ///< 0 = the depth is exact
-  double delta_d_curr_px = 0;  ///< of the current depth where there is one; 0 = do not use it
+  double delta_d_curr_px = 0;  ///< accuracy of the current depth, if measured; 0 = do not use it
   DepthErrors depth_noise = DepthErrors::depth;
-  bool as_measured = false;  ///< q and gradient to first order about the measured depths, which stay
+  /// compute q and gradient to first order about the measured depths, which are kept
+  bool as_measured = false;
 };
 
-/// The depth measurements of one point and the square roots of their information (m);
-/// 0 = no such measurement.
+/// The depth measurements of one point and the square roots of their information (m); 0 = not measured.
 struct PointDepths {
   double inverse_depth = 0;  ///< 1/m
   double weight = 0;
@@ -40,15 +40,15 @@ struct PointDepths {
 template <typename Real>
 class FlowDepthPoints {
  public:
-  /// All points of the problem; those with numbers that are no measurement (NaN, depth <= 0) never count.
+  /// Copies all points of the problem; invalid ones (NaN, depth <= 0) are always excluded.
   explicit FlowDepthPoints(const Problem& problem);
-  /// The same points in another precision.
+  /// Copies the points of another precision.
   template <typename Other>
   explicit FlowDepthPoints(const FlowDepthPoints<Other>& other);
 
   size_t size() const { return size_; }
   const StereoCamera& camera() const { return camera_; }
-  /// Whether point i counts, and whether its current depth does.
+  /// Includes or excludes point i, and its current depth.
   void use(size_t i, bool point, bool depth_curr) {
     column(weight)[i] = static_cast<Real>(point & (valid_[i] != 0));
     column(has_curr)[i] = depth_curr ? share_curr_[i] : Real(0);
@@ -58,27 +58,27 @@ class FlowDepthPoints {
   bool measures_depth_curr(size_t i) const { return share_curr_[i] > 0; }
   bool is_measurement(size_t i) const { return valid_[i] != 0; }
   size_t n_used() const;
-  /// Every k-th of the points that count and are `among` (empty: all): `size` to 2 `size` of them, or all.
+  /// Returns every k-th included point among `among` (empty: all): `size` to 2 `size` points, or all.
   FlowDepthPoints sample(size_t size, const std::vector<unsigned char>& among = {}) const;
-  /// Its current depth has the levels' information times `share` from now on; 0: none.
+  /// Multiplies the information of the current depth of point i by `share` from now on; 0: not used.
   void weaken_depth_curr(size_t i, double share) { share_curr_[i] *= static_cast<Real>(share); }
   void shift_inverse_depth_curr(size_t i, double change) {
     column(measured_curr)[i] += static_cast<Real>(change);
   }
-  /// Back to the measured depths, from which the next evaluation starts.
+  /// Resets the depths to the measured ones, from which the next evaluation starts.
   void reset_depths();
-  /// On from those that the same points have elsewhere.
+  /// Continues with the refined depths of the same points in another object.
   template <typename Other>
   void take_depths(const FlowDepthPoints<Other>& other) {
     std::copy_n(other.column(FlowDepthPoints<Other>::refined), size_, column(refined));
   }
 
-  /// What point i says about depth under these levels.
+  /// Returns the depth information of point i at these noise levels.
   PointDepths depths(size_t i, const NoiseLevels& levels) const;
 
-  /// At the motion of the last evaluate_points, after the minimum over the depth. q: +inf behind the camera
-  /// or without a measurement; error: u' - u - flow_u, px; slope: d u' / d s, px m; inverse depths: 1/m,
-  /// refined and predicted from it; x_curr: (u' - cx) / fx.
+  /// Results of the last evaluate_points(), at the minimum over the depth. q: +inf behind the camera or
+  /// without a measurement; error: u' - u - flow_u, px; slope: d u' / d s, px m; inverse depths: 1/m, refined
+  /// and predicted; x_curr: (u' - cx) / fx.
   Real q(size_t i) const { return column(squared_distance)[i]; }
   Real error_u(size_t i) const { return column(residual_u)[i]; }
   Real error_v(size_t i) const { return column(residual_v)[i]; }
@@ -88,10 +88,11 @@ class FlowDepthPoints {
   Real inverse_depth_curr(size_t i) const { return column(predicted_curr)[i]; }
   Real x_curr(size_t i) const { return column(moved_x)[i]; }
   Real y_curr(size_t i) const { return column(moved_y)[i]; }
-  /// Measured, 1/m.
+  /// Returns the measured inverse depth in the current frame, 1/m.
   Real inverse_depth_curr_measured(size_t i) const { return column(measured_curr)[i]; }
 
-  /// For the loops: arrays of `padded` numbers, whole lanes of them; what pads them never counts.
+  /// Arrays for the loops, each with `padded` numbers, a multiple of the lane size; padding is always
+  /// excluded.
   // clang-format off
   enum Column {
     x, y, target_u, target_v, measured, measured_curr, weight, has_curr,
@@ -107,7 +108,7 @@ class FlowDepthPoints {
   template <typename Other>
   friend class FlowDepthPoints;
   FlowDepthPoints(const StereoCamera& camera, size_t size);
-  /// Numbers that are no measurement become harmless ones that never count.
+  /// Replaces invalid measurements by valid numbers that are always excluded.
   void neutralise_invalid();
   StereoCamera camera_;
   size_t size_ = 0;

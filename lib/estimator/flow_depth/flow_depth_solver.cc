@@ -10,22 +10,22 @@
 namespace sextant {
 namespace {
 
-/// What one pass over the points makes of them.
+/// Result of one pass over the points.
 enum class FlowDepthLoop {
   distances,     ///< q only, to first order after one step of the depths
-  points,        ///< all that FlowDepthPoints offers per point, depths converged
-  rough,         ///< sums; see Curvature
-  gauss_newton,  ///< sums
-  newton         ///< sums
+  points,        ///< all per-point results of FlowDepthPoints, with converged depths
+  rough,         ///< sums of normal equations; see Curvature
+  gauss_newton,  ///< as `rough`
+  newton         ///< as `rough`
 };
 
 constexpr int max_depth_steps = 30;
-/// Square of the last step of a depth, in its standard deviations;
-/// the next would be of the order of its square.
+/// Square of the last step of a depth, in its standard deviations; the next step would have the order of its
+/// square.
 template <typename Real>
 constexpr Real last_depth_step2 = sizeof(Real) == 4 ? 1e-6 : 1e-10;
 
-/// Arrays, camera, noise levels and kernel as the loop needs them.
+/// Arrays, camera, noise levels and kernel in the form needed by the loop.
 template <typename Real>
 struct LoopInput {
   const Real *x, *y, *target_u, *target_v, *measured, *measured_curr, *weight, *has_curr;
@@ -70,7 +70,7 @@ struct LoopInput {
   }
 };
 
-/// `both`: current depths count as well.
+/// `both`: includes current depths.
 template <typename Real, FlowDepthLoop loop, bool both>
 SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
   using L = LanesOf<Real>;
@@ -78,7 +78,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
   constexpr bool newton = loop == FlowDepthLoop::newton;
   constexpr bool summing = loop != FlowDepthLoop::points && loop != FlowDepthLoop::distances;
   constexpr bool rough = loop == FlowDepthLoop::rough;
-  // Steps of the depth before the one in what is linear in it.
+  // Number of full depth steps before the last, linearised one.
   constexpr int last_step = rough ? 0 : loop == FlowDepthLoop::distances ? 1 : max_depth_steps;
   const RigidMotionOf<Real>& m = d.m;
   NormalLanes<Real> sum;
@@ -96,7 +96,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
     const L tu = d.cx - SEXTANT_LOAD(d.target_u + i);
     const L tv = d.cy - SEXTANT_LOAD(d.target_v + i);
     const L sm = SEXTANT_LOAD(d.measured + i);
-    const L cm = both ? SEXTANT_LOAD(d.measured_curr + i) : one;  // 1 where there is none
+    const L cm = both ? SEXTANT_LOAD(d.measured_curr + i) : one;  // 1 if not measured
     const L inverse_sm = d.quasi ? one / sm : zero;
     const L inverse_cm = both && d.quasi ? one / cm : zero;
     const L info_curr = both ? d.info_curr * SEXTANT_LOAD(d.has_curr + i) : zero;
@@ -117,7 +117,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
       vs = d.fy * (m.t[1] - yn * m.t[2]) * iw;
       c = s * iw;  // inverse depth in the current frame
       cs = az * iw * iw;
-      // Half the deviances' first and second derivatives.
+      // First and second derivatives of half the deviance.
       slope = info_depth * (s - sm) * (d.quasi ? s * inverse_sm : one);
       curv = info_depth * (d.quasi ? Real(2) * s * inverse_sm - Real(1) : one);
       curv = curv > Real(0.1) * info_depth ? curv : Real(0.1) * info_depth;
@@ -164,8 +164,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
       if (d.refine) h += curv_curr * cs * cs;
     }
     const L ih = one / h;
-    if (d.refine &&
-        (d.as_measured || last_step < max_depth_steps)) {  // one step of s, in what is linear in it
+    if (d.refine && (d.as_measured || last_step < max_depth_steps)) {  // last step of s, in linearised form
       const L first = both ? su * us + sv * vs + slope + slope_curr * cs : su * us + sv * vs + slope;
       const L step = -first * ih;
       const L change = step < Real(-0.7) * s ? Real(-0.7) * s : (step > Real(2) * s ? Real(2) * s : step);
@@ -191,7 +190,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
     }
     if constexpr (summing) {
       sum.behind += in_front ? zero : count;
-      // Kernel: robust_kernel.h.
+      // Robust kernel, see robust_kernel.h.
       L weight = count;
       L rho = q;
       L bent = zero;
@@ -210,10 +209,10 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
       if constexpr (rough) bent = zero;
       sum.cost += count * rho;
 
-      // By the point in the current frame, in units of its depth: T = [fx 0 -fx xn; 0 fy -fy yn; 0 0 -c] are
-      // the derivatives of u', v', c; g = T^T s the gradient, G = T^T W T the Hessian, after the Schur
-      // complement of s, with the kernel's curvature.
-      // The twist moves the point by T [c I | R], R = -[xn yn 1]x.
+      // Derivatives with respect to the point in the current frame, in units of its depth: T = [fx 0 -fx xn;
+      // 0 fy -fy yn; 0 0 -c] are those of u', v', c; g = T^T s is the gradient, G = T^T W T the Hessian after
+      // the Schur complement of s, with the kernel's curvature. The twist moves the point by T [c I | R], R =
+      // -[xn yn 1]x.
       const L g0 = d.fx * su;
       const L g1 = d.fy * sv;
       const L gc = both ? c * slope_curr : zero;
@@ -236,7 +235,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
         G02 -= wuc;
         G12 -= wvc;
       }
-      if constexpr (newton) {  // u', v', c are not linear in the point
+      if constexpr (newton) {  // u', v', c are nonlinear in the point
         G02 -= weight * g0;
         G12 -= weight * g1;
         G22 -= Real(2) * weight * g2;
@@ -252,7 +251,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
                          K04 - xn * K24,     K05 - xn * K25,                                             //
                          xn * K15 - yn * K05};
       if constexpr (newton) {
-        // Turning moves the point along a circle, and s moves it by e: mixed derivatives instead of b.
+        // A rotation moves the point along a circle, and s moves it by e: mixed derivatives replace b.
         const L along = -iw / s;
         const L e0 = along * ax, e1 = along * ay, e2 = along * az;
         const L n0 = bu - g0 * e2;
@@ -292,7 +291,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
   if constexpr (summing) sum.store(sums);
 }
 
-// Clones for processors cannot be templates.
+// Function clones cannot be templates.
 #define SEXTANT_LOOP(name, Real)                                                         \
   SEXTANT_SIMD void name##_##Real(const LoopInput<Real>& input, NormalSums& sums) {      \
     loop_body<Real, FlowDepthLoop::name, false>(input, sums);                            \

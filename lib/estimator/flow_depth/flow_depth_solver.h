@@ -1,7 +1,7 @@
 #pragma once
 
-// The structured problem of one rigid body: flow and depth are both uncertain. For every point the unknowns
-// are its inverse depth s (1/m) and its refined flow; X = T_curr_prev is shared. With ray m = [x y 1] of the
+// Structured problem of one rigid body with uncertain flow and depth. The unknowns of each point are its
+// inverse depth s (1/m) and its refined flow; X = T_curr_prev is shared. With the ray m = [x y 1] of the
 // pixel, a = R m, w = a_z + s t_z:
 //
 //   u'(s) = fx (a_x + s t_x) / w + cx,  v'(s) likewise,  s'(s) = 1 / z' = s / w
@@ -10,16 +10,16 @@
 //             [ + D(s'; 1 / depth_curr, kappa_curr) ],      kappa = delta_d / bf
 //   C(X) = 1/2 sum_i rho(min_s q_i(X, s)),   rho: robust_kernel.h
 //
-// Refined flows have left q in closed form (robust_kernel.h: variances of the two terms add). The minimum
-// over s is taken by Newton's method to convergence for every point and every X, several points at a time;
-// the 6x6 system is its Schur complement. Descents on the way are rough: they take one step of s per X. D is
-// the deviance of the depth measurement, by DepthNoise:
+// Refined flows are eliminated in closed form (robust_kernel.h: the variances of the two terms add). The
+// minimum over s is computed by Newton's method, to convergence for every point and every X, several points
+// at a time; the 6x6 system is its Schur complement. Intermediate descents are rough: they take one step of s
+// per X. D is the deviance of the depth measurement (option DepthErrors):
 //
 //   disparity   D = ((s - sm) / kappa)^2: bf s is measured with standard deviation delta_d
 //   depth       D = ((s - sm) / kappa)^2 (2 s + sm) / (3 sm): the depth is measured without bias and with
 //               standard deviation depth^2 kappa of the *true* depth. This is the quasi-likelihood of that
-//               noise (Wedderburn 1974): its score (z - zm) / (z^2 kappa)^2 has mean zero exactly, whereas
-//               sigma taken at the measured depth prefers points that came out too near.
+//               noise (Wedderburn 1974): its score (z - zm) / (z^2 kappa)^2 has mean zero exactly, whereas a
+//               sigma taken at the measured depth favours points measured too near.
 //
 // delta_d = 0 fixes the depth: motion_only's cost. Units: px, m, rad.
 
@@ -31,36 +31,36 @@
 
 namespace sextant {
 
-// What is known of a motion before the points of the final cost speak: a Gaussian about `mean`,
+// Gaussian prior of a motion about `mean`,
 //
 //   C(X) += 1/2 xi^T precision xi,   xi = [t - t_m + [t_m]x w; w],  w = 2 vec(q q_m^-1)
 //
-// which is to first order the left twist of X mean^-1. Units: m, rad.
+// where xi is to first order the left twist of X mean^-1. Units: m, rad.
 
 struct MotionPrior {
   SE3 mean;
   Matrix6d precision = Matrix6d::Zero();
-  Matrix6d covariance = Matrix6d::Zero();  ///< of `mean`
+  Matrix6d covariance = Matrix6d::Zero();  ///< covariance of `mean`
   Matrix6d cross = Matrix6d::Zero();       ///< covariance of the points' score and `mean`
-  Matrix6d bias = Matrix6d::Zero();        ///< second moment of the bias that pulling to `mean` may cause
+  Matrix6d bias = Matrix6d::Zero();        ///< second moment of the bias that the prior may cause
 
   bool holds() const { return !precision.isZero(0); }
 };
 
 void add_prior(const MotionPrior& prior, const SE3& T_curr_prev, NormalEquations& equations);
 
-/// How the minimum over s is taken, and what Hessians contain. Rough: one step of s, and Gauss-Newton without
-/// the kernel's own curvature, of a quadratic that lies above the cost, so that steps descend. That is never
-/// indefinite but ignores that errors of depths change the Jacobians: where those are a share of the relief,
-/// steps shrink by no more than that share (errors_in_variables.h). Newton's is exact, and converges
+/// Minimisation over s and content of the Hessian. Rough: one step of s, and Gauss-Newton without the
+/// kernel's second derivative, on a quadratic upper bound of the cost, so that steps descend. It is never
+/// indefinite but neglects that depth errors change the Jacobians: if these errors are a share of the relief,
+/// steps are shorter by at most that share (errors_in_variables.h). Newton's Hessian is exact and converges
 /// quadratically.
 enum class Curvature { rough, gauss_newton, newton };
 
-/// Everything that FlowDepthPoints offers per point, at X.
+/// Computes all per-point results of FlowDepthPoints at X.
 template <typename Real>
 void evaluate_points(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels);
 
-/// Only q, to the first order after one step of the depth: for choosing points.
+/// Computes only q, to first order after one step of the depth, for the choice of points.
 template <typename Real>
 void evaluate_distances(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels);
 
@@ -68,13 +68,13 @@ template <typename Real>
 NormalEquations accumulate(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                            const RobustKernel& kernel, Curvature curvature = Curvature::gauss_newton);
 
-/// X after one rough step that is not looked back at; none if it leads nowhere. `size`: its largest
-/// component, m or rad.
+/// Returns X after one rough step without a line search; nullopt if it is not finite. `size`: largest
+/// component of the step, m or rad.
 template <typename Real>
 std::optional<SE3> step_flow_depth(FlowDepthPoints<Real>& data, const SE3& from, const NoiseLevels& levels,
                                    const RobustKernel& kernel, double* size = nullptr);
 
-/// Rough, and stops at steps of 1e-5 m or rad.
+/// Minimises with rough steps until they are smaller than 1e-5 m or rad.
 SolverResult descend(RoughFlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                      const RobustKernel& kernel, int max_iterations);
 

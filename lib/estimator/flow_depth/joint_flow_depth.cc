@@ -16,15 +16,15 @@ namespace {
 using Kind = RobustKernel::Kind;
 
 constexpr size_t min_points = 3;
-// The choice of points has settled when it changes for no more than one in so many.
+// The choice of points has converged if it changes for at most one in this many points.
 constexpr size_t settled_share = 200;
-// So many points, to twice as many, are enough to find out which count.
+// Number of points, up to twice as many, that are sufficient to choose the inliers' motion and levels.
 constexpr size_t choice_sample = 1000;
-// And so many to find out how their errors correlate.
+// Number of points that are sufficient to estimate the correlation of their errors.
 constexpr size_t errors_sample = 220;
 
-/// The scale of least estimated variance (Jaeckel 1971):
-/// large for Gaussian data, small where tails are heavy.
+/// Returns the kernel scale with the least estimated variance (Jaeckel 1971): large for Gaussian data, small
+/// for heavy tails.
 double best_scale(const RoughFlowDepthData& data) {
   double best = 0;
   double least = INFINITY;
@@ -37,7 +37,7 @@ double best_scale(const RoughFlowDepthData& data) {
   return best > 0 ? best : 1.5;
 }
 
-/// Uses the points whose q lies in the gate, and leaves that q; returns how many that changed.
+/// Includes exactly the points whose q lies in the gate; returns the number of changes.
 size_t gate_points(RoughFlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double gate2,
                    double gate3) {
   NoiseLevels without = levels;
@@ -66,7 +66,7 @@ size_t gate_points(RoughFlowDepthData& data, const SE3& motion, const NoiseLevel
   return changed;
 }
 
-/// Levels of the options, else of the problem; 0 = to be estimated.
+/// Returns the noise levels of the options, otherwise those declared by the problem; 0 = to be estimated.
 NoiseLevels declared_levels(const Problem& problem, const JointFlowDepthOptions& options) {
   const MeasurementNoise noise = problem.noise.value_or(MeasurementNoise{});
   const auto first = [](double option, double declared) { return option > 0 ? option : declared; };
@@ -78,15 +78,15 @@ NoiseLevels declared_levels(const Problem& problem, const JointFlowDepthOptions&
   return levels;
 }
 
-/// What the current depth of a point is worth.
+/// Correction and weight of a point's current depth.
 struct DepthCurrReading {
-  double change = 0;  ///< of its inverse depth, 1/m
-  double share = 0;   ///< of the information that the levels say
+  double change = 0;  ///< change of the inverse depth, 1/m
+  double share = 0;   ///< share of the information at the given noise levels
 };
 
-/// The current depth is read at a whole pixel, beside the point by a known part of one. On a plane its slope
-/// corrects that. Off planes the relief around adds to its variance. Without neighbours nothing is known of
-/// that, and the current depth is left out.
+/// Returns corrections of the current depths, which are read at the nearest whole pixel. On a plane, its
+/// slope corrects for the known subpixel offset; off planes, the relief of the neighbourhood is added to the
+/// variance. Without neighbours the effect is unknown, and the current depth is not used.
 std::vector<DepthCurrReading> depth_curr_readings(const Problem& problem, double radius_px,
                                                   const NoiseLevels& levels, const SE3& motion,
                                                   RoughFlowDepthData& data) {
@@ -114,8 +114,8 @@ void correct_depth_curr(const std::vector<DepthCurrReading>& readings, FlowDepth
   }
 }
 
-/// Leaves in use the points that agree with the motion, by steps of the motion on a sample of them until that
-/// settles; and the kernel that suits them.
+/// Chooses the points that agree with the motion, in alternation with steps of the motion on a sample of them
+/// until the choice converges; and the kernel that suits them.
 void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& data, FlowDepthProblem& out) {
   const bool graduated = options.robust == Robust::geman_mcclure_gnc;
   const double gate2 = chi_square_quantile(2, options.gate);
@@ -159,7 +159,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
   NoiseLevels& levels = out.levels = declared;
   const bool graduated = options.robust == Robust::geman_mcclure_gnc;
   RoughFlowDepthData rough(data);
-  // Points behind the camera at the start never count.
+  // Points behind the camera at the start are always excluded.
   evaluate_points(rough, out.start, {});
   for (size_t i = 0; i < rough.size(); ++i) {
     const bool counts = graduated || (i < start.inliers.size() && start.inliers[i] != 0);
@@ -203,11 +203,11 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   estimate.inliers = decided.inliers;
   estimate.status = decided.status;
   if (decided.status != Status::ok) return estimate;
-  FlowDepthData points = data.sample(data.size());  // those that count, next to each other
+  FlowDepthData points = data.sample(data.size());  // only the included points, contiguous in memory
   const SolverResult solution = minimize_flow_depth(points, decided.start, decided.levels, decided.kernel,
                                                     options_.solver, decided.prior);
   if (!take_solution(solution, estimate)) return estimate;
-  // All are evaluated again where the errors of a sample move the optimum.
+  // All points are evaluated again if the errors estimated from a sample move the optimum.
   const size_t n_points = points.size();
   const bool samples = options_.covariance == CovarianceOf::correlated && !declares_errors(problem);
   FlowDepthData at_optimum = samples ? points.sample(errors_sample) : std::move(points);

@@ -1,17 +1,17 @@
 #pragma once
 
-// joint_flow_depth: flow and depth both uncertain, previous depth and, where present, current depth (cost:
-// flow_depth_solver.h; docs/method.md). Equal to the literal cost in Ceres with every flow and depth as a
-// parameter (ceres_reference.h) to 1e-8.
+// joint_flow_depth: flow and depth are both uncertain, with the previous depth and, if measured, the current
+// one (cost: flow_depth_solver.h; docs/method.md). Equals the literal cost in Ceres with every flow and depth
+// as a parameter (ceres_reference.h) to 1e-8.
 //
-//   1. noise levels: declared by options, else estimated from the residuals
+//   1. noise levels: declared by the options, otherwise estimated from the residuals
 //   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc)
-//   3. current depths that agree join, with less weight where there is relief; points are re-admitted by the
-//      chi-square gate of their own covariance
+//   3. consistent current depths are added, with less weight in areas of relief; points are re-admitted by
+//      the chi-square gate of their own covariance
 //   4. refinement with the kernel of least estimated variance: the optimum for independent errors
-//   5. where errors are correlated, declared or seen in the residuals: a step of generalised least squares
+//   5. if errors are correlated, as declared or found in the residuals: a step of generalised least squares
 //
-// 1 to 3 are rough: in float, and on samples of 1000 to 2000 points until the last gate.
+// Steps 1 to 3 are rough: in single precision, and on samples of 1000 to 2000 points until the last gate.
 
 #include "sextant/base/options.h"
 #include "sextant/estimator/flow_depth/correlated_covariance.h"
@@ -24,34 +24,35 @@ struct JointFlowDepthOptions {
   SEXTANT_OPTIONS(
       (double, sigma_flow_u_px, 0, "px",
        "standard deviation of the flow along u; 0 = declared by the problem, else estimated"),
-      (double, sigma_flow_v_px, 0, "px", "the same along v"),
-      (double, delta_d_px, 0, "px", "standard deviation of the disparity behind the depths; 0 likewise"),
-      (DepthErrors, depth_noise, DepthErrors::depth, "", "what is Gaussian"),
+      (double, sigma_flow_v_px, 0, "px", "standard deviation of the flow along v; 0 as for u"),
+      (double, delta_d_px, 0, "px",
+       "standard deviation of the disparity behind the depths; 0 as for the flow"),
+      (DepthErrors, depth_noise, DepthErrors::depth, "", "quantity with Gaussian errors"),
       (bool, use_depth_curr, true, "", "use the depth measured in the current frame as well"),
       (double, plane_radius_px, 6, "px",
        "a plane through the points within this distance corrects the current depth for the whole pixel it is "
        "read at, and it counts less where they have relief; 0 = it counts everywhere, as read at p + flow"),
       (double, projection_share, 0.04, "fraction of the variance",
        "of the flow that its reprojection term has; decides the refined flow only, not the motion"),
-      (Robust, robust, Robust::geman_mcclure_gnc, "", "kernel"),
+      (Robust, robust, Robust::geman_mcclure_gnc, "", "robust kernel"),
       (double, huber, 1.345, "sigmas", "threshold of robust = huber"),
-      (double, scale, 0, "sigmas", "last scale of Geman-McClure; 0 = that of the least estimated variance"),
+      (double, scale, 0, "sigmas", "last scale of Geman-McClure; 0 = the scale of least estimated variance"),
       (double, gate, 0.9999, "probability", "a point is used when its chi-square probability is smaller"),
       (CovarianceOf, covariance, CovarianceOf::correlated, "", covariance_meaning),
       (SolverOptions, solver, {.step_tolerance = 1e-9}, "", "Levenberg-Marquardt"))
   void check() const;
 };
 
-/// What remains to be minimised when points, noise levels and kernel are decided.
+/// The remaining minimisation problem once points, noise levels and kernel are chosen.
 struct FlowDepthProblem {
   Status status = Status::too_few_points;
   SE3 start;
   NoiseLevels levels;
   RobustKernel kernel;
-  MotionPrior prior;  ///< of the directions that depths do not determine (errors_in_variables.h)
+  MotionPrior prior;                   ///< for weakly observable directions (errors_in_variables.h)
   std::vector<unsigned char> inliers;  ///< per point
 };
-/// Leaves the decided points in `data`.
+/// Chooses points, noise levels and kernel, and stores the chosen points in `data`.
 FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
                         const JointFlowDepthOptions& options, FlowDepthData& data);
 

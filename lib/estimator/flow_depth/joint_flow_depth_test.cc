@@ -27,7 +27,7 @@ JointFlowDepthOptions with(Robust robust, double sigma_u = 0, double sigma_v = 0
   options.sigma_flow_v_px = sigma_v;
   options.delta_d_px = delta_d;
   options.plane_radius_px = 0;
-  options.covariance = CovarianceOf::independent;  // the cost's own optimum
+  options.covariance = CovarianceOf::independent;  // the optimum of the cost alone
   return options;
 }
 
@@ -85,12 +85,13 @@ TEST(FlowDepthSolver, GradientAndHessianAgainstFiniteDifferences) {
         const NormalEquations minus = accumulate(data, SE3::exp(-xi) * random.T_curr_prev, levels, kernel);
         EXPECT_NEAR((plus.cost - minus.cost) / (2 * h), at.gradient[k], 1e-5 * at.gradient.norm()) << k;
         const Vector6d column = columns.col(k) = (plus.gradient - minus.gradient) / (2 * h);
-        if (kind != RobustKernel::Kind::none) continue;  // other Hessians are cut to be semi-definite
+        // the other Hessians are truncated to be semi-definite
+        if (kind != RobustKernel::Kind::none) continue;
         EXPECT_LT((column - at.hessian.col(k)).norm(), 0.1 * at.hessian.col(k).norm()) << k;
       }
-      // Turns do not commute: what that adds to the derivatives of the gradient is antisymmetric.
+      // Rotations do not commute, which adds an antisymmetric part to the derivatives of the gradient.
       const Matrix6d exact = 0.5 * (columns + columns.transpose());
-      // What a turn does to a shift is left out of it: zero at the optimum.
+      // The effect of a rotation on a translation is neglected: it vanishes at the optimum.
       EXPECT_LT((exact - newton.hessian).norm(), 1e-5 * exact.norm());
     }
   }
@@ -135,7 +136,7 @@ TEST(FlowDepthSolver, ExactDepthIsMotionOnly) {
   EXPECT_NEAR(ours.at_optimum.cost, motion.cost, 1e-9 * motion.cost);
 }
 
-/// Mean of xi^T C^-1 xi / 6 over random problems, 1 for an honest covariance.
+/// Returns the mean of xi^T C^-1 xi / 6 over random problems, which is 1 for a consistent covariance.
 double mean_nees(const RandomProblemOptions& problem, const JointFlowDepthOptions& options, int n) {
   double sum = 0;
   for (int seed = 1; seed <= n; ++seed) {
@@ -153,11 +154,11 @@ TEST(JointFlowDepth, CovarianceIsHonest) {
   const RandomProblemOptions problem{.n_points = 120, .delta_d_px = 0.2};
   JointFlowDepthOptions options = with(Robust::none, 0.3, 0.3, 0.2);
   EXPECT_NEAR(mean_nees(problem, options, 2000), 1, 0.026);
-  // Where nobody declares independence, errors count as correlated in part: standard deviations are 1.4 times
-  // too large.
+  // Unless independence is declared, errors are partly attributed to correlation: standard deviations are 1.4
+  // times too large.
   options.covariance = CovarianceOf::correlated;
   EXPECT_NEAR(mean_nees(problem, options, 500), 0.48, 0.05);
-  // More points know more of independent errors, but not of such; a sample of them stands for all.
+  // More points reduce the effect of independent errors but not that of correlated ones.
   EXPECT_NEAR(mean_nees({.n_points = 1500, .delta_d_px = 0.2}, options, 100), 0.14, 0.05);
 }
 
@@ -166,7 +167,8 @@ TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsHonest) {
   EXPECT_NEAR(mean_nees(problem, with(Robust::geman_mcclure_gnc, 0.3, 0.3, 0.2), 300), 1, 0.12);
 }
 
-// A far, flat car: 120 points within +-`relief_m` of 30 m, depths good to 1.8 m, seen from a car beside it.
+// A distant, flat car: 120 points within +-`relief_m` of 30 m, depths with 1.8 m standard deviation, observed
+// from another car.
 RandomProblem make_far_car(unsigned seed, double relief_m, double turn_rad) {
   std::mt19937_64 engine(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -189,9 +191,9 @@ RandomProblem make_far_car(unsigned seed, double relief_m, double turn_rad) {
 }
 
 struct FarCars {
-  double rms_m = 0;  ///< of E_t
+  double rms_m = 0;  ///< RMS of E_t
   double worst_m = 0;
-  double nees = 0;  ///< mean, over 6
+  double nees = 0;  ///< mean NEES over 6
 };
 
 FarCars estimate_far_cars(const Estimator& estimator, double relief_m, double turn_rad) {
@@ -211,7 +213,7 @@ FarCars estimate_far_cars(const Estimator& estimator, double relief_m, double tu
   return out;
 }
 
-// Without the prior of errors_in_variables.h single estimates are off by metres.
+// Without the prior of errors_in_variables.h some estimates are wrong by metres.
 TEST(JointFlowDepth, FarFlatBodiesAreNoWorseThanWithJointFlow) {
   for (const double relief_m : {0.2, 0.8, 1.5}) {
     const FarCars ours = estimate_far_cars(JointFlowDepth({}), relief_m, 0);
@@ -221,8 +223,9 @@ TEST(JointFlowDepth, FarFlatBodiesAreNoWorseThanWithJointFlow) {
   }
 }
 
-// It allows for a bias that the data do not show, where the relief is not significant for one as large as the
-// data could hide; here, without a turn, there is none, so it is wide. Standard error of 300: 3.3 %.
+// The covariance includes the bias that the data cannot exclude, which is large if the relief is not
+// significant. This object does not rotate and has no bias, so the covariance is conservative. Standard error
+// of 300 trials: 3.3 %.
 TEST(JointFlowDepth, CovarianceOfFarFlatBodiesHoldsWhatTheyErrBy) {
   for (const double relief_m : {0.2, 0.8, 1.5}) {
     const double nees = estimate_far_cars(JointFlowDepth({}), relief_m, 0).nees;
@@ -291,7 +294,7 @@ TEST(JointFlowDepth, BadMeasurementsAreAStatus) {
   EXPECT_EQ(estimate.inliers[3], 0);
 }
 
-// A rough surface 20 m away, on which no plane fits: the change of its depths tells of its distance as well.
+// A rough surface at 20 m, to which no plane fits: current depths also contain information on its distance.
 TEST(JointFlowDepth, CurrentDepthsCountOffPlanes) {
   JointFlowDepthOptions both = with(Robust::geman_mcclure_gnc, 0.3, 0.3, 0.2);
   both.plane_radius_px = 6;
@@ -352,7 +355,7 @@ TEST(LocalPlanes, FindSlopesAndTheReliefOfEdges) {
   int n_accepted = 0;
   double sum_u = 0, sum_v = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    const bool beside_step = points.u[i] > 23 && points.u[i] < 32;  // nine cells of 4 px reach it
+    const bool beside_step = points.u[i] > 23 && points.u[i] < 32;  // the nine cells of 4 px reach the step
     if (beside_step) {
       EXPECT_TRUE(!planes[i].fitted || planes[i].relief > 10 * kappa * kappa);
     }

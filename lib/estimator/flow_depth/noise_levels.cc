@@ -16,16 +16,16 @@
 namespace sextant {
 namespace {
 
-// Measurements are stored in steps; nothing is known better than this (px).
+// Measurements are quantised; no smaller standard deviation is meaningful (px).
 constexpr double min_sigma_px = 0.01;
-constexpr size_t level_sample = 1000;  // to twice as many tell a scale to 3 or 4 %
+constexpr size_t level_sample = 1000;  // up to twice as many values determine a scale to 3 or 4 %
 constexpr double max_delta_d_px = 5.0;
 constexpr double normal_mad = 1.4826;
-// Median of |n| for a normal n with |n| < 3.
+// Median of |n| for a standard normal n with |n| < 3.
 constexpr double median_within_three = 0.6728;
 
-/// Ascending, of numbers >= 0: their bit patterns have the same order. Digit by digit, three of 11 bits: no
-/// comparisons, which in random numbers cannot be predicted.
+/// Sorts numbers >= 0 in ascending order by their bit patterns, which have the same order. Radix sort with
+/// three digits of 11 bits: no comparisons, whose branches random numbers would mispredict.
 void sort_non_negative(std::vector<float>& values) {
   constexpr int digit_bits = 11;
   constexpr uint32_t n_digits = 1U << digit_bits;
@@ -40,8 +40,8 @@ void sort_non_negative(std::vector<float>& values) {
   }
 }
 
-/// Residuals of the points in use at the motion of the last evaluation.
-/// `value(i, out)` appends those of point i.
+/// Returns the residuals of the included points at the motion of the last evaluation. `value(i, out)` appends
+/// those of point i.
 template <typename Value>
 std::vector<float> collect(const RoughFlowDepthData& data, Value&& value) {
   std::vector<float> out;
@@ -52,7 +52,7 @@ std::vector<float> collect(const RoughFlowDepthData& data, Value&& value) {
   return out;
 }
 
-/// Across the epipolar direction or along it, px; per point that has one.
+/// Returns the residual across or along the epipolar direction (px) of each point that has one.
 std::vector<float> epipolar(const RoughFlowDepthData& data, bool along) {
   return collect(data, [&](size_t i, std::vector<float>& out) {
     const double error_u = data.error_u(i), slope_u = data.slope_u(i);
@@ -65,7 +65,7 @@ std::vector<float> epipolar(const RoughFlowDepthData& data, bool along) {
   });
 }
 
-/// How the residual along the epipolar direction changes with delta_d.
+/// Returns the derivative of the residual along the epipolar direction with respect to delta_d.
 std::vector<float> slopes(const RoughFlowDepthData& data) {
   return collect(data, [&](size_t i, std::vector<float>& out) {
     const double slope_u = data.slope_u(i), slope_v = data.slope_v(i);
@@ -74,7 +74,7 @@ std::vector<float> slopes(const RoughFlowDepthData& data) {
   });
 }
 
-/// Of the current disparity against the prediction, px.
+/// Returns the differences of measured and predicted current disparities, px.
 std::vector<float> disparity_errors(const RoughFlowDepthData& data) {
   return collect(data, [&](size_t i, std::vector<float>& out) {
     if (!data.measures_depth_curr(i)) return;
@@ -90,13 +90,13 @@ std::vector<float> reprojection_errors(const RoughFlowDepthData& data) {
   });
 }
 
-/// What robust_scale begins with: `errors` of the start's inliers, nothing if they are all there is.
+/// Initial values of robust_scale: `errors` of the start's inliers, empty if there are no other points.
 template <typename Errors>
 std::vector<float> likely(const LevelSample& sample, LevelsOf which, Errors&& errors) {
   return which == LevelsOf::all ? errors(sample.inliers) : std::vector<float>();
 }
 
-/// Depths fixed at what was measured. Returns the points asked for.
+/// Evaluates with depths fixed at the measured ones. Returns the requested points.
 const RoughFlowDepthData& evaluate_measured(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev) {
   evaluate_points(sample.inliers, T_curr_prev, {});
   if (which == LevelsOf::inliers) return sample.inliers;
@@ -104,14 +104,14 @@ const RoughFlowDepthData& evaluate_measured(LevelSample& sample, LevelsOf which,
   return sample.all;
 }
 
-/// delta_d such that the residual along the epipolar direction has the variance expected.
+/// Returns the delta_d for which the residual along the epipolar direction has the expected variance.
 double delta_d_along(const std::vector<float>& along, const std::vector<float>& slope, double sigma) {
   double low = 0;
   double high = max_delta_d_px;
   const double threshold2 = 1 / (normal_mad * normal_mad);
   for (int step = 0; step < 20; ++step) {
     const double delta = 0.5 * (low + high);
-    // The median of the normalised residuals is above the threshold if no more than half of them are within.
+    // The median of the normalised residuals exceeds the threshold if at most half of them are within.
     size_t within = 0;
     for (size_t i = 0; i < along.size(); ++i) {
       const double variance = sigma * sigma + slope[i] * slope[i] * delta * delta;
@@ -191,8 +191,8 @@ double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const 
 
 namespace {
 
-constexpr size_t min_neighbours = 9;  // three unknowns, six to judge them
-constexpr double max_pixel = 1e5;     // beyond, numbers are not those of an image
+constexpr size_t min_neighbours = 9;  // three unknowns, and six degrees of freedom for the test
+constexpr double max_pixel = 1e5;     // no valid image coordinate is larger
 constexpr double max_columns = 1000;
 
 struct Point {
@@ -203,7 +203,7 @@ struct Point {
 static_assert(sizeof(Point) == sizeof(Lanes));
 using Rows = std::array<std::span<const Point>, 3>;
 
-/// Sum of p p^T over [1 u v s] - [0 u v s] of one of them, row by row.
+/// Computes the sum of p p^T over [1 u v s] - [0 u v s] of one point, row by row.
 SEXTANT_SIMD void sum_moments(const Rows& rows, const Point& about, double* moments) {
   const Lanes centre = {0, about.u, about.v, about.inverse};
   Lanes m0 = {}, m1 = {}, m2 = {}, m3 = {};
@@ -222,12 +222,12 @@ SEXTANT_SIMD void sum_moments(const Rows& rows, const Point& about, double* mome
   SEXTANT_STORE(moments + 12, m3);
 }
 
-/// Points by cell of at least `side` px, cells row by row.
+/// Points grouped by cell of side >= `side` px, cells row by row.
 class CellGrid {
  public:
   CellGrid(const std::vector<Point>& points, double side) {
     const PixelExtent extent(points);
-    // Few points far apart need no grid as fine as that.
+    // Coarser cells for few points that are far apart.
     const double per_side = 1 / std::max({side, extent.width() / max_columns, extent.height() / max_columns});
     columns_ = static_cast<size_t>(extent.width() * per_side) + 1;
     rows_ = static_cast<size_t>(extent.height() * per_side) + 1;
@@ -244,7 +244,7 @@ class CellGrid {
     order_.resize(points.size());
     cells_.resize(points.size());
     for (size_t i = 0; i < points.size(); ++i) {
-      const uint32_t to = begin_[cells[i] + 1]++;  // ends as the next cell's beginning
+      const uint32_t to = begin_[cells[i] + 1]++;  // becomes the beginning of the next cell
       members_[to] = points[i];
       order_[to] = static_cast<uint32_t>(i);
       cells_[to] = cells[i];
@@ -252,12 +252,12 @@ class CellGrid {
   }
 
   size_t size() const { return members_.size(); }
-  /// Which of the points given member k is.
+  /// Index of member k in the given list of points.
   size_t index(size_t k) const { return order_[k]; }
   const Point& member(size_t k) const { return members_[k]; }
-  /// One after the last member of member k's cell.
+  /// Returns the end of the range of members in member k's cell.
   size_t end_of_cell(size_t k) const { return begin_[cells_[k] + 1]; }
-  /// The points of the nine cells around member k.
+  /// Returns the points of the nine cells around member k.
   Rows around(size_t k) const {
     const size_t row = cells_[k] / columns_;
     const size_t column = cells_[k] % columns_;

@@ -1,18 +1,18 @@
 #pragma once
 
-// Noise levels of one body from its residuals at a motion X, where nobody declares them (docs/method.md,
-// "Flow and depth both uncertain").
+// Noise levels of one body, estimated from its residuals at a motion X if they are not declared
+// (docs/method.md).
 //
-//   sigma_flow   robust scale of the residual across the epipolar direction, where depth has no part
-//   delta_d      from the disparities of the two frames where both are measured, else from the residual along
-//                the epipolar direction beyond what sigma_flow explains
-//   delta_d_curr robust scale of the current disparity against the prediction, at least delta_d: it also
-//                holds what reading the current depth at a whole pixel costs on slanted surfaces
+//   sigma_flow   robust scale of the residual across the epipolar direction, which does not depend on depth
+//   delta_d      from the disparities of both frames if measured, otherwise from the variance of the residual
+//                along the epipolar direction in excess of sigma_flow
+//   delta_d_curr robust scale of the current disparity against the prediction, at least delta_d; includes the
+//   error of reading the current depth at a whole pixel on slanted surfaces
 //
 // Robust scale: 1.4826 times the median of the absolute values within three times the scale, iterated, so
-// that wrong flows do not count. The iteration begins with the scale of the starting motion's inliers: where
-// most flows are wrong, the scale of all would be theirs. At the starting motion itself nothing is known of
-// the other points; there levels are those of the inliers alone.
+// that outliers have no influence. The iteration starts with the scale of the starting motion's inliers,
+// because the scale of all points would be that of the outliers if they are in the majority. At the starting
+// motion itself only the inliers are used.
 
 #include <vector>
 
@@ -22,40 +22,42 @@
 
 namespace sextant {
 
-/// Points of one body to estimate levels from.
+/// Points of one body for the estimation of noise levels.
 struct LevelSample {
-  RoughFlowDepthData all;      ///< that count
-  RoughFlowDepthData inliers;  ///< of the start; all if it has none
+  RoughFlowDepthData all;      ///< all included points
+  RoughFlowDepthData inliers;  ///< inliers of the start; all points if there is none
 
   LevelSample(const RoughFlowDepthData& data, const StartingPoint& start);
 };
 enum class LevelsOf { inliers, all };
 
-/// Scale of a Gaussian from absolute values with gross errors among them; 0 for no values. `likely`: some
-/// without, to begin with.
+/// Returns the scale of a Gaussian from absolute values with outliers; 0 for an empty list. `likely`: values
+/// without outliers, from which the iteration starts.
 double robust_scale(std::vector<float> absolute, std::vector<float> likely);
 
-/// Fills in the levels that are 0.
+/// Returns the levels, with those that are 0 in `declared` replaced by estimates.
 NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev,
                                   const NoiseLevels& declared);
 
-/// The whole reprojection error taken as flow noise, one level for both axes; the depth as exact.
+/// Returns the levels that explain the whole reprojection error by flow noise, equal on both axes, with exact
+/// depth.
 NoiseLevels estimate_reprojection_level(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev);
 
-/// Standard deviation of the current disparity (px) at X.
+/// Returns the standard deviation of the current disparity (px) at X.
 double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& levels);
 
-// Inverse depth is an affine function of the pixel on every plane. Where the points around one agree with a
-// plane within the noise of their depths, its slopes tell how inverse depth changes within a pixel.
+// Local planes. Inverse depth is an affine function of the pixel on every plane. If the points around a pixel
+// agree with a plane within the noise of their depths, its slopes give the change of inverse depth within the
+// pixel.
 //
-// Neighbourhood: a square of about `radius_px` around, nine cells of a grid; the points of the middle one
-// share it. It has relief where its residuals fail the chi-square test against kappa (1/m) at 99 %.
+// Neighbourhood: a square with a half side of about `radius_px`, i.e. nine cells of a grid; the points of the
+// middle cell share it. It has relief if its residuals fail the chi-square test against kappa (1/m) at 99 %.
 
 struct LocalPlane {
-  bool fitted = false;  ///< false: too few points, or all in a row
+  bool fitted = false;  ///< false: too few points, or all on a line
   double slope_u = 0;   ///< d inverse depth / d u, 1/(m px)
   double slope_v = 0;
-  double relief = 0;  ///< variance about the plane beyond that of kappa, 1/m^2; 0 = none
+  double relief = 0;  ///< variance about the plane in excess of kappa^2, 1/m^2; 0 = none
 };
 
 std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double kappa, double radius_px);

@@ -31,11 +31,11 @@ TEST(RobustScale, GrossErrorsDoNotCountIfItBeginsWithGoodValues) {
   std::mt19937_64 engine(3);
   std::uniform_real_distribution<float> gross(0, 20);
   for (int k = 0; k < 3000; ++k) values.push_back(gross(engine));
-  EXPECT_GT(robust_scale(values, {}), 2);  // of most values, which are wrong
+  EXPECT_GT(robust_scale(values, {}), 2);  // scale of the majority, which are outliers
   EXPECT_NEAR(robust_scale(values, good), 0.3, 0.1);
 }
 
-// Samples of 1500 points, of which a quarter is right.
+// Samples of 1500 points, a quarter of which are correct.
 TEST(NoiseLevels, OfTheFewRightPoints) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const RandomProblem random = make_random_problem(seed, {.n_points = 3000,

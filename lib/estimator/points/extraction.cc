@@ -42,11 +42,12 @@ constexpr std::array<Offset, 16> circle = {{{0, -3},
                                             {-2, -2},
                                             {-1, -3}}};
 
-// Macros as in lanes.h: functions of vectors would differ in calling convention between the clones.
+// Macros as in lanes.h: functions that return vectors would have different calling conventions in the clones.
 #define SEXTANT_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define SEXTANT_MAX(a, b) ((a) > (b) ? (a) : (b))
 
-/// Responses of the pixels centre[0 .. n), 0 where there is no corner. Reads and writes whole blocks.
+/// Computes the FAST responses of the pixels centre[0 .. n), 0 if not a corner. Reads and writes whole
+/// blocks.
 SEXTANT_SIMD void score_row(const uint8_t* centre, std::ptrdiff_t stride, int n, int threshold,
                             uint8_t* scores) {
   const Bytes t = Bytes{} + static_cast<uint8_t>(threshold);
@@ -61,7 +62,7 @@ SEXTANT_SIMD void score_row(const uint8_t* centre, std::ptrdiff_t stride, int n,
     *out = Bytes{};
     const Bytes high = SEXTANT_MAX(c, ~t) == c ? ~Bytes{} : c + t;  // saturated
     const Bytes low = SEXTANT_MAX(c, t) - t;
-    // Nine in a row hold two adjacent ones of the four at the top, right, bottom and left.
+    // Nine contiguous pixels always include two adjacent ones of top, right, bottom and left.
     const Bytes top = *load(0), right = *load(4), bottom = *load(8), left = *load(12);
     const Bytes bright4 = SEXTANT_MIN(SEXTANT_MAX(top, bottom), SEXTANT_MAX(right, left));
     const Bytes dark4 = SEXTANT_MAX(SEXTANT_MIN(top, bottom), SEXTANT_MIN(right, left));
@@ -69,8 +70,8 @@ SEXTANT_SIMD void score_row(const uint8_t* centre, std::ptrdiff_t stride, int n,
         reinterpret_cast<Words>((SEXTANT_MAX(bright4, high) - high) | (SEXTANT_MAX(low, dark4) - dark4));
     if ((any[0] | any[1] | any[2] | any[3]) == 0) continue;
 
-    // Two arcs of nine share the eight from an even pixel on: that of the pixel before them, that of the one
-    // after. Brightness of an arc: its darkest pixel.
+    // Two arcs of nine share the eight pixels from an even pixel on: one adds the pixel before them, the
+    // other the pixel after them. The brightness of an arc is that of its darkest pixel.
     Bytes p[16];
     for (size_t k = 0; k < 16; ++k) p[k] = *load(k);
     Bytes min2[8], max2[8];
@@ -104,7 +105,8 @@ SEXTANT_SIMD void score_row(const uint8_t* centre, std::ptrdiff_t stride, int n,
   }
 }
 
-/// The scores row[0 .. n) that beat their 8 neighbours, else 0. Writes whole blocks.
+/// Keeps the scores row[0 .. n) that exceed those of their 8 neighbours and sets the others to 0. Writes
+/// whole blocks.
 SEXTANT_SIMD void keep_maxima(const uint8_t* above, const uint8_t* row, const uint8_t* below, int n,
                               uint8_t* maxima) {
   for (int x = 0; x < n; x += block) {
@@ -142,10 +144,10 @@ std::vector<Feature> fast_corners(const Image<uint8_t>& gray, int threshold) {
   std::vector<Feature> corners;
   const int width = gray.width() - 2 * radius;
   if (width <= 0 || gray.height() <= 2 * radius) return corners;
-  // A block may reach beyond the last pixel of the image.
+  // Padded, because a block may extend beyond the last pixel of the image.
   std::vector<uint8_t> pixels(gray.size() + block);
   std::copy_n(gray.data(), gray.size(), pixels.begin());
-  // Three rows of scores with a margin on both sides, used in turn.
+  // Three rows of scores with a margin on both sides, used in rotation.
   const size_t length = static_cast<size_t>(width) + 2 * block;
   std::vector<uint8_t> scores(3 * length);
   std::vector<uint8_t> maxima(length);
@@ -174,7 +176,8 @@ double depth_at(const Image<float>& depth_m, const Landing& pixel) {
   return valid_depth(depth) ? depth : NAN;
 }
 
-/// No instance within `margin` px (checked at the eight corners and edge centres of the square).
+/// Returns true if no instance lies within `margin` px, checked at the eight corners and edge centres of the
+/// square.
 bool off_instances(const Image<uint16_t>& mask, int x, int y, int margin) {
   for (int dy = -margin; dy <= margin; dy += std::max(margin, 1)) {
     for (int dx = -margin; dx <= margin; dx += std::max(margin, 1)) {
@@ -189,7 +192,7 @@ void check_frame(const Frame& frame, bool is_previous) {
   SEXTANT_CHECK(!is_previous || (!frame.gray.empty() && !frame.depth_m.empty() && !frame.flow.empty()));
 }
 
-/// Columns first_x .. last_x, rows likewise; nothing at first.
+/// Columns first_x .. last_x and rows first_y .. last_y; initially empty.
 struct Box {
   int first_x = INT_MAX / 2, last_x = -INT_MAX / 2;
   int first_y = INT_MAX / 2, last_y = -INT_MAX / 2;
@@ -203,7 +206,7 @@ struct Box {
   }
 };
 
-/// The instances of a mask, and the boxes around them.
+/// The instances of a mask and their bounding boxes.
 class Instances {
  public:
   struct Instance {
@@ -239,13 +242,14 @@ class Instances {
   }
 
   const std::map<int, Instance>& by_id() const { return by_id_; }
-  /// Whether (x, y) lies within `margin` px of the box of one. Elsewhere the mask need not be looked at.
+  /// Returns true if (x, y) lies within `margin` px of the box of an instance; otherwise the mask need not be
+  /// read.
   bool is_near(int x, int y, int margin) const {
     return around_.contains(x, y, margin) && std::any_of(boxes_.begin(), boxes_.end(), [&](const Box& box) {
              return box.contains(x, y, margin);
            });
   }
-  /// Around all of them.
+  /// Bounding box of all instances.
   const Box& around() const { return around_; }
 
  private:
@@ -254,8 +258,8 @@ class Instances {
   Box around_;
 };
 
-/// Leaves the features for which `keep` holds. Their pixels lie all over the images, and most of the time
-/// would go by waiting for memory: `fetch` asks for it some features ahead.
+/// Keeps the features for which `keep` returns true. Their pixels are scattered over the images, so that
+/// memory latency dominates: `fetch` prefetches the memory of a feature some iterations ahead.
 template <typename Fetch, typename Keep>
 void filter(std::vector<Feature>& features, Fetch&& fetch, Keep&& keep) {
   constexpr size_t ahead = 64;
@@ -307,7 +311,7 @@ Correspondences extract_background(const Frame& prev, const Frame& curr, const I
   return points;
 }
 
-/// All instances of the current mask, with the samples of the previous image that land on them.
+/// Returns all instances of the current mask, with the samples of the previous image that land on them.
 std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& curr,
                                                const Instances& instances, const ExtractionOptions& options) {
   const int width = prev.mask.width();
@@ -327,7 +331,7 @@ std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& c
       const Flow& flow = flows[x];
       const float u = static_cast<float>(x) + flow.u;
       const float v = static_cast<float>(y) + flow.v;
-      if (!(u > left && u < right && v > top && v < bottom)) continue;  // most pixels
+      if (!(u > left && u < right && v > top && v < bottom)) continue;  // true for most pixels
       const Landing to = land(x, y, flow, width, height);
       if (!to.inside || curr.mask(to.x, to.y) == 0) continue;
       ObjectObservation& object = objects.at(curr.mask(to.x, to.y));

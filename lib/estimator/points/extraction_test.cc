@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-/// Blurred noise: corners of all strengths.
+/// Blurred noise, which contains corners of all strengths.
 Image<uint8_t> make_image(int width, int height, unsigned seed, int contrast) {
   std::mt19937 engine(seed);
   Image<uint8_t> coarse(width / 3 + 2, height / 3 + 2);
@@ -68,7 +68,7 @@ namespace {
 constexpr int width = 200;
 constexpr int height = 120;
 
-/// A chequered image with flow (2, 1), depth 10 m, no instances.
+/// A chequered image with flow (2, 1), depth 10 m and no instances.
 Frame make_frame(int index) {
   Frame frame{.index = index, .gray = Image<uint8_t>(width, height)};
   for (int y = 0; y < height; ++y) {

@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-// What the references share: SE(3) as a manifold with left perturbation, and the solve.
+// Common part of the references: SE(3) as a manifold with left perturbation, and the solver call.
 
 // Ambient parameters of a motion: quaternion x y z w, translation x y z.
 using MotionBlock = std::array<double, 7>;
@@ -88,8 +88,8 @@ class SE3Manifold : public CeresManifold {
   }
 };
 
-/// One motion to solve for, and unknowns of points that are eliminated before it (Schur complement). Takes
-/// costs, not losses.
+/// A motion to estimate, with per-point unknowns that are eliminated first (Schur complement). Takes cost
+/// functions without losses.
 class CeresMotion {
  public:
   CeresMotion(const SE3& start, const SolverOptions& options);
@@ -100,7 +100,7 @@ class CeresMotion {
   }
   void eliminate(double* of_point) { options_.linear_solver_ordering->AddElementToGroup(of_point, 0); }
 
-  /// Fills in all but the refined flow.
+  /// Solves and fills in everything except the refined flow.
   void solve(const Problem& problem, MotionEstimate& estimate);
 
  private:
@@ -110,14 +110,12 @@ class CeresMotion {
   ceres::Solver::Options options_;
 };
 
-
 ceres::Problem::Options borrow() {
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.*manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   return options;
 }
-
 
 CeresMotion::CeresMotion(const SE3& start, const SolverOptions& options)
     : motion_(to_block(start)), problem_(borrow()) {
@@ -151,8 +149,7 @@ void CeresMotion::solve(const Problem& problem, MotionEstimate& estimate) {
   conclude(problem, block, estimate);
 }
 
-
-/// (p + phihat - project(X m)) / sigma
+/// Residual (p + phihat - project(X m)) / sigma.
 struct ProjectionResidual {
   PinholeCamera camera;
   Eigen::Vector3d m;
@@ -170,7 +167,7 @@ struct ProjectionResidual {
   }
 };
 
-/// The same with the flow fixed.
+/// The projection residual with fixed flow.
 struct FixedFlowResidual {
   ProjectionResidual projection;
   Eigen::Vector2d flow;
@@ -182,7 +179,7 @@ struct FixedFlowResidual {
   }
 };
 
-/// (phi - phihat) / sigma
+/// Residual (phi - phihat) / sigma.
 struct FlowResidual {
   double u, v, sigma;
   template <typename T>
@@ -316,7 +313,7 @@ std::unique_ptr<ceres::LossFunction> make_loss(const RobustKernel& kernel) {
   return nullptr;
 }
 
-/// flow_depth_solver.h, with the precision as U^T U.
+/// The prior of flow_depth_solver.h, with the precision as U^T U.
 struct PriorResidual {
   SE3 mean;
   Matrix6d U;

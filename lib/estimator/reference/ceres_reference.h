@@ -1,7 +1,8 @@
 #pragma once
 
-// The literal costs of motion_only and joint_flow in Ceres, every refined flow an explicit 2-D parameter
-// block (Schur elimination), automatic derivatives: what the production estimators are tested against. Slow.
+// The literal costs of motion_only and joint_flow in Ceres, with every refined flow as an explicit 2-D
+// parameter block (Schur elimination) and automatic derivatives. Reference for tests of the production
+// estimators; slow.
 
 #include "sextant/base/options.h"
 #include "sextant/estimator/estimators/joint_flow.h"
@@ -21,9 +22,9 @@ class JointFlowCeres : public WithOptions<Estimator, JointFlowOptions> {
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override;
 };
 
-// joint_flow_depth's cost written literally in Ceres: refined flow and depth of every point are a parameter
-// block (one of three numbers, since they share a residual), Schur elimination, automatic derivatives.
-// Points, noise levels and kernel are those that joint_flow_depth decides on. Slow.
+// The literal cost of joint_flow_depth in Ceres: refined flow and depth of a point form one parameter block
+// of three numbers, since they share a residual; Schur elimination, automatic derivatives. Points, noise
+// levels and kernel are those selected by joint_flow_depth. Slow.
 //
 //   sum_i rho( |p_i + phihat_i - project(X m(p_i, z_i))|^2_S1 + |phi_i - phihat_i|^2_S2
 //              + D(1/z_i; measured) [ + D(1/z'_i; measured) ] ),   S1 + S2 = diag(sigma_u^2, sigma_v^2)

@@ -1,6 +1,6 @@
 #pragma once
 
-// Test helper: an estimator against its reference in Ceres.
+// Test helper that compares an estimator with its reference in Ceres.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 namespace sextant {
 
-/// Same pose to 1e-8, flows to 1e-6 px and cost to `relative_cost` on random problems.
+/// Expects equal poses to 1e-8, flows to 1e-6 px and cost to `relative_cost` on random problems.
 template <typename Ours, typename Reference, typename Options>
 void expect_same_optimum(const RandomProblemOptions& problem, const Options& options, unsigned n_problems,
                          double relative_cost) {

@@ -12,12 +12,12 @@ namespace {
 
 constexpr int min_points = 3;
 constexpr double usual_delta_d_px = 0.2;
-constexpr double significant = 3;  // kappa
+constexpr double significant = 3;  // in units of kappa
 constexpr double line_rms_px = 0.5;
-constexpr double affine_rms = 2;            // kappa
+constexpr double affine_rms = 2;            // in units of kappa
 constexpr double max_turn_rad = 0.25;       // standard deviation
 constexpr double max_relative_shift = 0.5;  // standard deviation over distance
-constexpr double max_condition = 1e14;      // beyond, rounding decides
+constexpr double max_condition = 1e14;      // above this value rounding errors dominate
 
 bool kept(const std::vector<unsigned char>& keep, size_t i) { return keep.empty() || keep[i] != 0; }
 
@@ -26,7 +26,7 @@ double inverse_depth_sigma(const Problem& problem) {
   return problem.camera.bf > 0 ? usual_delta_d_px / problem.camera.bf : 0;
 }
 
-/// Moments of pixels and inverse depths about the first point.
+/// First and second moments of pixels and inverse depths, relative to the first point.
 struct Moments {
   double n = 0, u = 0, v = 0, s = 0, uu = 0, uv = 0, vv = 0, us = 0, vs = 0, ss = 0;
 
@@ -56,7 +56,8 @@ bool is_line(const Moments& m, double kappa) {
   return rest <= affine_rms * affine_rms * kappa * kappa + rounding;
 }
 
-/// Largest over smallest eigenvalue; none unless the matrix is positive definite beyond rounding.
+/// Returns the ratio of the largest to the smallest eigenvalue; nullopt unless the matrix is positive
+/// definite beyond rounding.
 std::optional<double> condition_of(const Matrix6d& m) {
   if (!m.allFinite()) return std::nullopt;
   const auto eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix6d>(m, Eigen::EigenvaluesOnly).eigenvalues();
@@ -64,7 +65,8 @@ std::optional<double> condition_of(const Matrix6d& m) {
   return eigenvalues[5] / eigenvalues[0];
 }
 
-/// Whether the standard deviations leave turn or place of the points' centre open.
+/// Returns true if the standard deviations of the rotation or of the position of the points' centre are too
+/// large.
 bool leaves_open(const Problem& problem, const Matrix6d& covariance, const MotionEstimate& estimate) {
   const Correspondences& p = problem.points;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -75,7 +77,7 @@ bool leaves_open(const Problem& problem, const Matrix6d& covariance, const Motio
     ++n;
   }
   centre = estimate.T_curr_prev * (centre / n);
-  Eigen::Matrix<double, 3, 6> shift;  // of the centre by the left twist
+  Eigen::Matrix<double, 3, 6> shift;  // derivative of the centre with respect to the left twist
   shift << Eigen::Matrix3d::Identity(), -skew(centre);
   const auto largest = [](const Eigen::Matrix3d& m) {
     return std::sqrt(

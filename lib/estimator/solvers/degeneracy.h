@@ -1,18 +1,18 @@
 #pragma once
 
-// What cannot be estimated, and how sure the rest is. With kappa (1/m) the standard deviation of an inverse
-// depth, declared by the problem, else that of a stereo camera with a disparity of 0.2 px:
+// Degenerate problems and the covariance of the others. kappa (1/m) is the standard deviation of an inverse
+// depth: as declared by the problem, otherwise for a stereo camera with a disparity accuracy of 0.2 px.
 //
-//   too_few_points  fewer than three measurements: six unknowns, two equations a point
-//   at_infinity     no inverse depth differs from zero by three kappa: a translation cannot be seen
-//   collinear       the pixels lie on a line (within 0.5 px RMS) and along it inverse depth is affine (within
-//                   2 kappa RMS), as it is on every line in space; or all pixels are one: a turn about that
-//                   line cannot be seen
-//   no_parallax     the covariance leaves a direction open: a turn of more than 0.25 rad standard deviation,
-//                   or a translation of the points' centre of more than half its distance. Turns and
-//                   translations look the same, as for a small flat patch.
+//   too_few_points  fewer than three measurements: six unknowns, two equations per point
+//   at_infinity     no inverse depth differs from zero by three kappa: the translation is unobservable
+//   collinear       the pixels lie on a line (within 0.5 px RMS) along which inverse depth is affine (within
+//                   2 kappa RMS), as on every line in space; or all pixels coincide: the rotation about that
+//                   line is unobservable
+//   no_parallax     the covariance shows a weakly observable direction: a rotation with a standard deviation
+//                   above 0.25 rad, or a translation of the points' centre above half its distance. Rotation
+//                   and translation are then ambiguous, as for a small flat patch
 //
-// A camera or body that stands still is none of these: depth is measured, so motion need not reveal it.
+// A stationary camera or body is not degenerate: depth is measured and need not be inferred from motion.
 
 #include "sextant/estimator/solvers/estimator.h"
 #include "sextant/estimator/solvers/levenberg_marquardt.h"
@@ -20,24 +20,26 @@
 
 namespace sextant {
 
-/// ok, too_few_points, at_infinity or collinear: what `keep`'s points (empty: all) can determine.
+/// Returns ok, too_few_points, at_infinity or collinear for the points in `keep` (empty: all).
 Status check_geometry(const Problem& problem, const std::vector<unsigned char>& keep);
 
-/// The first step of every estimator: the measured flow, the measurements among `keep` (empty: all) as
-/// inliers, and the status of check_geometry.
+/// First step of every estimator: returns an estimate with the measured flow, the valid measurements among
+/// `keep` (empty: all) as inliers, and the status of check_geometry().
 MotionEstimate begin_estimate(const Problem& problem, const std::vector<unsigned char>& keep);
 
-/// Motion, cost and iterations of a solver. Returns false, with status diverged, unless they are finite.
+/// Copies motion, cost and iterations of a solver. Returns false, and sets status diverged, unless they are
+/// finite.
 bool take_solution(const SolverResult& solution, MotionEstimate& estimate);
 
-/// The last step of every estimator: enters the covariance of the left twist, given the motion and its
-/// inliers. Fills covariance, condition and status: ok, else the reason why the motion is open.
+/// Last step of every estimator: computes the covariance of the left twist from the Hessian, given the motion
+/// and its inliers. Sets covariance, condition and status: ok, or the reason why the motion is not
+/// determined.
 void conclude(const Problem& problem, const Matrix6d& hessian, double variance_factor,
               MotionEstimate& estimate);
-/// The same from the covariance itself.
+/// Overload for a given covariance.
 void conclude(const Problem& problem, const Matrix6d& covariance, MotionEstimate& estimate);
-/// Another covariance of the same motion, and its condition. Where it leaves the motion open, only the status
-/// changes, from ok to no_parallax.
+/// Replaces the covariance of the motion, and its condition. If the new covariance does not determine the
+/// motion, only the status changes, from ok to no_parallax.
 void replace_covariance(const Matrix6d& covariance, MotionEstimate& estimate);
 
 }  // namespace sextant

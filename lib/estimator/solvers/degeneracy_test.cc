@@ -1,5 +1,5 @@
-// Each degenerate configuration has its status, weak but healthy bodies are estimated, and no configuration
-// whatsoever brings a crash, an exception or a NaN. SEXTANT_FUZZ_PROBLEMS sets the number of random problems.
+// Every degenerate configuration has its status, weak but valid bodies are estimated, and no configuration
+// causes a crash, an exception or a NaN. SEXTANT_FUZZ_PROBLEMS sets the number of random problems.
 
 #include "sextant/estimator/solvers/degeneracy.h"
 
@@ -19,7 +19,8 @@ namespace {
 const StereoCamera camera = {{720, 718, 610, 180}, 380};
 const SE3 motion(so3_exp({0.002, 0.01, -0.003}), Eigen::Vector3d(0.05, 0.02, -0.9));
 
-/// Points of the previous camera moved by `motion`; `delta_d_px` and `flow_px`: noise.
+/// Observes points in the previous camera's coordinates that move by `motion`; `delta_d_px` and `flow_px` are
+/// noise levels.
 Problem observe(const std::vector<Eigen::Vector3d>& points, double delta_d_px = 0, double flow_px = 0,
                 const SE3& X = motion) {
   std::mt19937_64 engine(7);
@@ -44,7 +45,7 @@ std::vector<Eigen::Vector3d> line(int n, const Eigen::Vector3d& from, const Eige
   return points;
 }
 
-/// A grid on a rectangle at `centre`, `relief_m` deep.
+/// A grid of points on a rectangle at `centre` with `relief_m` of depth variation.
 std::vector<Eigen::Vector3d> patch(int columns, int rows, const Eigen::Vector3d& centre, double width_m,
                                    double height_m, double relief_m) {
   std::vector<Eigen::Vector3d> points;
@@ -94,7 +95,7 @@ TEST(Degeneracy, EveryConfigurationHasItsStatus) {
       EXPECT_EQ(to_string(estimate.status), to_string(c.status)) << c.name << ' ' << entry.name;
     }
     const RobustStart start = robust_start(c.problem, std::nullopt, {});
-    // The start judges points, not the covariance.
+    // The robust start checks the points, not the covariance.
     if (c.status != Status::no_parallax) {
       EXPECT_EQ(to_string(start.status), to_string(c.status)) << c.name;
     }
@@ -163,7 +164,7 @@ class RandomProblems {
     const Eigen::Vector3d a = direction(), b = direction();
     const SE3 X = random_motion();
     for (int i = 0; i < n; ++i) {
-      Eigen::Vector3d p = centre;                                             // 0: identical
+      Eigen::Vector3d p = centre;                                             // 0: all points identical
       if (shape == 1) p += size * uniform(-1, 1) * a;                         // on a line
       if (shape == 2) p += size * (uniform(-1, 1) * a + uniform(-1, 1) * b);  // on a plane
       if (shape >= 3) p += (shape == 3 ? size : 3.0) * direction();
@@ -260,7 +261,7 @@ std::vector<std::pair<std::string, std::string>> estimators_and_kernels() {
   std::vector<std::pair<std::string, std::string>> all;
   for (const EstimatorEntry& entry : estimators()) {
     for (const char* robust : {"huber", "geman_mcclure_gnc", "none"}) {
-      // Two references have no redescending kernel and say so.
+      // Two references reject the redescending kernel with an error.
       const bool lacks = entry.name == "motion_only_ceres" || entry.name == "joint_flow_ceres";
       if (!lacks || robust != std::string("geman_mcclure_gnc")) all.emplace_back(entry.name, robust);
     }

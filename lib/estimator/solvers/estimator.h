@@ -1,8 +1,7 @@
 #pragma once
 
-// The interface of all estimators, what they start from and what they return, about one body between two
-// frames; and the two options that every estimator has, `robust` and `covariance`. How to add one:
-// estimator/registry.h.
+// Interface of all estimators of one body between two frames, their input and output, and the two options
+// that every estimator has, `robust` and `covariance`. How to add one: estimator/registry.h.
 
 #include <limits>
 #include <memory>
@@ -18,47 +17,50 @@ namespace sextant {
 
 struct ErrorModel;
 
-/// Where a refinement begins: a motion and the points that agree with it.
+/// Initial motion of a refinement, and the inliers it uses.
 struct StartingPoint {
   SE3 T_curr_prev;
   std::vector<unsigned char> inliers;  ///< per point; only these are used
-  /// What is known of the errors from more points, by joint_flow_depth; none: what these points show.
+  /// Error model estimated from more points (by joint_flow_depth); null: the model is estimated from the
+  /// inliers.
   std::shared_ptr<const ErrorModel> errors = nullptr;
 };
 
 struct MotionEstimate {
-  Status status = Status::diverged;        ///< ok, diverged, or why the motion is open (degeneracy.h)
-  SE3 T_curr_prev;                         ///< maps the body's points, previous to current camera coordinates
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the left twist [rho; omega] (m, rad): inverse Gauss-Newton
-                                           ///< Hessian at the optimum in the estimator's own sigmas
-  /// Of the covariance: largest over smallest eigenvalue. NaN where there is no covariance.
+  Status status = Status::diverged;  ///< ok, diverged, or why the motion is not determined (degeneracy.h)
+  SE3 T_curr_prev;                   ///< maps the body's points from previous to current camera coordinates
+  Matrix6d covariance = Matrix6d::Zero();  ///< covariance of the left twist [rho; omega] (m, rad): inverse
+                                           ///< Gauss-Newton Hessian at the optimum, with the estimator's sigmas
+  /// Condition number of the covariance: largest over smallest eigenvalue. NaN if there is no covariance.
   double condition = std::numeric_limits<double>::quiet_NaN();
   std::vector<unsigned char> inliers;  ///< per point of the problem: 1 = used in the optimisation
-  std::vector<double> refined_flow_u;  ///< px, per point; the measured flow where the estimator refines none
+  /// px, per point; the measured flow if the estimator does not refine it
+  std::vector<double> refined_flow_u;
   std::vector<double> refined_flow_v;
   int iterations = 0;
-  double cost = 0;  ///< at the optimum, in units of variance
-  /// What the covariance was made from; none where errors count as independent.
+  double cost = 0;  ///< cost at the optimum, in units of variance
+  /// Error model behind the covariance; null if errors are treated as independent.
   std::shared_ptr<const ErrorModel> errors = nullptr;
 };
 
 class Estimator {
  public:
   virtual ~Estimator() = default;
-  /// Refines the motion on the starting point's inliers. Never throws for bad measurements: see status.
+  /// Refines the motion on the starting point's inliers. Bad measurements never cause an exception; see
+  /// status.
   virtual MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const = 0;
-  /// Whether it looks at all points and chooses among them itself, from the inliers of RANSAC; else the
-  /// pipeline chooses for it (point_choice.h).
+  /// Returns true if the estimator selects its inliers from all points itself, beginning with those of
+  /// RANSAC; otherwise the pipeline selects them (point_choice.h).
   virtual bool chooses_points() const { return false; }
-  /// All options with their values, for provenance.
+  /// Returns all options with their values, for provenance.
   virtual Json options() const = 0;
 };
 
-/// The option `robust`: the kernel of the residuals.
+/// Option `robust`: the robust kernel of the residuals.
 enum class Robust { huber, geman_mcclure_gnc, none };
 constexpr Names<3> names_of(Robust) { return {"huber", "geman_mcclure_gnc", "none"}; }
 
-/// The option `covariance`: whether errors count as independent from point to point
+/// Option `covariance`: errors are independent between points, or correlated over the image
 /// (flow_depth/correlated_covariance.h).
 enum class CovarianceOf { independent, correlated };
 constexpr Names<2> names_of(CovarianceOf) { return {"independent", "correlated"}; }

@@ -1,6 +1,6 @@
 #pragma once
 
-// Levenberg-Marquardt on SE(3), left perturbation X <- exp(xi) X: the outer loop of all solvers.
+// Levenberg-Marquardt on SE(3) with left perturbation X <- exp(xi) X: the outer loop of all solvers.
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -16,18 +16,18 @@ namespace sextant {
 
 struct SolverOptions {
   SEXTANT_OPTIONS(
-      (int, max_iterations, 100, "count", "upper limit of Levenberg-Marquardt steps"),
+      (int, max_iterations, 100, "count", "largest number of Levenberg-Marquardt steps"),
       (double, step_tolerance, 1e-12, "m, rad",
-       "stop when the largest component of a step is smaller; of Newton's, what it leaves"))
+       "stop when the largest component of a step is smaller (of a Newton step: of its remaining error)"))
   void check() const;
 };
 
-/// Cost, gradient and (Gauss-)Newton Hessian at X; cost is +inf if a point is not in front of the camera.
+/// Cost, gradient and (Gauss-)Newton Hessian at X; the cost is +inf if a point is not in front of the camera.
 struct NormalEquations {
   double cost = 0;
   Vector6d gradient = Vector6d::Zero();
   Matrix6d hessian = Matrix6d::Zero();
-  bool is_exact = false;  ///< the Hessian is the cost's: steps converge quadratically
+  bool is_exact = false;  ///< true for the exact Hessian of the cost, with which steps converge quadratically
 };
 
 struct SolverResult {
@@ -37,13 +37,14 @@ struct SolverResult {
   bool converged = false;
 };
 
-/// `accumulate`: const SE3& -> NormalEquations. `rounding`: of the cost, relative;
-/// changes below it count as none.
+/// Minimises a cost over SE(3). `accumulate`: const SE3& -> NormalEquations; `rounding`: relative rounding
+/// error of the cost, below which changes are ignored.
 template <typename Accumulate>
 SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const SolverOptions& options,
                              double rounding = 1e-12) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  constexpr double bend = 1e3;  // third derivatives over second ones, 1/m, 1/rad: what a Newton step leaves
+  // bound on third over second derivatives (1/m, 1/rad), for the error after a Newton step
+  constexpr double bend = 1e3;
   SolverResult result;
   result.T_curr_prev = start;
   NormalEquations at = accumulate(start);
@@ -65,13 +66,15 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
     const double step_size = step.cwiseAbs().maxCoeff();
     const double error = at.is_exact ? std::min(step_size, bend * step_size * step_size) : step_size;
     if (error < options.step_tolerance && candidate.is_finite()) {
-      at.cost += at.gradient.dot(step) + 0.5 * step.dot(at.hessian * step);  // no need to look
+      // predicted, without another evaluation
+      at.cost += at.gradient.dot(step) + 0.5 * step.dot(at.hessian * step);
       result.T_curr_prev = candidate;
       result.converged = true;
       break;
     }
     const NormalEquations next = accumulate(candidate);
-    // Near the optimum the cost no longer resolves a step; there the steps themselves must shrink.
+    // Near the optimum the cost does not resolve a step any more; then the step sizes themselves must
+    // decrease.
     const double resolution = rounding * at.cost;
     const bool unresolved = std::abs(next.cost - at.cost) <= resolution;
     const bool improves = unresolved ? step_size < last_step_size : next.cost < at.cost;
@@ -81,7 +84,7 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
       damping = std::max(damping * 0.1, 1e-15);
       last_step_size = step_size;
     } else if (unresolved) {
-      result.converged = true;  // neither the cost nor the step gets smaller in double precision
+      result.converged = true;  // neither cost nor step size decreases in double precision
     } else {
       damping *= 10;
       usable = damping < 1e12;
@@ -91,7 +94,7 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
   return result;
 }
 
-// The sums that make normal equations, over lanes of points and as numbers.
+// Sums of the normal equations, over lanes of points and as numbers.
 
 inline constexpr int n_hessian = 21;  // upper triangle, row by row
 /// Hessian (21), gradient (6), sum of rho, number of points behind the camera.
@@ -102,7 +105,7 @@ struct NormalLanes {
   LanesOf<Real> hessian[n_hessian] = {};
   LanesOf<Real> gradient[6] = {};
   LanesOf<Real> cost = {};    ///< sum of rho
-  LanesOf<Real> behind = {};  ///< the camera
+  LanesOf<Real> behind = {};  ///< number of points behind the camera
 
   SEXTANT_INLINED void store(NormalSums& sums) const {
     for (int k = 0; k < n_hessian; ++k) sums[k] = sum_of_lanes(&hessian[k]);

@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-/// What the loops read: `n` points from `begin` on.
+/// Input of the loops: `n` points, starting at `begin`.
 template <typename Real>
 struct LoopInput {
   const Real *x, *y, *z, *target_u, *target_v, *weight;
@@ -30,7 +30,7 @@ struct LoopInput {
   }
 };
 
-/// Points i, i + 1 ... moved and projected.
+/// Points i, i + 1 ... after motion and projection.
 template <typename Real>
 struct Projection {
   using L = LanesOf<Real>;
@@ -111,7 +111,7 @@ SEXTANT_INLINED void components_body(const LoopInput<Real>& d, Real* eu, Real* e
   }
 }
 
-// Clones for processors cannot be templates.
+// Function clones cannot be templates.
 SEXTANT_SIMD void sum_loop(const LoopInput<double>& d, const Huber<double>& kernel, NormalSums& sums) {
   sums_body(d, kernel, sums);
 }
@@ -165,7 +165,7 @@ ReprojectionPoints<Real>::ReprojectionPoints(const Problem& problem, std::span<c
     put(k, (p.u[i] - camera_.cx) * per_fx * p.depth[i], (p.v[i] - camera_.cy) * per_fy * p.depth[i],
         p.depth[i], p.u[i] + p.flow_u[i], p.v[i] + p.flow_v[i], 1);
   }
-  for (size_t k = size_; k < padded_; ++k) put(k, 0, 0, 1, 0, 0, 0);  // a harmless point of weight 0
+  for (size_t k = size_; k < padded_; ++k) put(k, 0, 0, 1, 0, 0, 0);  // padding: a valid point of weight 0
 }
 
 template <typename Real>
@@ -228,7 +228,8 @@ int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, 
     const auto seen = static_cast<double>(begin + real);
     const auto all = static_cast<double>(data.size());
     if (count + (all - seen) < at_least) break;
-    // A model with at_least inliers would show at_least / all of them in the points seen, binomially.
+    // The number of inliers seen so far is binomial with the share at_least / all for a model with at_least
+    // inliers.
     const double share = at_least / all;
     if (seen < all && count < share * seen - 4.0 * std::sqrt(share * std::max(1.0 - share, 0.0) * seen))
       break;

@@ -4,9 +4,9 @@
 //
 //   C(X) = 1/2 sum_i h(p_i + phi_i - project(X m_i)),  m_i = backproject(p_i, d_i),  h: robust_kernel.h
 //
-// Levenberg-Marquardt on SE(3), left perturbation X <- exp(xi) X, analytic Jacobians, Newton weights of the
-// kernel: I/s^2 inside, k/(s|r|) (I - r r^T/|r|^2) outside, which is the exact (semi-definite) Hessian of h.
-// A step that brings a point behind the camera is refused. Units: px, m, rad.
+// Levenberg-Marquardt on SE(3) with left perturbation X <- exp(xi) X, analytic Jacobians and Newton weights
+// of the kernel: I/s^2 inside, k/(s|r|) (I - r r^T/|r|^2) outside, which is the exact (semi-definite) Hessian
+// of h. A step that moves a point behind the camera is rejected. Units: px, m, rad.
 
 #include <cstdint>
 #include <memory>
@@ -19,24 +19,24 @@
 
 namespace sextant {
 
-/// Points and targets as padded structure of arrays, ready for the vectorised loops below. Double for
-/// estimates; float, twice as many at a time, for the way to them.
+/// Points and target pixels as a padded structure of arrays for vectorised loops. Double precision for
+/// estimates; single precision, with twice as many points at a time, for intermediate steps.
 template <typename Real>
 class ReprojectionPoints {
  public:
-  /// The points of the problem with these indices, in this order.
+  /// Selects the points of the problem with these indices, in this order.
   ReprojectionPoints(const Problem& problem, std::span<const uint32_t> indices);
-  /// The points with keep[i] != 0, or all.
+  /// Selects the points with keep[i] != 0, or all if `keep` is empty.
   ReprojectionPoints(const Problem& problem, const std::vector<unsigned char>& keep);
   explicit ReprojectionPoints(const Problem& problem)
       : ReprojectionPoints(problem, std::vector<unsigned char>(problem.points.size(), 1)) {}
 
   size_t size() const { return size_; }
   const PinholeCamera& camera() const { return camera_; }
-  /// Whether point i counts in sums; all do at first.
+  /// Includes point i in sums or excludes it; initially all are included.
   void use(size_t i, bool point) { column(weight)[i] = static_cast<Real>(point); }
 
-  /// Arrays of `padded_size` numbers, whole lanes of them. Padding has weight 0.
+  /// Arrays of `padded_size` numbers, a multiple of the lane size. Padding has weight 0.
   enum Column { x, y, z, target_u, target_v, weight, n_columns };
   size_t padded_size() const { return padded_; }
   Real* column(Column k) { return values_.get() + k * padded_; }
@@ -60,18 +60,20 @@ template <typename Real>
 SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const SE3& start,
                                    const HuberKernel& kernel, const SolverOptions& options);
 
-/// Per point of `data` (in order): squared reprojection error, px^2; +inf behind the camera.
+/// Computes for each point of `data`, in order, the squared reprojection error (px^2); +inf behind the
+/// camera.
 template <typename Real>
 void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors);
 
-/// Its components eu, ev per point, px: project(X m) - p - phi; +inf behind the camera, and for padding.
+/// Computes the reprojection error eu, ev of each point (px): project(X m) - p - phi; +inf behind the camera
+/// and for padding.
 template <typename Real>
 void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& eu,
                          std::vector<Real>& ev);
 
-/// Number of points within `threshold_px`. Stops early, returning less than `at_least`, once `at_least` is
-/// out of reach; or, if `data` is in random order, once the points seen so far
-/// say so beyond four standard deviations.
+/// Returns the number of points within `threshold_px`. Stops early, with a result below `at_least`, once
+/// `at_least` cannot be reached any more; or, if `data` is in random order, once the points seen so far
+/// exclude it by more than four standard deviations.
 template <typename Real>
 int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
                   int at_least);

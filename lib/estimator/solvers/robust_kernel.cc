@@ -18,8 +18,8 @@ Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& proj
   const HuberKernel joint = infimal_convolution(projection, flow);
   const double norm = r.norm();
   if (norm <= joint.threshold_px()) return share * r;
-  // Beyond the cap the force is constant: the term that is not capped stops growing,
-  // the other takes the rest.
+  // Above the cap the influence is constant: the capped term takes the rest, and the other one does not grow
+  // any further.
   const double cap_projection = projection.threshold / projection.sigma_px;
   const double cap_flow = flow.threshold / flow.sigma_px;
   const Eigen::Vector2d at_cap = joint.threshold_px() / norm * r;

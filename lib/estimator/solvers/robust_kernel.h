@@ -6,7 +6,7 @@
 //   huber           rho(q) = q for q <= k^2, 2 k sqrt(q) - k^2 beyond          (Huber 1964)
 //   geman_mcclure   rho(q) = c^2 q / (c^2 + q), redescending                  (Geman & McClure 1985)
 //
-// weight = rho'(q): a residual r with q = r^T r pulls like weight * r.
+// weight = rho'(q): the gradient of a residual r with q = r^T r is that of weight * r^T r.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -17,8 +17,8 @@
 
 namespace sextant {
 
-/// Huber's kernel on a residual r of standard deviation s, from its square n2 = |r|^2 in the units of s:
-/// n2 / s^2 for |r| <= k s, 2 k |r| / s - k^2 beyond. k = infinity: least squares.
+/// Huber's kernel of a residual r with standard deviation s, from the square n2 = |r|^2 in the units of s: n2
+/// / s^2 for |r| <= k s, 2 k |r| / s - k^2 beyond. k = infinity gives least squares.
 template <typename Real>
 struct Huber {
   Real inside2;      ///< (k s)^2
@@ -33,7 +33,7 @@ struct Huber {
         offset(std::isfinite(threshold) ? threshold * threshold : Real(0)) {}
 };
 
-/// The kernel at n2: one number, or lanes of them (geometry/lanes.h).
+/// Value of the kernel at n2: one number, or lanes of them (geometry/lanes.h).
 template <typename Value>
 struct HuberAt {
   decltype(Value{} <= Value{}) inside;
@@ -57,7 +57,7 @@ struct HuberAt {
 struct RobustKernel {
   enum class Kind { none, huber, geman_mcclure };
   Kind kind = Kind::none;
-  double scale = 0;  ///< k or c, in sigmas; unused for none
+  double scale = 0;  ///< k or c, in sigmas; unused for `none`
 
   double cost(double q) const {
     if (kind == Kind::huber) return huber(q).cost;
@@ -69,13 +69,13 @@ struct RobustKernel {
     const double share = shrinking(q);
     return kind == Kind::geman_mcclure ? share * share : 1;
   }
-  /// 2 q d weight / d q: by how much the pull of a residual along itself falls short of weight.
+  /// Returns 2 q rho''(q): the reduction of the curvature along the residual compared to IRLS.
   double bend(double q) const {
     if (kind == Kind::huber) return huber(q).inside ? 0 : -huber(q).weight;
     const double share = shrinking(q);
     return kind == Kind::geman_mcclure ? -4 * share * share * (1 - share) : 0;
   }
-  /// d weight / d q.
+  /// Returns rho''(q).
   double weight_slope(double q) const {
     if (kind == Kind::huber) return huber(q).inside ? 0 : -0.5 * huber(q).weight / q;
     const double share = shrinking(q);
@@ -87,14 +87,14 @@ struct RobustKernel {
   double shrinking(double q) const { return scale * scale / (scale * scale + q); }
 };
 
-// The closed form of the joint problem (docs/method.md, "The joint problem has a closed form"), whose terms
-// have Huber's kernel h (robust_kernel.h) with s = sigma_px and k = threshold.
+// Closed form of the joint problem (docs/method.md), whose terms have Huber's kernel h (robust_kernel.h) with
+// s = sigma_px and k = threshold.
 //
 // Infimal convolution: min over a + b = r of h1(a) + h2(b) is again a Huber kernel with
 //   s^2 = s1^2 + s2^2,   k = s min(k1 / s1, k2 / s2),
-// because the convex conjugates add: h_i*(y) = s_i^2 |y|^2 / 4 on |y| <= 2 k_i / s_i. So minimising over
-// every refined flow first leaves the reprojection problem with one effective kernel, and the minimiser is
-// recovered per point by split_residual().
+// because the convex conjugates add: h_i*(y) = s_i^2 |y|^2 / 4 on |y| <= 2 k_i / s_i. Minimising over every
+// refined flow first therefore leaves the reprojection problem with one effective kernel, and
+// split_residual() recovers the refined flow of each point.
 
 struct HuberKernel {
   double sigma_px = 1.0;
@@ -103,11 +103,12 @@ struct HuberKernel {
   double threshold_px() const { return threshold * sigma_px; }
 };
 
-/// The kernel of min over the split of r into a + b.
+/// Returns the kernel of the minimum over all splits r = a + b.
 HuberKernel infimal_convolution(const HuberKernel& projection, const HuberKernel& flow);
 
-/// The part b of r that the flow takes at the optimum; a = r - b stays with the projection. Where both
-/// terms reach their caps together, the optimum is a segment: the excess is then shared by variance.
+/// Returns the part b of r that the flow term takes at the optimum; a = r - b remains for the projection
+/// term. If both terms reach their caps together, the optimum is a segment, and the excess is split by
+/// variance.
 Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& projection,
                                const HuberKernel& flow);
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// Random one-body problems for tests and benchmarks: a motion, points in view, flow and depth noise,
-// outliers. A pure function of its arguments.
+// Random one-body problems for tests and benchmarks: a motion, visible points, flow and depth noise,
+// outliers. A pure function of the arguments.
 
 #include <algorithm>
 #include <cmath>
@@ -15,27 +15,27 @@ namespace sextant {
 struct RandomProblemOptions {
   int n_points = 500;
   double flow_noise_px = 0.3;
-  double outlier_share = 0.0;  ///< of uniformly wrong flows, up to 20 px
+  double outlier_share = 0.0;  ///< share of flows with uniform errors of up to 20 px
   double near_m = 5.0;
   double far_m = 40.0;
   double spread = 1.0;        ///< share of the image that the points cover; small = near-degenerate
-  double delta_d_px = 0;      ///< noise of the disparities behind the depths
-  bool depth_curr = false;    ///< with depths of the current frame
-  double start_error = 0.02;  ///< of the start's twist, m and rad / 10
+  double delta_d_px = 0;      ///< disparity noise of the depths
+  bool depth_curr = false;    ///< adds depths of the current frame
+  double start_error = 0.02;  ///< error of the initial twist, in m and rad / 10
 };
 
 struct RandomProblem {
   Problem problem;
   SE3 T_curr_prev;
-  StartingPoint start;  ///< near the truth, all points
+  StartingPoint start;  ///< near the true motion, with all points
 };
 
-/// Largest component of the twist between two motions (m, rad).
+/// Returns the largest component of the twist between two motions (m, rad).
 inline double pose_difference(const SE3& a, const SE3& b) {
   return (a * b.inverse()).log().cwiseAbs().maxCoeff();
 }
 
-/// Largest difference of any component of any refined flow (px).
+/// Returns the largest difference between components of refined flows (px).
 inline double flow_difference(const MotionEstimate& a, const MotionEstimate& b) {
   double worst = 0;
   for (size_t i = 0; i < a.refined_flow_u.size(); ++i) {

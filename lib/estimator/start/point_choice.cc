@@ -10,19 +10,19 @@
 namespace sextant {
 namespace {
 
-constexpr int rounds = 2;              // of fit and motion
-constexpr int fit_steps = 6;           // of expectation maximisation in a round
-constexpr size_t sample_size = 1000;   // to twice as many show scales to 3 %, and the motion to within them
-constexpr float window = 4;            // standard deviations
-constexpr double min_sigma_px = 0.01;  // measurements are stored in steps; nothing is known better than this
-constexpr double huber = 1.345;        // of the motion between fits, standard deviations
-constexpr double distinct = 3;         // inliers, over those expected, that are a class of their own
+constexpr int rounds = 2;              // alternations of fit and motion
+constexpr int fit_steps = 6;           // steps of expectation maximisation per round
+constexpr size_t sample_size = 1000;   // up to twice as many residuals determine the scales to 3 %
+constexpr float window = 4;            // in standard deviations
+constexpr double min_sigma_px = 0.01;  // stored measurements are quantised; no smaller sigma is meaningful
+constexpr double huber = 1.345;        // kernel of the motion between fits, in standard deviations
+constexpr double distinct = 3;  // ratio of inliers to expected inliers above which they form a distinct class
 constexpr size_t min_points = 4;
 
-using Errors = std::vector<float>;  ///< whole lanes of them
+using Errors = std::vector<float>;  ///< padded to whole lanes
 using L = LanesOf<float>;
 
-/// exp(x) to 1e-4 for x in [-80, 0].
+/// Computes exp(x) to 1e-4 for x in [-80, 0].
 SEXTANT_INLINED void exponential(L& x) {
   const L log2 = x * 1.44269504F;
   const auto whole = __builtin_convertvector(log2 - 1.0F, LaneMaskOf<float>);  // towards zero: the next below
@@ -35,8 +35,8 @@ struct MixtureSums {
   double uu = 0, vv = 0, core = 0, n = 0;
 };
 
-/// Of the points in the window, weighted by how likely they are the core's. Densities are relative to
-/// 1 / (pi sigma_u sigma_v).
+/// Sums over the points in the window, weighted by their probability to belong to the core. Densities are
+/// relative to 1 / (pi sigma_u sigma_v).
 SEXTANT_SIMD MixtureSums sum_mixture(const Errors& eu, const Errors& ev, float per_sigma_u, float per_sigma_v,
                                      float core_share) {
   constexpr float window2 = window * window;
@@ -62,15 +62,16 @@ SEXTANT_SIMD MixtureSums sum_mixture(const Errors& eu, const Errors& ev, float p
   return {sum_of_lanes(&uu), sum_of_lanes(&vv), sum_of_lanes(&core), sum_of_lanes(&n)};
 }
 
-/// Residuals of some points: a Gaussian core and evenly spread wrong flows.
+/// Mixture model of residuals: a Gaussian core and uniformly distributed outliers.
 struct ResidualMixture {
   double sigma_u_px = 0;
   double sigma_v_px = 0;
   double core_share = 0.9;
-  bool ok = false;  ///< enough points lie in its window
+  bool ok = false;  ///< the window contains enough points
 
-  /// To begin with: the scales of the inliers. But where these are no more than a Gaussian as wide as all
-  /// residuals puts there, the threshold has only cut them out of it: then the scales of all.
+  /// Initial scales: those of the inliers. But if the inliers are no more than expected from a Gaussian with
+  /// the scale of all residuals, the threshold has merely truncated that Gaussian, and the scales of all
+  /// residuals are used.
   ResidualMixture(const Errors& eu, const Errors& ev, const std::vector<uint32_t>& inliers, size_t n_points) {
     double uu = 0, vv = 0, n = 0, farthest2 = 0;
     for (const uint32_t k : inliers) {
@@ -90,7 +91,7 @@ struct ResidualMixture {
     if (n <= distinct * expected) take_scales(wide_u * wide_u, wide_v * wide_v);
   }
 
-  /// Expectation maximisation.
+  /// Fits the mixture by expectation maximisation.
   void fit(const Errors& eu, const Errors& ev) {
     for (int step = 0; step < fit_steps && ok; ++step) {
       const MixtureSums sums =
@@ -99,11 +100,12 @@ struct ResidualMixture {
       ok = sums.core >= min_points;
       if (!ok) return;
       take_scales(sums.uu / sums.core, sums.vv / sums.core);
-      core_share = std::min(sums.core / sums.n, 1 - 1 / (sums.n + 1));  // one more point would be wrong
+      core_share = std::min(sums.core / sums.n, 1 - 1 / (sums.n + 1));  // assumes at least one more outlier
     }
   }
 
-  /// Calls take(k, whether point k more likely belongs to the core).
+  /// Calls take(k, belongs) for each point k, where `belongs` is true if the core is the more likely
+  /// component.
   void choose(const Errors& eu, const Errors& ev, size_t n, const auto& take) const {
     const double odds = 0.5 * core_share * window * window / (1 - core_share);
     const auto gate2 = static_cast<float>(std::clamp(2 * std::log(odds), 0.0, double{window} * window));
@@ -115,10 +117,10 @@ struct ResidualMixture {
   }
 
  private:
-  /// From the median of absolute values, of some of the first `n`.
+  /// Robust scale from the median of absolute values, of a subset of the first `n`.
   static double gaussian_scale(const Errors& errors, size_t n) {
     constexpr double normal_mad = 1.4826;
-    constexpr size_t enough = 250;  // to twice as many
+    constexpr size_t enough = 250;  // up to twice as many values are used
     Errors absolute;
     for (size_t k = 0; k < n; k += std::max<size_t>(n / enough, 1)) absolute.push_back(std::abs(errors[k]));
     return std::max(normal_mad * middle_of(absolute), min_sigma_px);
@@ -137,7 +139,7 @@ std::vector<uint32_t> every(const std::vector<uint32_t>& indices, size_t size) {
   return some;
 }
 
-/// `all` of these points; `sample`: some of them, to fit and to move on.
+/// Alternates fit and motion. `all`: all of these points; `sample`: a subset, for the fit and the motion.
 StartingPoint reselected(const RoughReprojectionData& all, RoughReprojectionData sample,
                          const std::vector<uint32_t>& points, const StartingPoint& start) {
   Errors eu, ev;

@@ -23,7 +23,7 @@ StartingPoint start_of(const Problem& problem, double threshold_px) {
   return start.start;
 }
 
-/// Root mean square of the motion's translation error (m) over problems, refined on chosen points.
+/// Returns the RMS translation error (m) over random problems, refined on the chosen points.
 double rms_error_m(const RandomProblemOptions& problem, double threshold_px, RefineOn refine_on) {
   double sum = 0;
   constexpr unsigned n = 40;
@@ -38,7 +38,7 @@ double rms_error_m(const RandomProblemOptions& problem, double threshold_px, Ref
   return std::sqrt(sum / n);
 }
 
-/// As the background under the flow noise of the paper's Table II, taken for both axes.
+/// Noise of the background in the paper's Table II, applied to both axes.
 constexpr RandomProblemOptions noisy{.n_points = 1500, .flow_noise_px = 1.34};
 
 TEST(PointChoice, InliersAndAllAreWhatTheySay) {
@@ -77,7 +77,7 @@ TEST(PointChoice, LeavesWrongFlowsOut) {
   const double clean = rms_error_m(options, 1, RefineOn::reselected);
   options.outlier_share = 0.4;
   EXPECT_LT(rms_error_m(options, 1, RefineOn::reselected),
-            1.6 * clean);  // 1 / sqrt(0.6) = 1.29 without any of them
+            1.6 * clean);  // without the outliers: 1 / sqrt(0.6) = 1.29
   EXPECT_GT(rms_error_m(options, 1, RefineOn::all), 3 * clean);
 }
 
@@ -88,7 +88,7 @@ TEST(PointChoice, FindsTheScaleOfEachAxis) {
   const StartingPoint chosen =
       choose_points(random.problem, start_of(random.problem, 0.5), RefineOn::reselected);
   EXPECT_GT(count(chosen), 0.99 * 2000);
-  random.problem.points.flow_v[0] += 4 * 0.2 + 1;  // half a sigma of u, nine of v
+  random.problem.points.flow_v[0] += 4 * 0.2 + 1;  // half a sigma of u, nine sigmas of v
   EXPECT_EQ(choose_points(random.problem, start_of(random.problem, 0.5), RefineOn::reselected).inliers[0], 0);
 }
 

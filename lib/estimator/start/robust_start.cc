@@ -13,9 +13,9 @@
 namespace sextant {
 namespace {
 
-/// A real root m >= 0 of 8 m^3 + 8 p m^2 + (2 p^2 - 8 r) m - q^2, the largest one.
+/// Returns the largest real root m >= 0 of 8 m^3 + 8 p m^2 + (2 p^2 - 8 r) m - q^2.
 double resolvent_root(double p, double q, double r) {
-  // m^3 + b m^2 + c m + d, shifted to w^3 + e w + f.
+  // m^3 + b m^2 + c m + d, depressed to w^3 + e w + f.
   const double b = p;
   const double c = 0.25 * p * p - r;
   const double d = -0.125 * q * q;
@@ -45,7 +45,7 @@ std::array<double, 4> quartic_roots(const std::array<double, 4>& a) {
   const double r = a[3] - a[2] * shift + a[1] * s2 - 3 * s2 * s2;
   const double m = resolvent_root(p, q, r);
   const double g = std::sqrt(2 * m);
-  // Without m there is no q either, and the quartic is one in y^2.
+  // If m is 0 so is q, and the quartic is biquadratic.
   const double h = g > 0 ? q / (2 * g) : std::sqrt(std::max(0.25 * p * p - r, 0.0));
   std::array<double, 4> roots;
   for (const int sign : {-1, 1}) {
@@ -72,7 +72,7 @@ P3PSolutions::P3PSolutions(const std::array<Eigen::Vector3d, 3>& points,
   const Vector3d& b1 = rays[0];
   const Vector3d& b2 = rays[1];
   const Vector3d& b3 = rays[2];
-  // Frames of the first edge and of the plane of the first two rays.
+  // Coordinate frames of the first edge and of the plane of the first two rays.
   const Vector3d edge = points[0] - points[1];
   const double length = edge.norm();
   const Vector3d k1 = edge / length;
@@ -135,7 +135,7 @@ P3PSolutions::P3PSolutions(const std::array<Eigen::Vector3d, 3>& points,
 
 namespace {
 
-/// SplitMix64 (Steele, Lea & Flood 2014) of a counter: the same sample for the same index, always.
+/// SplitMix64 (Steele, Lea & Flood 2014) of a counter: the sample is a function of its index only.
 uint64_t mix(uint64_t counter) {
   uint64_t z = counter + 0x9e3779b97f4a7c15ULL;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -143,7 +143,7 @@ uint64_t mix(uint64_t counter) {
   return z ^ (z >> 31);
 }
 
-/// Three distinct indices below n, a function of (n, sample) only.
+/// Returns three distinct indices below n, as a function of (n, sample) only.
 std::array<size_t, 3> draw_sample(size_t n, int sample) {
   std::array<size_t, 3> indices{};
   uint64_t counter = mix(n) ^ (static_cast<uint64_t>(sample) << 32U);
@@ -154,7 +154,7 @@ std::array<size_t, 3> draw_sample(size_t n, int sample) {
   return indices;
 }
 
-/// Samples needed to draw one without outliers with the given confidence.
+/// Returns the number of samples that contain at least one without outliers at the given confidence.
 int iterations_needed(double inlier_share, double confidence) {
   const double good = std::pow(inlier_share, 3);
   if (good >= 1.0 - 1e-12) return 1;
@@ -163,7 +163,7 @@ int iterations_needed(double inlier_share, double confidence) {
   return n < 1e9 ? static_cast<int>(std::ceil(n)) : std::numeric_limits<int>::max();
 }
 
-/// A fixed random order, so that any prefix is a fair sample.
+/// Returns a fixed random permutation, so that any prefix is a random sample.
 std::vector<uint32_t> shuffled_indices(size_t n) {
   std::vector<uint32_t> order(n);
   std::iota(order.begin(), order.end(), uint32_t{0});
@@ -171,7 +171,7 @@ std::vector<uint32_t> shuffled_indices(size_t n) {
   return order;
 }
 
-/// The motions through three correspondences.
+/// Returns the motions through three correspondences.
 P3PSolutions solve_sample(const RoughReprojectionData& data, const std::array<size_t, 3>& sample) {
   using Data = RoughReprojectionData;
   std::array<Eigen::Vector3d, 3> points;
@@ -230,7 +230,8 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
 
   std::vector<float> errors;
   const auto is_inlier = [&](size_t k) { return errors[k] <= threshold * threshold; };
-  // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refit on all inliers, keep what gains inliers.
+  // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refit on all inliers; keep a refit only if it has
+  // more inliers.
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
     squared_errors(data, best, errors);
     for (size_t i = 0; i < data.size(); ++i) data.use(i, is_inlier(i));

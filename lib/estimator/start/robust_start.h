@@ -1,8 +1,8 @@
 #pragma once
 
-// Robust start: AP3P (P3PSolutions) inside RANSAC (Fischler & Bolles) against the propagated motion; the
-// model with more inliers wins, the propagated one on a tie (paper sec. IV-B). Samples come from a
-// counter-based sequence of the sample's index: no state, no clock, no thread.
+// Robust start: AP3P (P3PSolutions) inside RANSAC (Fischler & Bolles), compared with the propagated motion.
+// The model with more inliers wins, the propagated one on a tie (paper sec. IV-B). Samples are a pure
+// function of their index, without state, clock or thread.
 
 #include <array>
 #include <optional>
@@ -15,15 +15,15 @@
 namespace sextant {
 
 struct RobustStartOptions {
-  SEXTANT_OPTIONS(
-      (double, inlier_threshold_px, 1.0, "px",
-       "largest reprojection error of an inlier of a sample; finds the start, while refine_on says which "
-       "points are refined on"),
-      (double, confidence, 0.999, "probability", "of one all-inlier sample; sets the number of samples"),
-      (int, max_iterations, 500, "count", "most samples drawn"),
-      (int, min_iterations, 20, "count", "fewest samples drawn"),
-      (int, local_refinements, 2, "count",
-       "least-squares steps on the winner's inliers, each kept only if it gains inliers"))
+  SEXTANT_OPTIONS((double, inlier_threshold_px, 1.0, "px",
+                   "largest reprojection error of an inlier of the start; refine_on determines which "
+                   "points the refinement uses"),
+                  (double, confidence, 0.999, "probability",
+                   "of drawing at least one all-inlier sample; determines the number of samples"),
+                  (int, max_iterations, 500, "count", "largest number of samples"),
+                  (int, min_iterations, 20, "count", "smallest number of samples"),
+                  (int, local_refinements, 2, "count",
+                   "least-squares steps on the winner's inliers, each kept only if it has more inliers"))
   void check() const;
 };
 
@@ -32,20 +32,21 @@ struct RobustStart {
   StartingPoint start;
   int n_inliers = 0;
   int iterations = 0;
-  bool propagated = false;  ///< the propagated motion won
+  bool propagated = false;  ///< the propagated motion won against RANSAC
 };
 
-/// Needs at least 4 points. `propagated` is the motion predicted from the past, if there is one.
+/// Computes the start from at least 4 points. `propagated` is the motion predicted from previous frames, if
+/// there is one.
 RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propagated,
                          const RobustStartOptions& options);
 
-// AP3P (Ke & Roumeliotis, CVPR 2017; the paper's ref. for its robust start): the motions that bring three
-// points onto three rays,
+// AP3P (Ke & Roumeliotis, CVPR 2017; the paper's reference for its robust start): the motions that map three
+// points onto three rays of unit length,
 //
-//   d_i ray_i = R point_i + t,   d_i > 0 for the right one; the others are left to the caller's vote.
+//   d_i ray_i = R point_i + t,   d_i > 0 for the correct one; the caller selects among the solutions.
 //
-// One angle's cosine is the root of a quartic, the rest follows without further trigonometry. Rays of unit
-// length. Degenerate triangles give no solution.
+// The cosine of one angle is a root of a quartic; the rest follows without trigonometric functions.
+// Degenerate triangles give no solution.
 
 class P3PSolutions {
  public:
@@ -59,8 +60,8 @@ class P3PSolutions {
   size_t size_ = 0;
 };
 
-/// Real parts of the roots of x^4 + a[0] x^3 + a[1] x^2 + a[2] x + a[3] (Ferrari),
-/// polished by Newton's method.
+/// Returns the real parts of the roots of x^4 + a[0] x^3 + a[1] x^2 + a[2] x + a[3] (Ferrari), refined by
+/// Newton's method.
 std::array<double, 4> quartic_roots(const std::array<double, 4>& a);
 
 }  // namespace sextant

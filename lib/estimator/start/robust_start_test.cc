@@ -33,7 +33,7 @@ TEST(RobustStart, PropagatedMotionWinsWhenItHasMoreInliers) {
   const RobustStart start = robust_start(random.problem, random.T_curr_prev, options);
   EXPECT_TRUE(start.propagated);
   EXPECT_LT(translation_error_m(start.start.T_curr_prev, random.T_curr_prev), 1e-12);
-  // A wrong one loses.
+  // A wrong propagated motion loses.
   const SE3 wrong(Eigen::Quaterniond::Identity(), Eigen::Vector3d(5, 0, 0));
   EXPECT_FALSE(robust_start(random.problem, wrong, options).propagated);
 }
@@ -77,7 +77,7 @@ TEST(RobustStart, DegenerateProblemsGetAStatus) {
     identical.problem.points.push_back(one.u[0], one.v[0], one.depth[0], one.flow_u[0], one.flow_v[0]);
   }
   const RobustStart start =
-      robust_start(identical.problem, std::nullopt, {});  // whatever it says: no crash, no NaN
+      robust_start(identical.problem, std::nullopt, {});  // any status is acceptable, but no crash and no NaN
   EXPECT_TRUE(start.start.T_curr_prev.is_finite());
 }
 
@@ -118,7 +118,7 @@ TEST(P3P, OneOfTheSolutionsIsTheMotion) {
   for (int k = 0; k < n; ++k) {
     const Sample sample = make_sample(engine);
     const double error = nearest({sample.points, sample.rays}, sample.motion);
-    EXPECT_LT(error, 1e-2) << k;  // two solutions that almost coincide are badly conditioned
+    EXPECT_LT(error, 1e-2) << k;  // two nearly coincident solutions are ill-conditioned
     exact += error < 1e-8 ? 1 : 0;
   }
   EXPECT_GT(exact, 0.995 * n);
@@ -142,7 +142,7 @@ TEST(P3P, FindsWhatOpenCvFinds) {
     for (size_t i = 0; i < rotations.size(); ++i) {
       const SE3 theirs(so3_exp({rotations[i][0], rotations[i][1], rotations[i][2]}),
                        {translations[i][0], translations[i][1], translations[i][2]});
-      // OpenCV also gives the real parts of complex solutions, which bring no point onto its ray.
+      // OpenCV also returns the real parts of complex solutions, which map no point onto its ray.
       bool solves = true;
       for (size_t j = 0; j < 3; ++j) {
         solves = solves && ((theirs * sample.points[j]).normalized() - sample.rays[j]).norm() < 1e-9;
@@ -184,7 +184,7 @@ TEST(QuarticRoots, OfProductsOfFactors) {
       EXPECT_LT(least, 1e-4) << k;
     }
   }
-  // Without an odd part: (x^2 - 1)(x^2 - 4).
+  // A biquadratic: (x^2 - 1)(x^2 - 4).
   std::array<double, 4> roots = quartic_roots({0, -5, 0, 4});
   std::sort(roots.begin(), roots.end());
   const std::array<double, 4> truth = {-2, -1, 1, 2};
