@@ -161,7 +161,8 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
   Figure figure;
   figure.name = "states_" + file_stem(system);
   figure.caption = fmt::format(
-      "{}: steps of each object. Gap: no estimate between two estimates of the object; missed: none before the first or "
+      "{}: steps of each object. Gap: no estimate between two estimates of the object; missed: none "
+      "before the first or "
       "behind the last one.",
       system);
   const std::vector<StateSpan> spans = state_spans(records);
@@ -194,7 +195,8 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
     if (std::ranges::none_of(spans, [&](const StateSpan& span) { return span.state == state; })) continue;
     const std::string fill = fmt::format("fc rgb \"{}\" fs solid 1 noborder", colour);
     panel.plots.push_back(fmt::format(
-        "data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):(column(\"row\")-0.38):(column("
+        "data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):"
+        "(column(\"row\")-0.38):(column("
         "\"row\")+0.38) with boxxyerror {}",
         only_where({{"state", std::string(to_string(state))}}, "column(\"first\")"), fill));
     legend.push_back({std::string(to_string(state)), "with boxes " + fill});

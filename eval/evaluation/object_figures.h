@@ -23,7 +23,7 @@ struct ObjectTracks {
 /// Logged poses; of a log with motions alone the paths that chained_poses() makes of them.
 ObjectTracks object_tracks(const ObjectLog& log, uint64_t run);
 
-/// What became of a step of an object.
+/// State of a step of an object.
 enum class StepState { estimated, without_truth, gap, missed, gated };
 constexpr Names<5> names_of(StepState) {
   return {"estimated", "estimated, no truth", "gap", "missed", "outside the gates"};
@@ -34,7 +34,7 @@ struct StateSpan {
   int object = 0, first = 0, last = 0;
   StepState state = StepState::estimated;
 };
-/// Of the records of one run, by object and frame. A step without an estimate is a gap between estimates of
+/// States of the steps of one run, by object and frame. A step without an estimate is a gap between estimates of
 /// its object, and missed before the first or behind the last one.
 std::vector<StateSpan> state_spans(const std::vector<const Record*>& records);
 

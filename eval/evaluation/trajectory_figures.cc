@@ -27,8 +27,7 @@ std::string style_of(size_t k) {
   return fmt::format("with lines lc rgb \"{}\" dt {} lw 1.3", line_colour(k), (k - 1) / n_line_colours + 1);
 }
 
-/// The name with its middle left out where it is longer than `most` characters; names in UTF-8 are cut between
-/// characters.
+/// The name with its middle left out where it is longer than `most` characters; cut between UTF-8 characters.
 std::string shortened(const std::string& name, size_t most) {
   if (name.size() <= most) return name;
   const auto is_inside = [&](size_t at) { return (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U; };
@@ -48,8 +47,8 @@ std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference)
 /// Colours from small to large errors, distinct in grey as well.
 constexpr const char* error_palette =
     "set palette maxcolors 24\n"
-    "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", 5 \"#e3440a\", "
-    "6 \"#7a0403\")\n";
+    "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", "
+    "5 \"#e3440a\", 6 \"#7a0403\")\n";
 
 using PoseColumns = Fields<std::pair<const TrajectoryCurve*, size_t>>;
 
@@ -75,8 +74,8 @@ void add_vector(const std::array<std::string, 3>& keys, std::vector<Eigen::Vecto
         keys[static_cast<size_t>(k)], list, [k](const Eigen::Vector3d& v) { return v[k]; }, columns);
 }
 
-/// Data of a figure: a row for each drawn pose of each curve, and a row without numbers before each gap. The column
-/// "curve" numbers them. Adds to the caption how many poses are drawn where these are not all.
+/// Data of a figure: a row for each drawn pose of each curve, and a row without numbers before each gap.
+/// The column "curve" numbers them. Adds to the caption how many poses are drawn where these are not all.
 void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figure) {
   const size_t most = std::min(drawn_poses, std::max<size_t>(60, 4 * drawn_poses / (curves.runs.size() + 1)));
   figure.data.columns = {Column::count("curve"), Column::text("name")};
@@ -102,8 +101,8 @@ void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figur
   }
   if (n_drawn < n_poses)
     figure.caption += fmt::format(
-        " Drawn are {} of {} poses, among them those of the largest errors; no other lies further than {:.2g} m from "
-        "the lines. The files in curves/ hold all.",
+        " Drawn are {} of {} poses, among them those of the largest errors; no other lies further than "
+        "{:.2g} m from the lines. The files in curves/ hold all.",
         n_drawn, n_poses, distance_m);
 }
 
@@ -183,7 +182,8 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
   Figure figure;
   figure.name = "path_error";
   figure.caption = fmt::format(
-      "Paths coloured by {}, one scale for all; errors above the 99 % quantile have its colour. Grey: reference.",
+      "Paths coloured by {}, one scale for all; errors above the 99 % quantile have its colour. "
+      "Grey: reference.",
       curves.error_title);
   PanelLayout layout{.columns = std::min<size_t>(curves.runs.size(), 3),
                      .width_cm = 18,
@@ -295,7 +295,7 @@ Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::
   return figure;
 }
 
-/// Every pose of a curve, with a column for each quantity that it has.
+/// Table of every pose of a curve, with a column for each quantity that it has.
 Table curve_table(const TrajectoryCurve& curve, const EgoCurves& curves) {
   PoseColumns columns;
   add_number(curves.has_time ? "time_s" : "time_frames", &TrajectoryCurve::time, columns);
@@ -334,7 +334,8 @@ std::vector<Figure> along_figures(const EgoCurves& curves) {
     figures.push_back(axes_figure(
         curves, "rotation",
         fmt::format(
-            "Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes {0}, {1}, {2}; "
+            "Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes "
+            "{0}, {1}, {2}; "
             "below, their differences to the reference.",
             name(out), name((out + 2) % 3), name((out + 1) % 3)),
         {"roll", "pitch", "yaw"}, "deg", &TrajectoryCurve::angles_deg, &TrajectoryCurve::angle_error_deg));

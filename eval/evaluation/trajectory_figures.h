@@ -19,7 +19,7 @@ std::vector<Figure> path_figures(const EgoCurves& curves);
 /// The error over time and over the path; position and angles with their errors; speed.
 std::vector<Figure> along_figures(const EgoCurves& curves);
 
-/// The same paths and curves to walk through. All poses up to explored_poses, then those that thinned()
+/// Paths and curves to walk through on the page. All poses up to explored_poses, then those that thinned()
 /// keeps.
 Explorer ego_explorer(const EgoCurves& curves);
 

@@ -22,7 +22,7 @@
 
 namespace sextant {
 
-/// Which two axes of the world a path from above shows; extent: all but the one along which the path extends
+/// Plane of the world that a path from above shows; extent: all but the one along which the path extends
 /// least, or --up.
 enum class ViewPlane { extent, xy, xz, yz };
 constexpr Names<4> names_of(ViewPlane) { return {"extent", "xy", "xz", "yz"}; }
