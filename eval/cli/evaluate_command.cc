@@ -95,7 +95,7 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
   if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
 }
 
-/// Where the report lies that was asked for.
+/// Prints the path of the report, where one was requested.
 void print_report_path(const std::string& out, const CommonFlags& flags) {
   if (!out.empty() && !flags.json && !flags.quiet)
     fmt::print("\nReport: {}\n", (std::filesystem::path(out) / "report.html").string());

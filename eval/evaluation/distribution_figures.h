@@ -32,7 +32,7 @@ struct BoxGroup {
   std::string title;  ///< below the boxes
   std::vector<Distribution> samples;
 };
-/// The same boxes, coloured by the title of the sample.
+/// Boxes as in box_figure(), coloured by the title of the sample.
 Figure grouped_box_figure(const std::string& name, const std::string& axis, const std::vector<BoxGroup>& groups);
 
 }  // namespace sextant

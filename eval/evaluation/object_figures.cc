@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-constexpr const char* no_value = "NaN";  // interrupts gnuplot's line
+constexpr const char* not_drawn = "NaN";  // interrupts gnuplot's line
 
 struct StateStyle {
   StepState state;
@@ -28,9 +28,11 @@ constexpr std::array<StateStyle, 5> state_styles = {{{StepState::estimated, "#00
 std::vector<std::pair<std::string, RecordRefs>> first_runs(const std::vector<Record>& records) {
   std::vector<std::pair<std::string, RecordRefs>> systems;
   for (const Record& record : records) {
-    auto system = std::ranges::find(systems, record.estimator.str(), &std::pair<std::string, RecordRefs>::first);
+    auto system =
+        std::ranges::find(systems, record.estimator.str(), &std::pair<std::string, RecordRefs>::first);
     if (system == systems.end()) system = systems.insert(systems.end(), {record.estimator.str(), {}});
-    if (system->second.empty() || system->second.front()->seed == record.seed) system->second.push_back(&record);
+    if (system->second.empty() || system->second.front()->seed == record.seed)
+      system->second.push_back(&record);
   }
   return systems;
 }
@@ -38,7 +40,8 @@ std::vector<std::pair<std::string, RecordRefs>> first_runs(const std::vector<Rec
 std::vector<const ObjectTracks*> first_runs(const std::vector<ObjectTracks>& tracks) {
   std::vector<const ObjectTracks*> first;
   for (const ObjectTracks& of_run : tracks) {
-    if (std::ranges::none_of(first, [&](const ObjectTracks* other) { return other->system == of_run.system; }))
+    if (std::ranges::none_of(first,
+                             [&](const ObjectTracks* other) { return other->system == of_run.system; }))
       first.push_back(&of_run);
   }
   return first;
@@ -96,13 +99,16 @@ struct Position {
   TrackPoint at;
 };
 
-Cell coordinate(const std::optional<Eigen::Vector3d>& p, int axis) { return p ? Cell((*p)[axis]) : Cell(no_value); }
+Cell coordinate(const std::optional<Eigen::Vector3d>& p, int axis) {
+  return p ? Cell((*p)[axis]) : Cell(not_drawn);
+}
 
 Figure path_figure(const ObjectTracks& tracks) {
   Figure figure;
   figure.name = "paths_" + file_stem(tracks.system);
-  figure.caption = fmt::format("{}: paths of the camera and the objects from above (x to the right, z up); dashed: true.",
-                               tracks.system);
+  figure.caption =
+      fmt::format("{}: paths of the camera and the objects from above (x to the right, z up); dashed: true.",
+                  tracks.system);
   EqualAxes axes;
   for (const BodyTrack& track : tracks.bodies) {
     for (const TrackPoint& point : track.points) {
@@ -121,21 +127,24 @@ Figure path_figure(const ObjectTracks& tracks) {
     const std::string dashed = fmt::format("with lines lc rgb \"{}\" dt 2 lw 1", colour);
     const std::string solid = fmt::format("with lines lc rgb \"{}\" lw 1.8", colour);
     const std::string dots = fmt::format("with points lc rgb \"{}\" pt 7 ps 0.2", colour);
-    for (const auto& [end, style] : {std::pair("_gt_m", dashed), std::pair("_m", solid), std::pair("_m", dots)}) {
+    for (const auto& [end, style] :
+         {std::pair("_gt_m", dashed), std::pair("_m", solid), std::pair("_m", dots)}) {
       const std::string first = fmt::format("column(\"{}{}\")", across, end);
       panel.plots.push_back(fmt::format("data using {}:(column(\"{}{}\")) {}",
                                         only_where({{"body", track.body}}, first), up, end, style));
     }
     legend.push_back({body_title(track.body), solid});
     for (const TrackPoint& point : track.points) {
-      if (!positions.empty() && positions.back().body == track.body && positions.back().at.frame + 1 < point.frame)
+      if (!positions.empty() && positions.back().body == track.body &&
+          positions.back().at.frame + 1 < point.frame)
         positions.push_back({track.body, {positions.back().at.frame + 1, {}, {}}});
       positions.push_back({track.body, point});
     }
   }
   if (positions.empty()) return figure;
   PanelLayout layout{.width_cm = 18, .left_cm = 1.7, .bottom_cm = 1.1, .top_cm = 0.3};
-  layout.panel_height_cm = layout.bottom_cm + layout.top_cm + axes.height_cm(layout.plot_width_cm(), lying, 12);
+  layout.panel_height_cm =
+      layout.bottom_cm + layout.top_cm + axes.height_cm(layout.plot_width_cm(), lying, 12);
   panel.settings = axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), lying);
   Fields<Position> fields = {{Column::text("body"), &Position::body},
                              {Column::count("frame"), [](const Position& p) { return p.at.frame; }}};
@@ -152,7 +161,8 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
   Figure figure;
   figure.name = "states_" + file_stem(system);
   figure.caption = fmt::format(
-      "{}: steps of each object. Gap: no estimate between two estimates of the object; missed: none before the first or "
+      "{}: steps of each object. Gap: no estimate between two estimates of the object; missed: none "
+      "before the first or "
       "behind the last one.",
       system);
   const std::vector<StateSpan> spans = state_spans(records);
@@ -173,37 +183,44 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
   std::string tics;
   for (const auto& [object, row] : rows)
     tics += fmt::format("{}\"{}\" {}", tics.empty() ? "" : ", ", object, row);
-  Panel panel{"", fmt::format("set xrange [{}:{}]\nset yrange [{}:-0.7]\nset ytics ({})\nset xlabel \"frame\" offset 0,0.4\n"
-                              "set ylabel \"object\"\n",
-                              first - 0.5, last + 0.5, static_cast<double>(rows.size()) - 0.3, tics), {}};
+  Panel panel{
+      "",
+      fmt::format(
+          "set xrange [{}:{}]\nset yrange [{}:-0.7]\nset ytics ({})\nset xlabel \"frame\" offset 0,0.4\n"
+          "set ylabel \"object\"\n",
+          first - 0.5, last + 0.5, static_cast<double>(rows.size()) - 0.3, tics),
+      {}};
   std::vector<LegendEntry> legend;
   for (const auto& [state, colour] : state_styles) {
     if (std::ranges::none_of(spans, [&](const StateSpan& span) { return span.state == state; })) continue;
     const std::string fill = fmt::format("fc rgb \"{}\" fs solid 1 noborder", colour);
     panel.plots.push_back(fmt::format(
-        "data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):(column(\"row\")-0.38):(column("
+        "data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):"
+        "(column(\"row\")-0.38):(column("
         "\"row\")+0.38) with boxxyerror {}",
         only_where({{"state", std::string(to_string(state))}}, "column(\"first\")"), fill));
     legend.push_back({std::string(to_string(state)), "with boxes " + fill});
   }
-  figure.data = table_of<Box>("", "",
-                              {{Column::count("row"), &Box::row},
-                               {Column::count("object"), [](const Box& box) { return box.span.object; }},
-                               {Column::count("first"), [](const Box& box) { return box.span.first; }},
-                               {Column::count("last"), [](const Box& box) { return box.span.last; }},
-                               {Column::text("state"), [](const Box& box) { return to_string(box.span.state); }}},
-                              boxes);
+  figure.data =
+      table_of<Box>("", "",
+                    {{Column::count("row"), &Box::row},
+                     {Column::count("object"), [](const Box& box) { return box.span.object; }},
+                     {Column::count("first"), [](const Box& box) { return box.span.first; }},
+                     {Column::count("last"), [](const Box& box) { return box.span.last; }},
+                     {Column::text("state"), [](const Box& box) { return to_string(box.span.state); }}},
+                    boxes);
   const double height_cm = 1.6 + 0.32 * static_cast<double>(rows.size());
-  set_panels({.width_cm = 18, .panel_height_cm = height_cm, .left_cm = 1.7, .top_cm = 0.2}, legend, {panel}, figure);
+  set_panels({.width_cm = 18, .panel_height_cm = height_cm, .left_cm = 1.7, .top_cm = 0.2}, legend, {panel},
+             figure);
   return figure;
 }
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown_number = std::numeric_limits<double>::quiet_NaN();
 
 double number_or_nan(const Record* record, const NumberMap map, const std::string& key) {
-  if (record == nullptr) return nan;
+  if (record == nullptr) return unknown_number;
   const auto number = find_number(map == NumberMap::errors ? record->errors : record->values, key);
-  return number ? *number : nan;
+  return number ? *number : unknown_number;
 }
 
 }  // namespace
@@ -215,7 +232,8 @@ ObjectTracks object_tracks(const ObjectLog& log, uint64_t run) {
   const std::map<ObjectFrame, SE3> estimates = log.poses.empty() ? chained_poses(log) : log.poses;
   std::map<int, std::pair<std::map<int, Eigen::Vector3d>, std::map<int, Eigen::Vector3d>>> objects;
   for (const auto& [key, pose] : estimates) objects[key.first].first.emplace(key.second, pose.translation());
-  for (const auto& [key, pose] : log.true_poses) objects[key.first].second.emplace(key.second, pose.translation());
+  for (const auto& [key, pose] : log.true_poses)
+    objects[key.first].second.emplace(key.second, pose.translation());
   for (const auto& [id, positions] : objects)
     tracks.bodies.push_back(track_of(object_body(id), positions.first, positions.second));
   return tracks;
@@ -266,7 +284,8 @@ std::vector<Figure> object_state_figures(const std::vector<Record>& records) {
 Figure tracklet_figure(const std::vector<Record>& records) {
   Figure figure;
   figure.name = "tracklets";
-  figure.caption = "Number of tracklets (successive estimated steps of one object) that have at least x steps.";
+  figure.caption =
+      "Number of tracklets (successive estimated steps of one object) that have at least x steps.";
   struct Step {
     size_t series;
     std::string system;
@@ -275,18 +294,22 @@ Figure tracklet_figure(const std::vector<Record>& records) {
   };
   std::vector<Step> steps;
   std::vector<LegendEntry> legend;
-  Panel panel{"", "set xlabel \"steps\" offset 0,0.4\nset ylabel \"tracklets\"\nset xrange [0:*]\nset yrange [0:*]\n", {}};
+  Panel panel{
+      "",
+      "set xlabel \"steps\" offset 0,0.4\nset ylabel \"tracklets\"\nset xrange [0:*]\nset yrange [0:*]\n",
+      {}};
   for (const auto& [system, of_run] : first_runs(records)) {
     std::vector<int> lengths = tracklet_lengths(of_run);
     if (lengths.empty()) continue;
     std::ranges::sort(lengths);
     const size_t series = legend.size();
     steps.push_back({series, system, 0, lengths.size()});
-    for (size_t i = 0; i < lengths.size(); ++i) steps.push_back({series, system, lengths[i], lengths.size() - i});
+    for (size_t i = 0; i < lengths.size(); ++i)
+      steps.push_back({series, system, lengths[i], lengths.size() - i});
     steps.push_back({series, system, lengths.back(), 0});
     const std::string line = fmt::format("with lines lc rgb \"{}\" lw 1.5", line_colour(series + 1));
-    panel.plots.push_back(fmt::format("data using (column(\"series\") == {} ? column(\"steps\") : NaN):(column(\"n\")) {}",
-                                      series, line));
+    panel.plots.push_back(fmt::format(
+        "data using (column(\"series\") == {} ? column(\"steps\") : NaN):(column(\"n\")) {}", series, line));
     legend.push_back({system, line});
   }
   if (steps.empty()) return figure;
@@ -302,7 +325,8 @@ Figure tracklet_figure(const std::vector<Record>& records) {
 
 Explorer object_explorer(const std::vector<ObjectTracks>& tracks, const std::vector<Record>& records,
                          const std::string& Et_key, const std::string& ER_key) {
-  Explorer explorer{.name = "walk", .time_title = "frame", .curves = {"E_t [m]", "E_R [deg]", "speed [km/h]"}};
+  Explorer explorer{
+      .name = "walk", .time_title = "frame", .curves = {"E_t [m]", "E_R [deg]", "speed [km/h]"}};
   const std::vector<const ObjectTracks*> shown = first_runs(tracks);
   for (const ObjectTracks* of_run : shown) {
     std::map<std::pair<std::string, int>, const Record*> by_step;
@@ -312,10 +336,17 @@ Explorer object_explorer(const std::vector<ObjectTracks>& tracks, const std::vec
     }
     for (const BodyTrack& track : of_run->bodies) {
       const int colour = static_cast<int>(&track - of_run->bodies.data()) + 1;
-      const std::string label = shown.size() > 1 ? of_run->system + ", " + body_title(track.body) : body_title(track.body);
+      const std::string label =
+          shown.size() > 1 ? of_run->system + ", " + body_title(track.body) : body_title(track.body);
       for (const bool is_true : {true, false}) {
-        ExploredPath path{.label = label, .is_reference = is_true, .colour = colour, .time = {}, .frame = {},
-                          .position_m = {}, .begins = {}, .values = {}};
+        ExploredPath path{.label = label,
+                          .is_reference = is_true,
+                          .colour = colour,
+                          .time = {},
+                          .frame = {},
+                          .position_m = {},
+                          .begins = {},
+                          .values = {}};
         std::vector<double> Et, ER, speed;
         for (const TrackPoint& point : track.points) {
           const auto& position = is_true ? point.truth_m : point.estimate_m;

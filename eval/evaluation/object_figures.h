@@ -1,6 +1,7 @@
 #pragma once
 
-// Figures of logged object motions: paths from above, statuses and tracklets over time. Of each system its first run.
+// Figures of logged object motions: paths from above, statuses and tracklets over time. Of each system its
+// first run.
 
 #include <string>
 #include <vector>
@@ -22,7 +23,7 @@ struct ObjectTracks {
 /// Logged poses; of a log with motions alone the paths that chained_poses() makes of them.
 ObjectTracks object_tracks(const ObjectLog& log, uint64_t run);
 
-/// What became of a step of an object.
+/// State of a step of an object.
 enum class StepState { estimated, without_truth, gap, missed, gated };
 constexpr Names<5> names_of(StepState) {
   return {"estimated", "estimated, no truth", "gap", "missed", "outside the gates"};
@@ -33,8 +34,8 @@ struct StateSpan {
   int object = 0, first = 0, last = 0;
   StepState state = StepState::estimated;
 };
-/// Of the records of one run, by object and frame. A step without an estimate is a gap between estimates of its
-/// object, and missed before the first or behind the last one.
+/// States of the steps of one run, by object and frame. A step without an estimate is a gap between estimates of
+/// its object, and missed before the first or behind the last one.
 std::vector<StateSpan> state_spans(const std::vector<const Record*>& records);
 
 std::vector<Figure> object_path_figures(const std::vector<ObjectTracks>& tracks);

@@ -5,7 +5,7 @@
 namespace sextant {
 namespace {
 
-Record step(int object, int frame, Status status) {
+Record step_record(int object, int frame, Status status) {
   Record record;
   record.estimator = "dyno";
   record.body = object_body(object);
@@ -17,11 +17,12 @@ Record step(int object, int frame, Status status) {
 /// Object 4 in frames 1 to 9: missed, estimated, a gap, estimated, missed; object 7 is gated.
 std::vector<Record> some_records() {
   std::vector<Record> records;
-  for (const auto& [frame, status] : {std::pair(1, Status::not_detected), std::pair(2, Status::ok), std::pair(3, Status::ok),
-                                      std::pair(4, Status::lost), std::pair(5, Status::no_truth), std::pair(6, Status::ok),
-                                      std::pair(7, Status::ok), std::pair(8, Status::not_detected)})
-    records.push_back(step(4, frame, status));
-  records.push_back(step(7, 3, Status::gated));
+  for (const auto& [frame, status] :
+       {std::pair(1, Status::not_detected), std::pair(2, Status::ok), std::pair(3, Status::ok),
+        std::pair(4, Status::lost), std::pair(5, Status::no_truth), std::pair(6, Status::ok),
+        std::pair(7, Status::ok), std::pair(8, Status::not_detected)})
+    records.push_back(step_record(4, frame, status));
+  records.push_back(step_record(7, 3, Status::gated));
   return records;
 }
 
@@ -30,19 +31,23 @@ TEST(ObjectFigures, StatesTellAGapFromMissedSteps) {
   std::vector<const Record*> refs;
   for (const Record& record : records) refs.push_back(&record);
   std::vector<std::tuple<int, int, int, StepState>> spans;
-  for (const StateSpan& span : state_spans(refs)) spans.emplace_back(span.object, span.first, span.last, span.state);
-  EXPECT_THAT(spans, ElementsAre(std::tuple(4, 1, 1, StepState::missed), std::tuple(4, 2, 3, StepState::estimated),
-                                 std::tuple(4, 4, 4, StepState::gap), std::tuple(4, 5, 5, StepState::without_truth),
-                                 std::tuple(4, 6, 7, StepState::estimated), std::tuple(4, 8, 8, StepState::missed),
-                                 std::tuple(7, 3, 3, StepState::gated)));
+  for (const StateSpan& span : state_spans(refs))
+    spans.emplace_back(span.object, span.first, span.last, span.state);
+  EXPECT_THAT(spans,
+              ElementsAre(std::tuple(4, 1, 1, StepState::missed), std::tuple(4, 2, 3, StepState::estimated),
+                          std::tuple(4, 4, 4, StepState::gap), std::tuple(4, 5, 5, StepState::without_truth),
+                          std::tuple(4, 6, 7, StepState::estimated), std::tuple(4, 8, 8, StepState::missed),
+                          std::tuple(7, 3, 3, StepState::gated)));
 }
 
 TEST(ObjectFigures, TrackletsAreStretchesOfSuccessiveEstimates) {
   const Figure figure = tracklet_figure(some_records());
   std::vector<std::pair<double, double>> steps;
   for (const auto& row : figure.data.rows)
-    steps.emplace_back(std::get<double>(row[figure.data.place("steps")]), std::get<double>(row[figure.data.place("n")]));
-  EXPECT_THAT(steps, ElementsAre(std::pair(0.0, 2.0), std::pair(2.0, 2.0), std::pair(3.0, 1.0), std::pair(3.0, 0.0)));
+    steps.emplace_back(std::get<double>(row[figure.data.place("steps")]),
+                       std::get<double>(row[figure.data.place("n")]));
+  EXPECT_THAT(
+      steps, ElementsAre(std::pair(0.0, 2.0), std::pair(2.0, 2.0), std::pair(3.0, 1.0), std::pair(3.0, 0.0)));
   EXPECT_TRUE(tracklet_figure({}).data.rows.empty());
 }
 
@@ -54,7 +59,7 @@ TEST(ObjectFigures, PathsOfASingleObjectPoseAreDrawn) {
 }
 
 TEST(ObjectFigures, TheExplorerHasErrorsOfEstimatesAndSpeedsOfBoth) {
-  std::vector<Record> records = {step(3, 12, Status::ok)};
+  std::vector<Record> records = {step_record(3, 12, Status::ok)};
   records[0].errors["Et_m"] = 0.5;
   records[0].values["v_kmh"] = 30;
   records[0].values["v_gt_kmh"] = 31;

@@ -66,7 +66,7 @@ std::map<std::string, SystemCount> counts_of(const std::vector<Record>& records)
   return counts;
 }
 
-/// Where camera and objects went, and what became of each step.
+/// Section with the paths of camera and objects, and the states, speeds and errors over time.
 ReportSection path_section(const ObjectScores& scores, const MetricPreset& preset) {
   const std::vector<Record>& records = scores.records;
   ReportSection section{"paths", "Paths and steps over time", {}, {}, object_path_figures(scores.tracks), {}};

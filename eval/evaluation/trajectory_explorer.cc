@@ -5,8 +5,8 @@
 namespace sextant {
 namespace {
 
-std::vector<double> coordinates(const std::vector<Eigen::Vector3d>& vectors, int axis,
-                                const std::vector<size_t>& kept) {
+std::vector<double> kept_coordinates(const std::vector<Eigen::Vector3d>& vectors, int axis,
+                                     const std::vector<size_t>& kept) {
   std::vector<double> list;
   for (const size_t i : kept) {
     if (!vectors.empty()) list.push_back(vectors[i][axis]);
@@ -15,7 +15,7 @@ std::vector<double> coordinates(const std::vector<Eigen::Vector3d>& vectors, int
 }
 
 template <typename Value>
-std::vector<Value> chosen(const std::vector<Value>& all, const std::vector<size_t>& kept) {
+std::vector<Value> of_kept(const std::vector<Value>& all, const std::vector<size_t>& kept) {
   std::vector<Value> list;
   for (const size_t i : kept) {
     if (!all.empty()) list.push_back(all[i]);
@@ -28,22 +28,23 @@ ExploredPath explored(const TrajectoryCurve& curve, int colour, size_t most) {
   return {.label = curve.name,
           .is_reference = colour == 0,
           .colour = colour,
-          .time = chosen(curve.time, kept),
-          .frame = chosen(curve.frame, kept),
-          .position_m = chosen(curve.position_m, kept),
-          .begins = chosen(curve.begins, kept),
-          .values = {chosen(curve.error, kept), coordinates(curve.angles_deg, 0, kept),
-                     coordinates(curve.angles_deg, 1, kept), coordinates(curve.angles_deg, 2, kept),
-                     chosen(curve.speed, kept)}};
+          .time = of_kept(curve.time, kept),
+          .frame = of_kept(curve.frame, kept),
+          .position_m = of_kept(curve.position_m, kept),
+          .begins = of_kept(curve.begins, kept),
+          .values = {of_kept(curve.error, kept), kept_coordinates(curve.angles_deg, 0, kept),
+                     kept_coordinates(curve.angles_deg, 1, kept), kept_coordinates(curve.angles_deg, 2, kept),
+                     of_kept(curve.speed, kept)}};
 }
 
 }  // namespace
 
 Explorer ego_explorer(const EgoCurves& curves) {
-  Explorer explorer{.name = "walk",
-                    .time_title = curves.time_title(),
-                    .axes = {curves.axes.right, curves.axes.up, curves.axes.out},
-                    .curves = {curves.error_title, "roll [deg]", "pitch [deg]", "yaw [deg]", curves.speed_title()}};
+  Explorer explorer{
+      .name = "walk",
+      .time_title = curves.time_title(),
+      .axes = {curves.axes.right, curves.axes.up, curves.axes.out},
+      .curves = {curves.error_title, "roll [deg]", "pitch [deg]", "yaw [deg]", curves.speed_title()}};
   size_t n_poses = curves.reference.size();
   for (const TrajectoryCurve& run : curves.runs) n_poses += run.size();
   const size_t most = n_poses <= explored_poses ? n_poses : explored_poses / (curves.runs.size() + 1);
@@ -54,7 +55,8 @@ Explorer ego_explorer(const EgoCurves& curves) {
   for (const ExploredPath& path : explorer.paths) n_shown += path.time.size();
   if (n_shown < n_poses)
     explorer.note = fmt::format(
-        "{} of {} poses are shown here, among them those of the largest errors; curves/ holds all.", n_shown, n_poses);
+        "{} of {} poses are shown here, among them those of the largest errors; curves/ holds all.", n_shown,
+        n_poses);
   return explorer;
 }
 

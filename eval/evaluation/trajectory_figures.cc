@@ -11,11 +11,11 @@
 namespace sextant {
 namespace {
 
-constexpr const char* no_value = "NaN";  // interrupts gnuplot's line
+constexpr const char* interrupted = "NaN";  // interrupts gnuplot's line
 constexpr const char* reference_colour = "#B0B0B0";
 constexpr size_t n_line_colours = 7;
 
-Cell finite_cell(double value) { return std::isfinite(value) ? Cell(value) : Cell(no_value); }
+Cell number_cell(double value) { return std::isfinite(value) ? Cell(value) : Cell(interrupted); }
 
 /// Curve 0 of a figure is the reference, curve k + 1 is run k.
 const TrajectoryCurve& curve_of(const EgoCurves& curves, size_t k) {
@@ -27,8 +27,7 @@ std::string style_of(size_t k) {
   return fmt::format("with lines lc rgb \"{}\" dt {} lw 1.3", line_colour(k), (k - 1) / n_line_colours + 1);
 }
 
-/// The name with its middle left out where it is longer than `most` characters; names in UTF-8 are cut between
-/// characters.
+/// The name with its middle left out where it is longer than `most` characters; cut between UTF-8 characters.
 std::string shortened(const std::string& name, size_t most) {
   if (name.size() <= most) return name;
   const auto is_inside = [&](size_t at) { return (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U; };
@@ -48,32 +47,35 @@ std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference)
 /// Colours from small to large errors, distinct in grey as well.
 constexpr const char* error_palette =
     "set palette maxcolors 24\n"
-    "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", 5 \"#e3440a\", "
-    "6 \"#7a0403\")\n";
+    "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", "
+    "5 \"#e3440a\", 6 \"#7a0403\")\n";
 
 using PoseColumns = Fields<std::pair<const TrajectoryCurve*, size_t>>;
 
 /// A column of what the curves have, by the pose; a list that a curve does not have is "NaN".
 template <typename List, typename Number>
-void add_column(const std::string& key, List TrajectoryCurve::*list, const Number& number, PoseColumns& columns) {
+void add_column(const std::string& key, List TrajectoryCurve::*list, const Number& number,
+                PoseColumns& columns) {
   columns.add(Column::text(key), [list, number](const auto& pose) {
     const List& values = pose.first->*list;
-    return values.empty() ? Cell(no_value) : finite_cell(number(values[pose.second]));
+    return values.empty() ? Cell(interrupted) : number_cell(number(values[pose.second]));
   });
 }
 
 void add_number(const std::string& key, std::vector<double> TrajectoryCurve::*list, PoseColumns& columns) {
-  add_column(key, list, [](double value) { return value; }, columns);
+  add_column(
+      key, list, [](double value) { return value; }, columns);
 }
 
 void add_vector(const std::array<std::string, 3>& keys, std::vector<Eigen::Vector3d> TrajectoryCurve::*list,
                 PoseColumns& columns) {
   for (int k = 0; k < 3; ++k)
-    add_column(keys[static_cast<size_t>(k)], list, [k](const Eigen::Vector3d& v) { return v[k]; }, columns);
+    add_column(
+        keys[static_cast<size_t>(k)], list, [k](const Eigen::Vector3d& v) { return v[k]; }, columns);
 }
 
-/// Data of a figure: a row for each drawn pose of each curve, and a row without numbers before each gap. The column
-/// "curve" numbers them. Adds to the caption how many poses are drawn where these are not all.
+/// Data of a figure: a row for each drawn pose of each curve, and a row without numbers before each gap.
+/// The column "curve" numbers them. Adds to the caption how many poses are drawn where these are not all.
 void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figure) {
   const size_t most = std::min(drawn_poses, std::max<size_t>(60, 4 * drawn_poses / (curves.runs.size() + 1)));
   figure.data.columns = {Column::count("curve"), Column::text("name")};
@@ -89,7 +91,7 @@ void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figur
     for (const size_t i : kept) {
       if (curve.begins[i] && i > 0) {
         std::vector<Cell> gap = {k, curve.name};
-        gap.resize(figure.data.columns.size(), no_value);
+        gap.resize(figure.data.columns.size(), interrupted);
         figure.data.add_row(std::move(gap));
       }
       std::vector<Cell> row = {k, curve.name};
@@ -99,8 +101,8 @@ void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figur
   }
   if (n_drawn < n_poses)
     figure.caption += fmt::format(
-        " Drawn are {} of {} poses, among them those of the largest errors; no other lies further than {:.2g} m from "
-        "the lines. The files in curves/ hold all.",
+        " Drawn are {} of {} poses, among them those of the largest errors; no other lies further than "
+        "{:.2g} m from the lines. The files in curves/ hold all.",
         n_drawn, n_poses, distance_m);
 }
 
@@ -117,8 +119,9 @@ std::string end_marks(const TrajectoryCurve& reference, const ViewAxes& axes) {
   std::string marks;
   for (const auto& [p, name, type] : {std::tuple(reference.position_m.front(), "start", 7),
                                       std::tuple(reference.position_m.back(), "end", 5)}) {
-    marks += fmt::format("set label \"{}\" at {},{} point pt {} ps 0.9 lc rgb \"#404040\" offset 0.7,0.5 front\n", name,
-                         gp_number(p[axes.right]), gp_number(p[axes.up]), type);
+    marks +=
+        fmt::format("set label \"{}\" at {},{} point pt {} ps 0.9 lc rgb \"#404040\" offset 0.7,0.5 front\n",
+                    name, gp_number(p[axes.right]), gp_number(p[axes.up]), type);
   }
   return marks;
 }
@@ -136,8 +139,10 @@ EqualAxes equal_axes(const EgoCurves& curves) {
 PoseColumns path_columns(const ViewAxes& axes) {
   PoseColumns columns;
   const std::vector<Eigen::Vector3d> TrajectoryCurve::*position = &TrajectoryCurve::position_m;
-  add_column("right_m", position, [axis = axes.right](const Eigen::Vector3d& p) { return p[axis]; }, columns);
-  add_column("up_m", position, [axis = axes.up](const Eigen::Vector3d& p) { return p[axis]; }, columns);
+  add_column(
+      "right_m", position, [axis = axes.right](const Eigen::Vector3d& p) { return p[axis]; }, columns);
+  add_column(
+      "up_m", position, [axis = axes.up](const Eigen::Vector3d& p) { return p[axis]; }, columns);
   return columns;
 }
 
@@ -151,10 +156,13 @@ Figure path_figure(const EgoCurves& curves, const EqualAxes& axes) {
   figure.name = "path";
   figure.caption = fmt::format("Paths from above ({}), after the alignment.", plane_text(curves.axes));
   PanelLayout layout{.width_cm = 14, .left_cm = 1.7, .bottom_cm = 1.1, .top_cm = 0.3};
-  layout.panel_height_cm = layout.bottom_cm + layout.top_cm + axes.height_cm(layout.plot_width_cm(), false, 14);
-  Panel panel{"", axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) +
-                      axes.scale_bar(layout.plot_width_cm(), layout.plot_height_cm()) +
-                      end_marks(curves.reference, curves.axes), {}};
+  layout.panel_height_cm =
+      layout.bottom_cm + layout.top_cm + axes.height_cm(layout.plot_width_cm(), false, 14);
+  Panel panel{"",
+              axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) +
+                  axes.scale_bar(layout.plot_width_cm(), layout.plot_height_cm()) +
+                  end_marks(curves.reference, curves.axes),
+              {}};
   for (size_t k = 0; k <= curves.runs.size(); ++k) panel.plots.push_back(line_plot(k, "right_m", "up_m"));
   set_data(curves, path_columns(curves.axes), figure);
   set_panels(layout, legend_of(curves, true), {panel}, figure);
@@ -174,10 +182,15 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
   Figure figure;
   figure.name = "path_error";
   figure.caption = fmt::format(
-      "Paths coloured by {}, one scale for all; errors above the 99 % quantile have its colour. Grey: reference.",
+      "Paths coloured by {}, one scale for all; errors above the 99 % quantile have its colour. "
+      "Grey: reference.",
       curves.error_title);
-  PanelLayout layout{.columns = std::min<size_t>(curves.runs.size(), 3), .width_cm = 18, .left_cm = 1.6, .right_cm = 1.7,
-                     .bottom_cm = 1.1, .top_cm = 0.6};
+  PanelLayout layout{.columns = std::min<size_t>(curves.runs.size(), 3),
+                     .width_cm = 18,
+                     .left_cm = 1.6,
+                     .right_cm = 1.7,
+                     .bottom_cm = 1.1,
+                     .top_cm = 0.6};
   if (layout.columns == 1) layout.width_cm = 14;
   const double room_cm = axes.height_cm(layout.plot_width_cm(), false, layout.columns == 1 ? 12 : 8);
   layout.panel_height_cm = layout.bottom_cm + layout.top_cm + room_cm;
@@ -190,11 +203,11 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
                     fmt::format("set cbrange [0:{}]\nset colorbox\nset cbtics scale 0.5 autofreq\n",
                                 gp_number(colour_end(curves))),
                 {}};
+    panel.plots.push_back(fmt::format("data using {}:(column(\"up_m\")) with lines lc rgb \"{}\" lw 1",
+                                      column_of(0, "right_m"), reference_colour));
     panel.plots.push_back(
-        fmt::format("data using {}:(column(\"up_m\")) with lines lc rgb \"{}\" lw 1", column_of(0, "right_m"),
-                    reference_colour));
-    panel.plots.push_back(fmt::format("data using {}:(column(\"up_m\")):(column(\"error\")) with lines lc palette lw 2.5",
-                                      column_of(k, "right_m")));
+        fmt::format("data using {}:(column(\"up_m\")):(column(\"error\")) with lines lc palette lw 2.5",
+                    column_of(k, "right_m")));
     panels.push_back(std::move(panel));
   }
   set_data(curves, columns, figure);
@@ -203,15 +216,18 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
 }
 
 struct Along {
-  std::string x, y;  ///< columns
+  std::string x, y;   ///< columns
   std::string title;  ///< of y
   bool with_reference = false;
 };
 
 /// Panels over time or the path, an x range from the first to the last pose.
-void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t columns, double panel_height_cm,
-               Figure& figure) {
-  const PanelLayout layout{.columns = columns, .width_cm = 18, .panel_height_cm = panel_height_cm, .left_cm = 1.75,
+void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t columns,
+               double panel_height_cm, Figure& figure) {
+  const PanelLayout layout{.columns = columns,
+                           .width_cm = 18,
+                           .panel_height_cm = panel_height_cm,
+                           .left_cm = 1.75,
                            .top_cm = 0.35};
   std::vector<Panel> panels;
   bool with_reference = false;
@@ -219,9 +235,13 @@ void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t c
     const bool over_path = along.x == "path_m";
     const std::vector<double>& x = over_path ? curves.reference.path_m : curves.reference.time;
     const double end = x.back() > x.front() ? x.back() : x.front() + 1;
-    Panel panel{"", fmt::format("set xrange [{}:{}]\nset xlabel \"{}\" offset 0,0.4\nset ylabel {} noenhanced offset 0.6,0\n",
-                                gp_number(x.front()), gp_number(end), over_path ? "path [m]" : curves.time_title(),
-                                gp_text(along.title)), {}};
+    Panel panel{
+        "",
+        fmt::format(
+            "set xrange [{}:{}]\nset xlabel \"{}\" offset 0,0.4\nset ylabel {} noenhanced offset 0.6,0\n",
+            gp_number(x.front()), gp_number(end), over_path ? "path [m]" : curves.time_title(),
+            gp_text(along.title)),
+        {}};
     for (size_t k = along.with_reference ? 0 : 1; k <= curves.runs.size(); ++k)
       panel.plots.push_back(line_plot(k, along.x, along.y));
     panels.push_back(std::move(panel));
@@ -245,7 +265,8 @@ Figure error_figure(const EgoCurves& curves) {
   add_number("path_m", &TrajectoryCurve::path_m, columns);
   add_number("error", &TrajectoryCurve::error, columns);
   set_data(curves, columns, figure);
-  set_along(curves, {{"time", "error", curves.error_title}, {"path_m", "error", curves.error_title}}, 1, 4.6, figure);
+  set_along(curves, {{"time", "error", curves.error_title}, {"path_m", "error", curves.error_title}}, 1, 4.6,
+            figure);
   return figure;
 }
 
@@ -274,11 +295,12 @@ Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::
   return figure;
 }
 
-/// Every pose of a curve, with a column for each quantity that it has.
+/// Table of every pose of a curve, with a column for each quantity that it has.
 Table curve_table(const TrajectoryCurve& curve, const EgoCurves& curves) {
   PoseColumns columns;
   add_number(curves.has_time ? "time_s" : "time_frames", &TrajectoryCurve::time, columns);
-  add_column("frame", &TrajectoryCurve::frame, [](int frame) { return static_cast<double>(frame); }, columns);
+  add_column(
+      "frame", &TrajectoryCurve::frame, [](int frame) { return static_cast<double>(frame); }, columns);
   add_number("path_m", &TrajectoryCurve::path_m, columns);
   add_vector({"x_m", "y_m", "z_m"}, &TrajectoryCurve::position_m, columns);
   add_vector({"roll_deg", "pitch_deg", "yaw_deg"}, &TrajectoryCurve::angles_deg, columns);
@@ -286,7 +308,8 @@ Table curve_table(const TrajectoryCurve& curve, const EgoCurves& curves) {
   if (!curve.error.empty()) {
     add_number("error", &TrajectoryCurve::error, columns);
     add_vector({"error_x_m", "error_y_m", "error_z_m"}, &TrajectoryCurve::position_error_m, columns);
-    add_vector({"error_roll_deg", "error_pitch_deg", "error_yaw_deg"}, &TrajectoryCurve::angle_error_deg, columns);
+    add_vector({"error_roll_deg", "error_pitch_deg", "error_yaw_deg"}, &TrajectoryCurve::angle_error_deg,
+               columns);
   }
   std::vector<std::pair<const TrajectoryCurve*, size_t>> poses;
   for (size_t i = 0; i < curve.size(); ++i) poses.emplace_back(&curve, i);
@@ -302,17 +325,19 @@ std::vector<Figure> path_figures(const EgoCurves& curves) {
 
 std::vector<Figure> along_figures(const EgoCurves& curves) {
   std::vector<Figure> figures = {error_figure(curves)};
-  figures.push_back(axes_figure(curves, "position", "Position per axis, below the estimate minus the reference.",
-                                {"x", "y", "z"}, "m", &TrajectoryCurve::position_m,
-                                &TrajectoryCurve::position_error_m));
+  figures.push_back(axes_figure(curves, "position",
+                                "Position per axis, below the estimate minus the reference.", {"x", "y", "z"},
+                                "m", &TrajectoryCurve::position_m, &TrajectoryCurve::position_error_m));
   if (std::ranges::any_of(curves.runs, [](const TrajectoryCurve& run) { return !run.angles_deg.empty(); })) {
     const auto name = [](int axis) { return axis_names[static_cast<size_t>(axis)]; };
     const int out = curves.axes.out;
     figures.push_back(axes_figure(
         curves, "rotation",
-        fmt::format("Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes {0}, {1}, {2}; "
-                    "below, their differences to the reference.",
-                    name(out), name((out + 2) % 3), name((out + 1) % 3)),
+        fmt::format(
+            "Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes "
+            "{0}, {1}, {2}; "
+            "below, their differences to the reference.",
+            name(out), name((out + 2) % 3), name((out + 1) % 3)),
         {"roll", "pitch", "yaw"}, "deg", &TrajectoryCurve::angles_deg, &TrajectoryCurve::angle_error_deg));
   }
   Figure speed;

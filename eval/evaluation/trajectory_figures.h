@@ -9,8 +9,8 @@
 
 namespace sextant {
 
-/// Poses of one curve that a figure draws, at most about; further ones are thinned() and the caption says so. Of
-/// several curves together 4 times as many.
+/// Poses of one curve that a figure draws, at most about; further ones are thinned() and the caption says
+/// so. Of several curves together 4 times as many.
 inline constexpr size_t drawn_poses = 900;
 
 /// Paths of all systems from above beside the reference, and each again, coloured by its error.
@@ -19,7 +19,8 @@ std::vector<Figure> path_figures(const EgoCurves& curves);
 /// The error over time and over the path; position and angles with their errors; speed.
 std::vector<Figure> along_figures(const EgoCurves& curves);
 
-/// The same paths and curves to walk through. All poses up to explored_poses, then those that thinned() keeps.
+/// Paths and curves to walk through on the page. All poses up to explored_poses, then those that thinned()
+/// keeps.
 Explorer ego_explorer(const EgoCurves& curves);
 
 /// curves/<name>.csv of the reference and each run: every pose, with a column for each quantity.

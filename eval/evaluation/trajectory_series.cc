@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double gap_steps = 10;
 
 /// The angle that differs from `angle` by whole turns and is nearest to `other`.
@@ -18,9 +18,8 @@ double nearest_turn(double other, double angle) { return angle + 360 * std::roun
 Eigen::Vector3d angles_deg(const Eigen::Matrix3d& R, const ViewAxes& axes) {
   const int v = axes.out, c = (v + 1) % 3, b = (v + 2) % 3;
   constexpr double to_deg = 180 / std::numbers::pi;
-  return to_deg *
-         Eigen::Vector3d(std::atan2(R(v, b), R(v, v)), -std::asin(std::clamp(R(v, c), -1.0, 1.0)),
-                         std::atan2(R(b, c), R(c, c)));
+  return to_deg * Eigen::Vector3d(std::atan2(R(v, b), R(v, v)), -std::asin(std::clamp(R(v, c), -1.0, 1.0)),
+                                  std::atan2(R(b, c), R(c, c)));
 }
 
 std::vector<bool> begins_of(const std::vector<double>& time) {
@@ -37,8 +36,8 @@ std::vector<bool> begins_of(const std::vector<double>& time) {
   return begins;
 }
 
-std::vector<double> speeds(const TrajectoryCurve& curve) {
-  std::vector<double> speed(curve.size(), nan);
+std::vector<double> step_speeds(const TrajectoryCurve& curve) {
+  std::vector<double> speed(curve.size(), no_number);
   for (size_t i = 1; i < curve.size(); ++i) {
     const double dt = curve.time[i] - curve.time[i - 1];
     if (!curve.begins[i] && dt > 0) speed[i] = (curve.position_m[i] - curve.position_m[i - 1]).norm() / dt;
@@ -71,13 +70,13 @@ TrajectoryCurve curve_of_reference(const PoseSeries& poses, bool has_time, const
     curve.angles_deg.push_back(angles);
   }
   curve.begins = begins_of(curve.time);
-  curve.speed = speeds(curve);
+  curve.speed = step_speeds(curve);
   return curve;
 }
 
 /// The requested error at each pose; the largest where several pairs end at it.
 std::vector<double> errors_by_pose(const EgoResult& run) {
-  std::vector<double> errors(run.estimate.size(), nan);
+  std::vector<double> errors(run.estimate.size(), no_number);
   for (size_t i = 0; i < run.errors.size(); ++i) {
     double& error = errors[run.pairs.empty() ? i : static_cast<size_t>(run.pairs[i].second)];
     error = std::isnan(error) ? run.errors[i] : std::max(error, run.errors[i]);
@@ -94,8 +93,9 @@ TrajectoryCurve curve_of_run(const EgoResult& run, const TrajectoryCurve& refere
   const bool has_angles = run.estimate.has_rotations() && run.reference.has_rotations();
   for (size_t i = 0; i < run.estimate.size(); ++i) {
     const auto row = static_cast<size_t>(run.reference_rows[i]);
-    curve.time.push_back(run.reference.stamps_s.empty() || !curves.has_time ? reference.time[row]
-                                                                            : run.reference.stamps_s[i] - begin_s);
+    curve.time.push_back(run.reference.stamps_s.empty() || !curves.has_time
+                             ? reference.time[row]
+                             : run.reference.stamps_s[i] - begin_s);
     curve.frame.push_back(reference.frame[row]);
     curve.path_m.push_back(reference.path_m[row]);
     curve.position_error_m.emplace_back(run.estimate.positions_m[i] - run.reference.positions_m[i]);
@@ -111,7 +111,7 @@ TrajectoryCurve curve_of_run(const EgoResult& run, const TrajectoryCurve& refere
     curve.angle_error_deg.push_back(error);
   }
   curve.begins = begins_of(curve.time);
-  curve.speed = speeds(curve);
+  curve.speed = step_speeds(curve);
   return curve;
 }
 
@@ -145,8 +145,8 @@ ViewAxes view_axes(ViewPlane plane, const std::vector<Eigen::Vector3d>& position
 }
 
 std::string error_title(const EgoOptions& options) {
-  std::string title =
-      fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation), unit_of(options.relation));
+  std::string title = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
+                                  unit_of(options.relation));
   std::ranges::replace(title, '_', ' ');
   return title;
 }
@@ -173,7 +173,9 @@ std::vector<size_t> thinned(const TrajectoryCurve& curve, size_t most) {
   for (size_t begin = 0; n > most && begin < n; begin += group) {
     keep[begin] = true;
     if (curve.error.empty()) continue;
-    const auto finite_or = [&](size_t i, double other) { return std::isnan(curve.error[i]) ? other : curve.error[i]; };
+    const auto finite_or = [&](size_t i, double other) {
+      return std::isnan(curve.error[i]) ? other : curve.error[i];
+    };
     size_t least = begin, largest = begin;
     for (size_t i = begin; i < std::min(n, begin + group); ++i) {
       if (finite_or(i, HUGE_VAL) < finite_or(least, HUGE_VAL)) least = i;

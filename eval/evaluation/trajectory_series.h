@@ -1,7 +1,7 @@
 #pragma once
 
-// Quantities along recorded camera paths, one value for each matched pose, in the world of the reference after
-// the alignment. Figures, pages and CSV files are functions of these.
+// Quantities along recorded camera paths, one value for each matched pose, in the world of the reference
+// after the alignment. Figures, pages and CSV files are functions of these.
 //
 //   time      s since the reference's first stamp; without time stamps the frame number
 //   path_m    length of the reference's path up to the pose
@@ -22,7 +22,7 @@
 
 namespace sextant {
 
-/// Which two axes of the world a path from above shows; extent: all but the one along which the path extends
+/// Plane of the world that a path from above shows; extent: all but the one along which the path extends
 /// least, or --up.
 enum class ViewPlane { extent, xy, xz, yz };
 constexpr Names<4> names_of(ViewPlane) { return {"extent", "xy", "xz", "yz"}; }
@@ -34,7 +34,8 @@ struct ViewAxes {
 constexpr std::array<const char*, 3> axis_names = {"x", "y", "z"};
 
 /// The axes of `plane`; of ViewPlane::extent for these positions. With extents of two axes below 5 % of the
-/// largest, as of a straight road, the choice is xz (the ground of a camera's world), or xy where y is the longest.
+/// largest, as of a straight road, the choice is xz (the ground of a camera's world), or xy where y is the
+/// longest.
 ViewAxes view_axes(ViewPlane plane, const std::vector<Eigen::Vector3d>& positions_m,
                    const std::optional<Eigen::Vector3d>& up = std::nullopt);
 
@@ -48,7 +49,7 @@ struct TrajectoryCurve {
   std::vector<Eigen::Vector3d> angles_deg;  ///< roll, pitch, yaw
   std::vector<double> speed;                ///< m/s, or m a frame; NaN at the first pose and behind gaps
   // Against the reference; all empty for the reference itself.
-  std::vector<double> error;                     ///< of the requested relation; NaN where the pose has none
+  std::vector<double> error;                      ///< of the requested relation; NaN where the pose has none
   std::vector<Eigen::Vector3d> position_error_m;  ///< estimate minus reference
   std::vector<Eigen::Vector3d> angle_error_deg;   ///< differences of the angles, in (-180, 180]
   std::vector<bool> begins;                       ///< the curve begins here, or anew behind a gap
@@ -58,8 +59,8 @@ struct TrajectoryCurve {
 
 struct EgoCurves {
   ViewAxes axes;
-  bool has_time = false;    ///< time is in s, else frame numbers
-  std::string error_title;  ///< "APE trans part [m]"
+  bool has_time = false;      ///< time is in s, else frame numbers
+  std::string error_title;    ///< "APE trans part [m]"
   TrajectoryCurve reference;  ///< of all its poses, also unmatched ones
   std::vector<TrajectoryCurve> runs;
 
@@ -73,9 +74,9 @@ std::string error_title(const EgoOptions& options);
 EgoCurves ego_curves(const std::vector<EgoResult>& runs, const EgoReference& reference,
                      const EgoOptions& options, ViewPlane plane);
 
-/// Indices of at most about `most` poses: of each of the equally long groups of consecutive poses the first and
-/// those of the smallest and largest error, besides the last pose and both ends of every gap. All where there are
-/// no more than `most`.
+/// Indices of at most about `most` poses: of each of the equally long groups of consecutive poses the first
+/// and those of the smallest and largest error, besides the last pose and both ends of every gap. All where
+/// there are no more than `most`.
 std::vector<size_t> thinned(const TrajectoryCurve& curve, size_t most);
 
 /// Largest distance of a position to the line through the positions that `kept` names, m.

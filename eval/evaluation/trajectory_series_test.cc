@@ -9,7 +9,7 @@ namespace sextant {
 namespace {
 
 /// A camera with y down that drives `step_m` along z in each 0.1 s and turns about y by `turn_deg`.
-PoseSeries drive(int n, double step_m, double turn_deg = 0, double begin_s = 1000) {
+PoseSeries turning_drive(int n, double step_m, double turn_deg = 0, double begin_s = 1000) {
   PoseSeries series;
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   for (int i = 0; i < n; ++i) {
@@ -22,7 +22,8 @@ PoseSeries drive(int n, double step_m, double turn_deg = 0, double begin_s = 100
   return series;
 }
 
-EgoCurves curves_of(const PoseSeries& reference, const PoseSeries& estimate, const EgoOptions& options = {}) {
+EgoCurves ego_curves_of(const PoseSeries& reference, const PoseSeries& estimate,
+                        const EgoOptions& options = {}) {
   EgoReference given;
   given.poses = reference;
   given.side.name = "gt.txt";
@@ -33,7 +34,7 @@ EgoCurves curves_of(const PoseSeries& reference, const PoseSeries& estimate, con
 }
 
 TEST(TrajectorySeries, TimeBeginsAtTheReferencesFirstPoseAndSpeedIsDistanceByTime) {
-  const EgoCurves curves = curves_of(drive(50, 0.5), drive(50, 0.6));
+  const EgoCurves curves = ego_curves_of(turning_drive(50, 0.5), turning_drive(50, 0.6));
   EXPECT_EQ(curves.reference.time.front(), 0);
   EXPECT_NEAR(curves.runs[0].time.back(), 4.9, 1e-9);
   EXPECT_TRUE(std::isnan(curves.runs[0].speed[0]));
@@ -45,7 +46,7 @@ TEST(TrajectorySeries, TimeBeginsAtTheReferencesFirstPoseAndSpeedIsDistanceByTim
 }
 
 TEST(TrajectorySeries, YawOfACameraWithYDownAccumulatesOverWholeTurns) {
-  const EgoCurves curves = curves_of(drive(100, 0.5, 9), drive(100, 0.5, 9.01));
+  const EgoCurves curves = ego_curves_of(turning_drive(100, 0.5, 9), turning_drive(100, 0.5, 9.01));
   EXPECT_EQ(curves.axes.out, 1);
   EXPECT_NEAR(curves.reference.angles_deg.back()[2], 99 * 9, 1e-6);
   EXPECT_NEAR(curves.runs[0].angles_deg.back()[2], 99 * 9.01, 1e-6);
@@ -54,27 +55,28 @@ TEST(TrajectorySeries, YawOfACameraWithYDownAccumulatesOverWholeTurns) {
 }
 
 TEST(TrajectorySeries, AnglesComposeToTheRotation) {
-  const Eigen::Matrix3d R = (Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY()) *
-                             Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()))
-                                .toRotationMatrix();
+  const Eigen::Matrix3d R =
+      (Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   PoseSeries series;
   for (int i = 0; i < 5; ++i) {
     series.add(R, Eigen::Vector3d(i, 0.5 * i * i, 0));
     series.stamps_s.push_back(i);
   }
-  const EgoCurves curves = curves_of(series, series);
+  const EgoCurves curves = ego_curves_of(series, series);
   EXPECT_EQ(curves.axes.out, 2);
   EXPECT_NEAR((curves.runs[0].angles_deg[2] * M_PI / 180 - Eigen::Vector3d(0.1, -0.2, 0.4)).norm(), 0, 1e-9);
 }
 
 TEST(TrajectorySeries, AGapInterruptsTheCurveAndItsSpeed) {
-  PoseSeries estimate = drive(100, 0.5);
+  PoseSeries estimate = turning_drive(100, 0.5);
   std::vector<int> kept;
   for (int i = 0; i < 100; ++i) {
     if (i < 40 || i >= 70) kept.push_back(i);
   }
   estimate.keep(kept);
-  const EgoCurves curves = curves_of(drive(100, 0.5), estimate);
+  const EgoCurves curves = ego_curves_of(turning_drive(100, 0.5), estimate);
   const TrajectoryCurve& run = curves.runs[0];
   EXPECT_EQ(std::ranges::count(run.begins, true), 2);
   EXPECT_TRUE(run.begins[40]);
@@ -112,9 +114,10 @@ TEST(TrajectorySeries, FiguresOfAStandingCameraAndOfALongPathAreDrawnWithNumbers
   for (const double step_m : {0.0, 20'000.0}) {
     EgoOptions options;
     options.max_speed_m_s = 1e9;
-    PoseSeries estimate = drive(6, step_m);
-    for (size_t i = 0; i < estimate.size(); ++i) estimate.positions_m[i].x() += 0.001 * static_cast<double>(i % 2);
-    const EgoCurves curves = curves_of(drive(6, step_m), estimate, options);
+    PoseSeries estimate = turning_drive(6, step_m);
+    for (size_t i = 0; i < estimate.size(); ++i)
+      estimate.positions_m[i].x() += 0.001 * static_cast<double>(i % 2);
+    const EgoCurves curves = ego_curves_of(turning_drive(6, step_m), estimate, options);
     std::vector<Figure> figures = path_figures(curves);
     std::ranges::move(along_figures(curves), std::back_inserter(figures));
     EXPECT_EQ(figures.size(), 6U);
@@ -128,7 +131,7 @@ TEST(TrajectorySeries, FiguresOfAStandingCameraAndOfALongPathAreDrawnWithNumbers
 }
 
 TEST(TrajectorySeries, CurveFilesHoldEveryPose) {
-  const EgoCurves curves = curves_of(drive(4000, 0.1), drive(4000, 0.1));
+  const EgoCurves curves = ego_curves_of(turning_drive(4000, 0.1), turning_drive(4000, 0.1));
   const OutputFiles files = curve_files(curves);
   for (const char* name : {"curves/reference.csv", "curves/est.txt.csv"})
     EXPECT_EQ(std::ranges::count(files.at(name), '\n'), 4001) << name;

@@ -25,7 +25,9 @@ EqualAxes::Ranges EqualAxes::ranges(double width_cm, double height_cm, bool lyin
 
 std::string EqualAxes::settings(double width_cm, double height_cm, bool lying) const {
   const auto [low, high, m_per_cm] = ranges(width_cm, height_cm, lying);
-  const auto range = [](double from, double to) { return fmt::format("[{}:{}]", gp_number(from), gp_number(to)); };
+  const auto range = [](double from, double to) {
+    return fmt::format("[{}:{}]", gp_number(from), gp_number(to));
+  };
   const std::string right = range(lying ? high.x() : low.x(), lying ? low.x() : high.x());
   const std::string ahead = range(low.y(), high.y());
   const std::string step = gp_number(step_m(m_per_cm));

@@ -1,6 +1,7 @@
 #pragma once
 
-// Axes of a panel in one scale for both directions, whatever the panel's shape, with 8 % of room around the data.
+// Axes of a panel in one scale for both directions, whatever the panel's shape, with 8 % of room around the
+// data.
 
 #include <Eigen/Core>
 #include <limits>
@@ -18,7 +19,8 @@ struct AxisTitles {
 class EqualAxes {
  public:
   /// `least_m`: the smallest extent that fills a panel, a power of ten; the axes of a point show this much.
-  explicit EqualAxes(AxisTitles titles = {}, double least_m = 1) : titles_(std::move(titles)), least_m_(least_m) {}
+  explicit EqualAxes(AxisTitles titles = {}, double least_m = 1)
+      : titles_(std::move(titles)), least_m_(least_m) {}
 
   void include(const Eigen::Vector2d& right_ahead_m);
   bool longer_than_wide() const { return high_.y() - low_.y() > high_.x() - low_.x(); }

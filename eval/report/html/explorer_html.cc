@@ -56,11 +56,16 @@ Json path_json(const ExploredPath& path, size_t n_curves) {
 }  // namespace
 
 std::string explorer_html(const Explorer& explorer) {
-  Json data = {{"time_title", explorer.time_title}, {"axes", explorer.axes}, {"curves", explorer.curves},
-               {"note", explorer.note},             {"paths", Json::array()}};
-  for (const ExploredPath& path : explorer.paths) data["paths"].push_back(path_json(path, explorer.curves.size()));
-  return fmt::format("<div class=\"explorer\" id=\"{}\" hidden><script type=\"application/json\">{}</script></div>\n",
-                     explorer.name, script_json(data));
+  Json data = {{"time_title", explorer.time_title},
+               {"axes", explorer.axes},
+               {"curves", explorer.curves},
+               {"note", explorer.note},
+               {"paths", Json::array()}};
+  for (const ExploredPath& path : explorer.paths)
+    data["paths"].push_back(path_json(path, explorer.curves.size()));
+  return fmt::format(
+      "<div class=\"explorer\" id=\"{}\" hidden><script type=\"application/json\">{}</script></div>\n",
+      explorer.name, script_json(data));
 }
 
 }  // namespace sextant
