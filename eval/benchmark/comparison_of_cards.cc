@@ -7,7 +7,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/stats/comparison.h"
+#include "sextant/stats/paired_comparison.h"
 
 namespace sextant {
 namespace {
