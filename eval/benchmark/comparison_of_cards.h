@@ -1,7 +1,7 @@
 #pragma once
 
 // Paired comparison of an estimator with a reference, track by track: the change of the mean error of the suite's
-// metric over the frame pairs that both estimated (stats/comparison.h: a ratio of means over sequences and bodies as
+// metric over the frame pairs that both estimated (stats/paired_comparison.h: a ratio of means over sequences and bodies as
 // strata, seeds and frames as crossed clusters), with p-values corrected by Holm over all rows.
 
 #include <filesystem>

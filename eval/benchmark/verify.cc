@@ -169,7 +169,7 @@ std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, cons
   config.plan = std::move(plan);
   config.out = scratch.path() / "case";
   config.quiet = true;
-  sweep(config);
+  sextant::sweep(config);
   std::vector<Record> records = read_records(config.out / "records.jsonl");
   for (Record& record : records) record = strip_times(std::move(record));
   return records;
