@@ -38,7 +38,7 @@ void benchmark(BenchmarkFlags& flags) {
   request.sweep.cache = pack_cache(flags.cache);
   request.sweep.jobs = flags.jobs;
   request.sweep.quiet = flags.quiet;
-  std::tie(request.sweep.shard, request.sweep.n_shards) = parse_shard(flags.shard);
+  std::tie(request.sweep.shard, request.sweep.n_shards) = shard_of(flags.shard);
   request.sweep.tell = [](const std::string& line) { tell("note", line); };
   const Suite suite = find_suite(request.suite);
   const std::vector<BenchmarkPlan> plans = plan_benchmark(request, suite);

@@ -93,7 +93,7 @@ SourceSpec source_of(const std::string& text, const CommonFlags& flags);
 void warn_of_problems(std::span<const std::string> problems);
 
 /// The value of --shard, "I/N".
-std::pair<uint64_t, uint64_t> parse_shard(const std::string& text);
+std::pair<uint64_t, uint64_t> shard_of(const std::string& text);
 
 /// What a sweep did, for `sweep` and for `rescore` of one.
 void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags);

@@ -33,7 +33,7 @@ void run_sweep(const SweepFlags& flags) {
   config.allow_mixed = flags.allow_mixed;
   config.force = flags.force;
   config.reuse_stale = flags.reuse_stale;
-  std::tie(config.shard, config.n_shards) = parse_shard(flags.shard);
+  std::tie(config.shard, config.n_shards) = shard_of(flags.shard);
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
   if (flags.dry_run) {
@@ -106,7 +106,7 @@ void run_merge(const MergeFlags& flags) {
 
 }  // namespace
 
-std::pair<uint64_t, uint64_t> parse_shard(const std::string& text) {
+std::pair<uint64_t, uint64_t> shard_of(const std::string& text) {
   const std::vector<std::string> parts = split(text, '/');
   uint64_t numbers[2] = {0, 0};
   for (size_t i = 0; i < 2; ++i) {

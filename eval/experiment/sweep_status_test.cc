@@ -14,7 +14,7 @@ using State = ShardStatus::State;
 constexpr const char* plan_text =
     R"({"name": "status", "sources": ["synthetic:s18@0-2"], "estimators": ["motion_only"], "seeds": 10})";
 
-class SweepStatus : public ::testing::Test {
+class StatusOfSweep : public ::testing::Test {
  protected:
   void run_shard(uint64_t number, uint64_t n, const std::string& folder,
                  const std::string& plan = plan_text) {
@@ -32,7 +32,7 @@ class SweepStatus : public ::testing::Test {
   std::filesystem::path sweep_ = folder_.path() / "sweep";
 };
 
-TEST_F(SweepStatus, DistinguishesDoneRunningStoppedAndMissing) {
+TEST_F(StatusOfSweep, DistinguishesDoneRunningStoppedAndMissing) {
   for (const uint64_t number : {1, 2, 4}) run_shard(number, 6, "shards/" + std::to_string(number));
   // Shards 2 and 4 in the middle of their work: a journal, which a process is writing in one of them.
   for (const char* shard : {"2", "4"}) {
@@ -56,19 +56,19 @@ TEST_F(SweepStatus, DistinguishesDoneRunningStoppedAndMissing) {
   EXPECT_EQ(to_json(status)["to_submit"], "2-3,5-6");
 }
 
-TEST_F(SweepStatus, OfASweepThatHasNotBegun) {
+TEST_F(StatusOfSweep, OfASweepThatHasNotBegun) {
   std::filesystem::create_directories(sweep_);
   EXPECT_EQ(sweep_status(sweep_, 12).to_submit(), "1-12");
   expect_error([&] { sweep_status(sweep_, 0); }, "no shard has begun here; give --shards N");
   expect_error([&] { sweep_status(sweep_ / "no", 3); }, "expected the folder of a sweep");
 }
 
-TEST_F(SweepStatus, TakesFoldersOfAnyName) {
+TEST_F(StatusOfSweep, TakesFoldersOfAnyName) {
   run_shard(2, 3, "part2");
   EXPECT_EQ(sweep_status(sweep_, 0).to_submit(), "1,3");
 }
 
-TEST_F(SweepStatus, RefusesShardsOfOtherSweeps) {
+TEST_F(StatusOfSweep, RefusesShardsOfOtherSweeps) {
   run_shard(1, 3, "shards/1");
   expect_error([&] { sweep_status(sweep_, 4); }, "shards/1: is one of 3 shards, expected one of 4");
   run_shard(1, 3, "shards/copy");
