@@ -238,7 +238,7 @@ TEST(TrajectoryDiagnosis, OrientationsAreJudgedOnAStraightRoad) {
       SCOPED_TRACE(fmt::format("{}, seed {}", plant.name, seed));
       PoseSeries reference = truth(Scene::highway, seed), estimate = estimate_of(reference, seed);
       plant.plant(reference, estimate);
-      const EgoResult r = evaluate(reference, estimate, Alignment::se3);
+      const EgoResult r = evaluate_aligned(reference, estimate, Alignment::se3);
       EXPECT_THAT(r.warnings, Contains(Field("code", &TrajectoryWarning::code, plant.code))) << codes(r);
     }
   }
