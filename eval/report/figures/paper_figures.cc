@@ -55,6 +55,7 @@ Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
       gp_text(parameter_title(name)), gp_number(low), gp_number(high),
       gp_number(1.15 * top_of(marks, &LevelMark::Et_m, Et_m)),
       gp_number(1.6 * top_of(marks, &LevelMark::ER_deg, ER_deg)));
+  if (high - low > 6.5 * step) panel.settings += fmt::format("set xtics {}\n", gp_number(2 * step));
   panel.settings += stated_line(Et_m, "first", "#000000") + stated_line(ER_deg, "second", "#909090");
   const double width = 0.75 * step / static_cast<double>(bodies.size());
   for (const bool bars : {true, false}) {

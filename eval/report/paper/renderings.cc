@@ -347,7 +347,7 @@ std::string cell_details(const LayoutVersion& version, const LayoutCell& cell) {
 }
 
 std::string to_text(const PaperLayout& layout, bool all) {
-  std::string text = heading(layout) + "\n";
+  std::string text = wrapped(heading(layout), terminal_columns, "  ") + "\n";
   for (const LayoutVersion& version : layout.versions) {
     if (&version != &layout.versions.front()) text += "\n";
     text += text_of(layout, version, all);
