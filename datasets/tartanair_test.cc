@@ -23,7 +23,7 @@ TEST_F(Tartanair, OpensTheFolderOfATrajectoryAndTheRootOfAll) {
   EXPECT_EQ(text_of(open_with(root + "#Tiny/Data_easy/P000@1-2")->info()),
             "tartanair Tiny/Data_easy/P000@1-2, 640x640 px, 10 Hz");
   expect_error([&] { open_with(root); }, "choose a trajectory");
-  expect_error([&] { open_with(root + "#Tiny/Data_easy/P001"); }, "there: Tiny/Data_easy/P000");
+  expect_error([&] { open_with(root + "#Tiny/Data_easy/P001"); }, "available: Tiny/Data_easy/P000");
   const StereoCamera camera = open_with(source())->info().camera;
   EXPECT_EQ(camera.left.fx, 320);
   EXPECT_EQ(camera.left.cy, 320);

@@ -18,9 +18,18 @@
 namespace sextant {
 namespace {
 
+constexpr std::string_view speed_error = "Ev_kmh";
+
+/// The errors of a level: those that noise reports compare, and the speed error.
+std::vector<Interned> error_names() {
+  std::vector<Interned> names = compared_names();
+  names.emplace_back(speed_error);
+  return names;
+}
+
 /// One level of a curve, before it is summarised.
 struct Pool {
-  NoiseLevel errors{NoiseLevelKey{}};
+  NoiseLevel errors{NoiseLevelKey{}, error_names()};
   LevelCounts counts;
   std::string file;
 
@@ -55,7 +64,7 @@ ClusterBy clusters_of(const NoiseLevel& level) {
 }
 
 std::optional<IntervalEstimate> mean_of(const NoiseLevel& level, std::string_view error) {
-  const size_t index = compared_error(error);
+  const size_t index = error == speed_error ? compared_names().size() : compared_error(error);
   if (!level.has(index)) return std::nullopt;
   const std::vector<Moments> clusters = joined_sums(level.sums(index, clusters_of(level)));
   return cluster_estimate(clusters.size(),
@@ -74,7 +83,7 @@ CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& 
                    .records = pool.file};
   point.Et_m = mean_of(pool.errors, "Et_m");
   point.ER_deg = mean_of(pool.errors, "ER_deg");
-  point.Ev_kmh = mean_of(pool.errors, "Ev_kmh");
+  point.Ev_kmh = mean_of(pool.errors, speed_error);
   const LimitSummary limit = summarize_limit(pool.errors, {});
   if (const Efficiency* efficiency = find_in(limit.efficiency, suite.metric))
     point.efficiency = IntervalEstimate{efficiency->efficiency, efficiency->interval};

@@ -35,6 +35,7 @@ constexpr Place places[] = {
     {"sextant run", "--out", "run vdo:IN/a --estimator external:IN/program.json --jobs 1 --quiet --out OUT"},
     {"sextant sweep", "--out", "sweep IN/plan.json --cache IN/cache --jobs 1 --quiet --out OUT"},
     {"sextant merge", "--out", "merge IN/shard1 IN/shard2 --quiet --out OUT"},
+    {"sextant benchmark", "--out", "benchmark joint_flow --quick --tracks exact --cache IN/cache --jobs 1 --quiet --out OUT"},
     {"sextant rescore", "--out", "rescore IN/external_run --jobs 1 --quiet --out OUT"},
     {"sextant report", "--out", "report IN/sweep --jobs 1 --quiet --out OUT"},
     {"sextant compare", "--out", "compare IN/sweep IN/sweep --jobs 1 --quiet --out OUT"},
@@ -69,6 +70,8 @@ constexpr Place places[] = {
 /// Flags whose places other tests look at, and why.
 const std::map<std::string, std::string> elsewhere = {
     {"--cache", "experiment/PackTest: a folder of the user alone"},
+    {"sextant benchmark merge --out", "its sweeps are merged as by `sextant merge`, its cards are those of `sextant benchmark`"},
+    {"sextant benchmark page --out", "benchmark/Benchmark.APage*; its files go through write_output_folder()"},
     {"sextant reproduce --out",
      "eval/fuzz/fault_test.py --reproduce; its files go through OutputFolder and make_folder_below()"},
 };

