@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include <cmath>
+#include <limits>
+
 #include "sextant/base/error.h"
 #include "sextant/base/names.h"
 #include "sextant/eval/benchmark/card.h"
@@ -89,15 +92,23 @@ Fields<Cost> cost_fields() {
           {Column::text("machine"), &Cost::machine}};
 }
 
+/// A count, which tables write as a number: 2 as 2.0.
+int count(const Json& row, const std::string& key, const std::string& where) {
+  const double value = json_member<double>(row, key, where);
+  if (value < 0 || value > std::numeric_limits<int>::max() || value != std::floor(value))
+    fail("{}: key '{}': expected a count, got {}", where, key, value);
+  return static_cast<int>(value);
+}
+
 CurvePoint point_from(const Json& row, const std::string& where) {
   return {.estimator = json_member<std::string>(row, "estimator", where),
           .track = json_member<std::string>(row, "track", where),
           .body = json_member<std::string>(row, "body", where),
           .level = json_member<double>(row, "level", where),
           .is_nominal = json_member<std::string>(row, "nominal", where, std::string()) == "yes",
-          .n_seeds = json_member<int>(row, "n_seeds", where),
-          .n_truth = json_member<int>(row, "n_truth", where),
-          .n_estimated = json_member<int>(row, "n_estimated", where),
+          .n_seeds = count(row, "n_seeds", where),
+          .n_truth = count(row, "n_truth", where),
+          .n_estimated = count(row, "n_estimated", where),
           .Et_m = estimate(row, "Et_m", where),
           .ER_deg = estimate(row, "ER_deg", where),
           .Ev_kmh = estimate(row, "Ev_kmh", where),
