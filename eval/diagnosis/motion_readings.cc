@@ -147,16 +147,19 @@ SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
 
 namespace {
 
-/// Calls use(first, last) for stretches of ten samples or more of one object in successive frames.
-template <typename Use>
-void for_each_stretch(const std::vector<MotionSample>& samples, const Use& use) {
+/// Calls use(first, last) for stretches of ten samples or more of one object in successive frames, of which
+/// each `is_known`.
+template <typename IsKnown, typename Use>
+void for_each_stretch(const std::vector<MotionSample>& samples, const IsKnown& is_known, const Use& use) {
   constexpr size_t fewest_of_stretch = 10;
-  for (size_t first = 0, last = 0; first < samples.size(); first = last) {
+  for (size_t first = 0; first < samples.size();) {
     const auto follows = [&](size_t i) {
       return samples[i].key == ObjectFrame(samples[i - 1].key.first, samples[i - 1].key.second + 1);
     };
-    for (last = first + 1; last < samples.size() && follows(last);) ++last;
+    size_t last = first;
+    while (last < samples.size() && is_known(samples[last]) && (last == first || follows(last))) ++last;
     if (last - first >= fewest_of_stretch) use(first, last);
+    first = std::max(last, first + 1);
   }
 }
 
@@ -169,13 +172,12 @@ SE3 fit_object_pose(const std::vector<BodyStep>& steps) {
 }  // namespace
 
 void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world) {
-  for_each_stretch(data.samples, [&](size_t first, size_t last) {
+  const auto is_known = [&](const MotionSample& sample) { return in_world(sample).has_value(); };
+  for_each_stretch(data.samples, is_known, [&](size_t first, size_t last) {
     std::vector<BodyStep> steps;
     SE3 P;
     for (size_t i = first; i < last; ++i) {
-      const std::optional<SE3> H = in_world(data.samples[i]);
-      if (!H) return;
-      steps.push_back({*H, data.samples[i].reference, P});
+      steps.push_back({*in_world(data.samples[i]), data.samples[i].reference, P});
       P = P * data.samples[i].reference;
     }
     const SE3 L0 = fit_object_pose(steps);
@@ -184,7 +186,8 @@ void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world) 
 }
 
 void fit_poses_to_world_reference(MotionData& data) {
-  for_each_stretch(data.samples, [&](size_t first, size_t last) {
+  const auto always = [](const MotionSample&) { return true; };
+  for_each_stretch(data.samples, always, [&](size_t first, size_t last) {
     std::vector<BodyStep> steps;
     std::vector<SE3> moved;  // L_{k-1} = moved L_0
     SE3 Q;
