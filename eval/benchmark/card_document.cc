@@ -80,7 +80,7 @@ Table nominal_table(const std::vector<NominalRow>& rows) {
   return table_of("At the nominal level",
                   "Mean errors at the nominal level of each track, with the 95 % interval of E_t; the breakdown level is "
                   "the level at which the mean of E_t has doubled or coverage falls below 90 % (\"> x\": not up to the "
-                  "highest level x). Efficiency: Cramer-Rao bound over RMS error. ANEES: 1 where the covariance of the "
+                  "highest level x). Efficiency: Cramer-Rao bound over RMS error. ANEES: 6 where the covariance of the "
                   "estimator is right. E_t leads to the records.",
                   fields, rows);
 }
