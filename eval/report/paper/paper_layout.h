@@ -40,7 +40,7 @@ struct LayoutValue {
 using LayoutCell = std::vector<LayoutValue>;
 
 struct LayoutRow {
-  std::string name;                 ///< unique in the table: "S18-F124-134 Ego"
+  std::string name;                 ///< unique in the table: sequence, frames and body as the paper writes them
   std::vector<std::string> labels;  ///< one a label column of the header
   int decimals = 0;
   std::vector<LayoutCell> cells;  ///< one a column; empty: the row has none there
