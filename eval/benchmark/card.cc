@@ -176,7 +176,7 @@ std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::pat
   return reasons;
 }
 
-/// Whether the sweeps of the folder are those of a quick run, as the names of their plans say.
+/// Returns true if the names of the plans say that the sweeps of the folder are those of a quick run.
 bool is_quick_run(const Suite& suite, const fs::path& folder) {
   for (const SuiteTrack& track : suite.tracks) {
     for (const SuiteSweep& sweep : track.sweeps) {

@@ -16,7 +16,7 @@ std::span<const EmbeddedFile> reference_card_files();
 
 namespace {
 
-/// What a card says of one track and kind of body at the nominal level.
+/// Row of a card: errors of one track and kind of body at the nominal level.
 struct NominalRow {
   std::string estimator, track, body;
   double nominal = 0;

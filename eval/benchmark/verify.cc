@@ -44,7 +44,7 @@ std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
   return numbers;
 }
 
-/// Every record belongs to its case: source, level, noise, seed, estimator.
+/// Every record has the level, noise, seed and estimator of its case.
 void check_records(const CheckedSweep& sweep, const Card& card) {
   const fs::path file = sweep.folder / "records.jsonl";
   uint64_t in_case = 0, number = 0, line = 0;

@@ -13,12 +13,11 @@ import argparse
 import csv
 import math
 import pathlib
-import shutil
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
-from browser import Browser, expect, expect_equal, expect_quiet, has_browser, sextant, start_driver  # noqa: E402
+from browser import Browser, browsing, expect, expect_equal, has_browser, sextant  # noqa: E402
 
 POSES = 4541
 LONG_NAME = "a system with a name of eighty characters & <b> that no column is wide enough for 01"
@@ -175,19 +174,10 @@ def main():
             f"vdo={folder / 'vdo.txt'}", f"{LONG_NAME}={folder / 'own.txt'}", "--align", "se3", "--out", folder / "ape")
     write_logs(folder / "logs")
     sextant(arguments.sextant, "evaluate", "objects", "--format", "poses", folder / "logs", "--out", objects)
-    driver, url = start_driver()
-    try:
-        browser = Browser(url)
+    with browsing(Browser, folder, arguments.keep) as browser:
         check_ego(browser, folder / "ape", arguments.keep)
         check_layout(browser, ego / "report.html", "lengths", arguments.keep)
         check_objects(browser, objects, arguments.keep)
-        expect_quiet(browser, folder)
-        browser.at("", method="DELETE")
-    finally:
-        driver.terminate()
-        driver.wait()
-        if not arguments.keep:
-            shutil.rmtree(folder, ignore_errors=True)
     print("passed")
     return 0
 

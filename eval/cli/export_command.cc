@@ -17,9 +17,7 @@ struct ExportFlags : CommonFlags {
 /// The recording of one case for other viewers.
 void export_recording(const ExportFlags& flags) {
   const ViewedRun run =
-      flags.images.empty()
-          ? view_run(flags.folder, flags.choice, flags.data_root, flags.jobs, flags.quiet)
-          : view_records(flags.folder, flags.choice, find_source(flags.images, flags.data_root));
+      view_folder(flags.folder, flags.choice, flags.images, flags.data_root, flags.jobs, flags.quiet);
   const uint64_t n = write_recording(run, flags.out, {.images = !flags.no_images, .quiet = flags.quiet});
   if (flags.json) {
     fmt::print("{}", json_text(Json{{"out", flags.out}, {"messages", n}}));

@@ -87,10 +87,9 @@ void McapWriter::add(uint16_t channel, uint64_t time_ns, std::string_view json) 
   first_ns_ = std::min(first_ns_, time_ns);
   last_ns_ = std::max(last_ns_, time_ns);
   entries_[channel].push_back({time_ns, records_.size()});
-  ++counts_[channel];
   std::string content;
   put(content, channel);
-  put(content, sequence_[channel]++);
+  put(content, static_cast<uint32_t>(counts_[channel]++));
   put(content, time_ns);  // of recording
   put(content, time_ns);  // of publication
   content += json;

@@ -73,7 +73,6 @@ class McapWriter {
   uint64_t first_ns_ = 0, last_ns_ = 0;  ///< time range of the open chunk
   std::vector<Chunk> chunks_;
   std::map<uint16_t, uint64_t> counts_;  ///< messages of each channel
-  std::map<uint16_t, uint32_t> sequence_;
 };
 
 }  // namespace sextant

@@ -283,10 +283,8 @@ View make_view(const ViewRequest& request) {
   const auto lock = lock_folder(request.out.ends_with(".html") ? "" : request.out);
   View view;
   for (const fs::path& folder : request.folders) {
-    view.runs.push_back(
-        request.images.empty()
-            ? view_run(folder, request.choice, request.data_root, request.page.jobs, request.page.quiet)
-            : view_records(folder, request.choice, find_source(request.images, request.data_root)));
+    view.runs.push_back(view_folder(folder, request.choice, request.images, request.data_root,
+                                    request.page.jobs, request.page.quiet));
   }
   view.page = write_view(request.out, view_page(view.runs, request.page));
   return view;

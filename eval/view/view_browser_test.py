@@ -14,13 +14,12 @@ import base64
 import json
 import pathlib
 import re
-import shutil
 import sys
 import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
-from browser import Browser, expect, expect_equal, expect_quiet, has_browser, sextant, start_driver  # noqa: E402
+from browser import Browser, browsing, expect, expect_equal, has_browser, sextant  # noqa: E402
 
 HOSTILE = "a<script>alert(1)<!-- @DATA@ 'q' \"q\" |$\\input{x}"
 
@@ -230,22 +229,13 @@ def main():
     sextant(arguments.sextant, "view", runs[0], "--out", folder / "one.html", "--quiet")
     sextant(arguments.sextant, "view", *runs, "--out", folder / "two", "--quiet")
 
-    driver, url = start_driver()
-    try:
-        browser = ViewPage(url)
+    with browsing(ViewPage, folder, arguments.keep) as browser:
         check_one_run(browser, folder / "one.html", runs[0], arguments.keep)
         check_two_runs(browser, folder / "two" / "index.html", runs, arguments.keep)
         check_narrow(browser, folder / "one.html", arguments.keep)
         check_images_beside(browser, folder / "one.html", folder / "beside")
         spent = scrub(browser, 60)
         print(f"scrubbing: {spent['rate']:.0f} frames/s; CPU time a frame of the page's thread {spent['thread']:.1f} ms")
-        expect_quiet(browser, folder)
-        browser.at("", method="DELETE")
-    finally:
-        driver.terminate()
-        driver.wait()
-        if not arguments.keep:
-            shutil.rmtree(folder, ignore_errors=True)
     print("passed")
     return 0
 

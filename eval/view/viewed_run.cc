@@ -256,6 +256,12 @@ ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const S
   return run;
 }
 
+ViewedRun view_folder(const fs::path& folder, const CaseChoice& choice, const std::string& images,
+                      const std::string& data_root, int jobs, bool quiet) {
+  return images.empty() ? view_run(folder, choice, data_root, jobs, quiet)
+                        : view_records(folder, choice, find_source(images, data_root));
+}
+
 namespace {
 
 constexpr double deg_per_rad = 180.0 / std::numbers::pi;

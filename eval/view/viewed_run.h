@@ -122,4 +122,8 @@ ViewedRun view_run(const std::filesystem::path& folder, const CaseChoice& choice
 ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice,
                        const SourceSpec& source);
 
+/// view_records() if `images` names the source of the folder's records, otherwise view_run().
+ViewedRun view_folder(const std::filesystem::path& folder, const CaseChoice& choice, const std::string& images,
+                      const std::string& data_root, int jobs, bool quiet);
+
 }  // namespace sextant

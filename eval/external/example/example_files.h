@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
 #include <stdexcept>
@@ -38,6 +39,14 @@ inline cv::Mat1w read_mask(const std::string& path, cv::Size size) {
   for (unsigned short& id : mask) text >> id;
   if (!text) throw std::runtime_error(path + ": no mask");
   return mask;
+}
+
+/// The matrix of a rotation vector and a translation, as solvePnP returns them.
+inline cv::Matx44d pose_of(const cv::Vec3d& rotation, const cv::Vec3d& translation) {
+  cv::Matx33d r;
+  cv::Rodrigues(rotation, r);
+  return {r(0, 0), r(0, 1), r(0, 2), translation[0], r(1, 0), r(1, 1), r(1, 2), translation[1],
+          r(2, 0), r(2, 1), r(2, 2), translation[2], 0,       0,       0,       1};
 }
 
 // A line: frame and 12 values of a pose or motion.

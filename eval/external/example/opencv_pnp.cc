@@ -69,10 +69,7 @@ bool estimate(const FrameData& before, const FrameData& after, const cv::Mat2f& 
     good_pixels.push_back(pixels[static_cast<size_t>(i)]);
   }
   cv::solvePnPRefineLM(good_points, good_pixels, k, {}, rotation, translation);
-  cv::Matx33d r;
-  cv::Rodrigues(rotation, r);
-  T_curr_prev = cv::Matx44d(r(0, 0), r(0, 1), r(0, 2), translation[0], r(1, 0), r(1, 1), r(1, 2), translation[1],
-                            r(2, 0), r(2, 1), r(2, 2), translation[2], 0, 0, 0, 1);
+  T_curr_prev = pose_of(rotation, translation);
   return true;
 }
 

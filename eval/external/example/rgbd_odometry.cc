@@ -57,10 +57,7 @@ bool estimate(const Points& points, const Camera& camera, cv::Matx44d& motion) {
     good.after.push_back(points.after[static_cast<size_t>(i)]);
   }
   cv::solvePnPRefineLM(good.before, good.after, k, {}, rotation, translation);
-  cv::Matx33d r;
-  cv::Rodrigues(rotation, r);
-  motion = cv::Matx44d(r(0, 0), r(0, 1), r(0, 2), translation[0], r(1, 0), r(1, 1), r(1, 2), translation[1],
-                       r(2, 0), r(2, 1), r(2, 2), translation[2], 0, 0, 0, 1);
+  motion = pose_of(rotation, translation);
   return true;
 }
 

@@ -83,6 +83,17 @@ struct EpeRow {
   IntervalEstimate epe_px;
 };
 
+/// The data of figure 5, in our form and in the paper's.
+Table epe_table(const std::vector<EpeRow>& rows) {
+  Fields<EpeRow> fields = {{Column::text("set"), &EpeRow::set},
+                           {Column::text("body"), &EpeRow::body},
+                           {Column::text("stage"), &EpeRow::stage},
+                           {Column::text("x"), &EpeRow::x}};
+  fields.add(estimate_fields(Column::text("epe_px"), "low_px", "high_px"),
+             [](const EpeRow& row) { return &row.epe_px; });
+  return table_of("", "", fields, rows);
+}
+
 Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, std::vector<EpeRow>& rows) {
   Panel panel{set.title, category_axis(set.bodies), {}};
   panel.settings += "set ylabel \"mean EPE [px]\"\nset yrange [0:*]\n";
@@ -181,13 +192,7 @@ std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
     if (rows.size() > n_before) panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
-  Fields<EpeRow> fields = {{Column::text("set"), &EpeRow::set},
-                           {Column::text("body"), &EpeRow::body},
-                           {Column::text("stage"), &EpeRow::stage},
-                           {Column::text("x"), &EpeRow::x}};
-  fields.add(estimate_fields(Column::text("epe_px"), "low_px", "high_px"),
-             [](const EpeRow& row) { return &row.epe_px; });
-  figure.data = table_of("", "", fields, rows);
+  figure.data = epe_table(rows);
   std::vector<LegendEntry> legend;
   for (const EpeBar& bar : bars)
     legend.push_back({bar.title, fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour)});
@@ -240,13 +245,7 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
   }
   Figure figure;
   figure.name = "fig5_paper";
-  Fields<EpeRow> fields = {{Column::text("set"), &EpeRow::set},
-                           {Column::text("body"), &EpeRow::body},
-                           {Column::text("stage"), &EpeRow::stage},
-                           {Column::text("x"), &EpeRow::x}};
-  fields.add(estimate_fields(Column::text("epe_px"), "low_px", "high_px"),
-             [](const EpeRow& row) { return &row.epe_px; });
-  figure.data = table_of("", "", fields, rows);
+  figure.data = epe_table(rows);
   const PanelLayout layout{
       .width_cm = 13.0, .panel_height_cm = 5.6, .right_cm = 2.4, .bottom_cm = 1.8, .top_cm = 0.2};
   set_panels(layout, legend, {panel}, figure);

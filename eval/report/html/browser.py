@@ -1,6 +1,7 @@
 """A page in Chromium, for tests: speaks WebDriver (W3C) to Debian's chromedriver."""
 
 import base64
+import contextlib
 import json
 import shutil
 import subprocess
@@ -134,3 +135,20 @@ def start_driver():
             port = int(line.split("on port ")[1].strip(" .\n"))
             return driver, f"http://127.0.0.1:{port}"
     raise RuntimeError("chromedriver said no port")
+
+
+@contextlib.contextmanager
+def browsing(page_type, folder, keep):
+    """A page of `page_type` for reports in `folder`. Checks at the end that the console stayed quiet, and removes the folder
+    unless it is kept."""
+    driver, url = start_driver()
+    try:
+        browser = page_type(url)
+        yield browser
+        expect_quiet(browser, folder)
+        browser.at("", method="DELETE")
+    finally:
+        driver.terminate()
+        driver.wait()
+        if not keep:
+            shutil.rmtree(folder, ignore_errors=True)
