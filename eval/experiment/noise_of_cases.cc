@@ -135,6 +135,9 @@ struct EachNumber {
   }
 };
 
+template <typename OnCount, typename OnRequested, typename OnSum>
+EachNumber(OnCount, OnRequested, OnSum) -> EachNumber<OnCount, OnRequested, OnSum>;  // clang 14 deduces none
+
 }  // namespace
 
 struct ExactNoise::Common {
