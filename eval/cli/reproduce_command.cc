@@ -28,7 +28,7 @@ void print_outcome(const ReproduceFlags& flags, const Reproduction& made) {
     fmt::print("{}\n\n", wrapped(document.abstract, 100));
     for (const VerdictLine& line : document.verdicts) fmt::print("{:<18} {}\n", line.verdict, line.subject);
     for (const PaperLayout& table : made.tables) fmt::print("\n{}", to_text(table, false));
-    fmt::print("{}\n", verdict_signs);
+    fmt::print("{}", text_legend());
   }
   fmt::print("Report: {}\nVerdicts: {}\n", made.report.string(), count_verdicts(document.verdicts));
 }

@@ -251,6 +251,15 @@ double step_residual(const MotionSample& sample, MotionFrame declared) {
                           in_body_frame(sample.reference, declared, sample));
 }
 
+/// The residual of the rotations alone.
+std::optional<double> rotation_residual(const MotionData& data) {
+  std::vector<double> squares;
+  for (const MotionSample& sample : data.samples)
+    squares.push_back(squared_residual(SE3(sample.given.rotation(), {0, 0, 0}),
+                                       SE3(sample.reference.rotation(), {0, 0, 0})));
+  return trimmed_mean(std::move(squares), fewest_steps);
+}
+
 }  // namespace
 
 std::optional<double> motion_residual(const MotionData& data) {
@@ -407,6 +416,27 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
   return found->explanation(read.front(), *declared);
 }
 
+namespace {
+
+/// Rotations that look transposed where the errors of the translations hide it from the rule for whole motions.
+std::vector<ObjectExplanation> explain_rotations_alone(const MotionData& data) {
+  std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
+  std::erase_if(table, [](const auto& hypothesis) { return hypothesis.code != "transposed"; });
+  std::set<int> ids;
+  for (const MotionSample& sample : data.samples) ids.insert(sample.key.first);
+  return explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
+    const MotionData some = of_objects(data, of);
+    MotionData still = some;
+    for (MotionSample& sample : still.samples) sample.given = SE3();
+    const std::optional<double> declared = rotation_residual(some);
+    if (!declared) return std::nullopt;
+    return explain(*declared, read_as(table, some, rotation_residual),
+                   {.null = rotation_residual(still), .times = explains_times_of(some.samples.size())});
+  });
+}
+
+}  // namespace
+
 std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   const std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
   std::set<int> ids;
@@ -419,6 +449,7 @@ std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
         return explain(*declared, read_as(table, some, motion_residual),
                        {.null = null_of_motions(some), .times = explains_times_of(some.samples.size())});
       });
+  if (out.empty()) out = explain_rotations_alone(data);
   if (out.empty()) {
     if (const auto shift = explain_hidden_shift(data))
       out.push_back({{ids.begin(), ids.end()}, true, *shift});

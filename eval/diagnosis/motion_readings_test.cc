@@ -235,6 +235,22 @@ TEST(MotionReadings, AbsoluteMotionsAreNamed) {
   EXPECT_EQ(found[0].code(), "absolute");
 }
 
+TEST(MotionReadings, TransposedRotationsAreNamedWhereErrorsOfTranslationsAreLarger) {
+  MotionData data = data_of(scene(2, 40, 0.8), MotionFrame::body, 0);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0, 0.05);
+  for (MotionSample& s : data.samples)
+    s.given = SE3(s.given.rotation(),
+                  s.given.translation() + Eigen::Vector3d(normal(random), normal(random), normal(random)));
+  EXPECT_TRUE(explain_motions(data).empty());
+  plant(data, [](const SE3& m, const MotionSample&) {
+    return SE3(m.rotation().conjugate(), m.translation());
+  });
+  const auto found = explain_motions(data);
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].code(), "transposed");
+}
+
 TEST(MotionReadings, NoiseAloneIsNotExplained) {
   int n = 0, alarms = 0;
   for (const MotionFrame declared : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {

@@ -192,7 +192,7 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
       {}};
   std::vector<LegendEntry> legend;
   for (const auto& [state, colour] : state_styles) {
-    if (std::ranges::none_of(spans, [&](const StateSpan& span) { return span.state == state; })) continue;
+    if (std::ranges::count(spans, state, &StateSpan::state) == 0) continue;
     const std::string fill = fmt::format("fc rgb \"{}\" fs solid 1 noborder", colour);
     panel.plots.push_back(fmt::format(
         "data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):"

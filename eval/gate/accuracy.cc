@@ -133,7 +133,7 @@ int count_different_seeds(const std::vector<PairedCase>& cases) {
     sums.back().second += cases[i].fresh;
   }
   std::ranges::sort(sums);
-  return static_cast<int>(std::ranges::unique(sums).begin() - sums.begin());
+  return static_cast<int>(std::unique(sums.begin(), sums.end()) - sums.begin());
 }
 
 /// The exact gate's tests of a row that changed.

@@ -40,7 +40,7 @@ std::vector<SubjectCases> resample(const std::vector<SubjectCases>& subjects, st
     SubjectCases chosen(cases.subject);
     std::vector<size_t> rows;
     for (size_t label = 0; label < taken.size(); ++label) {
-      const auto [first, last] = std::ranges::equal_range(cases.seeds, taken[label]);
+      const auto [first, last] = std::equal_range(cases.seeds.begin(), cases.seeds.end(), taken[label]);
       for (auto seed = first; seed != last; ++seed) {
         rows.push_back(static_cast<size_t>(seed - cases.seeds.begin()));
         chosen.seeds.push_back(label);

@@ -20,7 +20,8 @@ enum class PartRole {
   noise_correlated,  ///< independent and correlated noise of the same size
   classification,
   real,
-  recorded,
+  recorded,          ///< camera trajectories of other systems
+  recorded_objects,  ///< object logs of other systems
   timing,
   showcase,
   systems,        ///< published systems and ours in one run

@@ -76,6 +76,8 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       showcase_part("showcase_demo", "kitti_03_demo", paper().fetch("demo")),
       {"recorded", PartRole::recorded, PartKind::recorded, "recorded trajectories on KITTI tracking",
        "kitti_tracking_peers", paper().fetch("peers"), ""},
+      {"recorded_objects", PartRole::recorded_objects, PartKind::recorded_objects,
+       "DynOSAM's logs of KITTI tracking 0000", "dynosam_kitti_0000", paper().fetch("peers"), ""},
       replay_part("sets_replay", PartRole::sets, "sets_replay", data_root),
       replay_part("sets_release_replay", PartRole::sets_paper, "sets_release_replay", data_root),
       replay_part("sets_table_replay", PartRole::sets_paper, "sets_table_replay", data_root),
@@ -117,7 +119,7 @@ std::string what_is_missing(const Part& part, const std::string& data_root) {
   if (data_root.empty()) return "no data folder given (--data ROOT or SEXTANT_DATA)";
   if (!std::filesystem::is_directory(std::filesystem::path(data_root) / part.needs))
     return fmt::format("ROOT has no folder {}", part.needs);
-  if (part.kind == PartKind::recorded || part.kind == PartKind::stored) return "";
+  if (part.plan.empty()) return "";
   try {
     for (const SourceSpec& spec : parse_plan(part.plan, part.name, data_root).sources)
       check_runnable(spec, *open_source(spec));

@@ -16,6 +16,7 @@ namespace sextant {
 enum class PartKind {
   sweep,     ///< a plan, from packs
   recorded,  ///< trajectories of other systems against the truth
+  recorded_objects,  ///< object logs of other systems against the truth
   timing,    ///< one thread, sources decoded, no packs: run times
   showcase,  ///< a run with paths, and the picture of its last pair
   stored,    ///< results/systems: errors of published systems, measured once
@@ -28,7 +29,7 @@ struct Part {
   std::string title;
   std::string needs;  ///< folder below the data root; empty: comes with the program
   std::string fetch;  ///< how to get it
-  std::string plan;   ///< JSON; empty for `recorded` and `stored`
+  std::string plan;   ///< JSON; empty for recorded and stored parts
   std::string beside{};  ///< `stored`: the earlier part whose records have the truth of the same frames
 };
 
@@ -79,5 +80,14 @@ Json recorded_inputs(const std::string& data_root);
 
 /// records.jsonl, run.json, and per system and sequence <system>_<sequence>_{reference,estimate}.tum.
 OutputFiles evaluate_recorded(const std::string& data_root);
+
+// ---- recorded object motions: DynOSAM's logs of a sequence of KITTI tracking, in ROOT/dynosam_kitti_0000. The
+// truth is the data set's own; errors as `evaluate objects` gives them.
+
+/// Files that evaluate_recorded_objects() would read, as path -> SHA-256.
+Json recorded_object_inputs(const std::string& data_root);
+
+/// records.jsonl and run.json, with the estimators "DynOSAM front end" and "DynOSAM back end".
+OutputFiles evaluate_recorded_objects(const std::string& data_root);
 
 }  // namespace sextant

@@ -65,6 +65,19 @@ std::vector<Record> records_of(const Recording& recording, const EgoResult& raw,
   return records;
 }
 
+// DynOSAM's logs and the sequence that they are of.
+constexpr const char* object_logs = "dynosam_kitti_0000";
+constexpr const char* object_sequence = "0000";
+
+/// Adds path -> SHA-256 of the files of ROOT/kitti_tracking that have the truth of a sequence.
+void add_truth_files(const std::string& data_root, const std::string& sequence,
+                     std::initializer_list<const char*> folders, Json& inputs) {
+  for (const char* folder : folders) {
+    const fs::path path = fs::path(data_root) / "kitti_tracking" / "training" / folder / (sequence + ".txt");
+    if (fs::exists(path)) inputs[path.string()] = sha256(read_file(path));
+  }
+}
+
 std::string stem_of_recording(const Recording& recording) {
   return fmt::format("{}_{}", recording.system->folder, recording.sequence);
 }
@@ -86,13 +99,9 @@ const std::vector<std::string>& recorded_sequences() {
 
 Json recorded_inputs(const std::string& data_root) {
   Json inputs = Json::object();
-  const fs::path training = fs::path(data_root) / "kitti_tracking" / "training";
   for (const Recording& recording : recordings_in(data_root)) {
     inputs[recording.path] = sha256(read_file(recording.path));
-    for (const char* part : {"oxts", "calib"}) {
-      const fs::path path = training / part / (recording.sequence + ".txt");
-      if (fs::exists(path)) inputs[path.string()] = sha256(read_file(path));
-    }
+    add_truth_files(data_root, recording.sequence, {"oxts", "calib"}, inputs);
   }
   return inputs;
 }
@@ -122,6 +131,30 @@ OutputFiles evaluate_recorded(const std::string& data_root) {
   run["warnings"] = warnings;
   files["run.json"] = json_text(run);
   return files;
+}
+
+Json recorded_object_inputs(const std::string& data_root) {
+  Json inputs = Json::object();
+  for (const auto& entry : fs::directory_iterator(fs::path(data_root) / object_logs))
+    if (entry.path().extension() == ".csv") inputs[entry.path().string()] = sha256(read_file(entry.path()));
+  add_truth_files(data_root, object_sequence, {"oxts", "calib", "label_02"}, inputs);
+  return inputs;
+}
+
+OutputFiles evaluate_recorded_objects(const std::string& data_root) {
+  ObjectFiles logs{.folders = {(fs::path(data_root) / object_logs).string()}, .format = LogFormat::dynosam};
+  logs.truth = fmt::format("kitti:kitti_tracking#{}", object_sequence);
+  logs.data_root = data_root;
+  ObjectScores scores = evaluate_object_files(logs);
+  for (Record& record : scores.records) {
+    record.dataset = "kitti";
+    record.sequence = object_sequence;
+    record.estimator = record.estimator == "frontend" ? "DynOSAM front end" : "DynOSAM back end";
+  }
+  Json run = build_provenance();
+  run["inputs"] = recorded_object_inputs(data_root);
+  run["warnings"] = scores.warnings;
+  return {{"records.jsonl", write_records(scores.records)}, {"run.json", json_text(run)}};
 }
 
 }  // namespace sextant

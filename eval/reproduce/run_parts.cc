@@ -29,6 +29,7 @@ constexpr const char* stamp_name = "part.json";
 Json stamp_of(const Part& part, const ReproduceConfig& config) {
   Json stamp = {{"program", program_id()}, {"plan", part.plan}};
   if (part.kind == PartKind::recorded) stamp["inputs"] = recorded_inputs(config.data_root);
+  if (part.kind == PartKind::recorded_objects) stamp["inputs"] = recorded_object_inputs(config.data_root);
   if (part.kind == PartKind::stored) {
     const fs::path truth = config.out / "parts" / part.beside / "records.jsonl";
     stamp["truth"] = fs::exists(truth) ? sha256(read_file(truth)) : "";
@@ -103,6 +104,8 @@ void run_part(const Part& part, const ReproduceConfig& config, const fs::path& f
       return run_sweep_part(part, config, folder);
     case PartKind::recorded:
       return run_whole_part(folder, [&] { return evaluate_recorded(config.data_root); });
+    case PartKind::recorded_objects:
+      return run_whole_part(folder, [&] { return evaluate_recorded_objects(config.data_root); });
     case PartKind::timing:
       return run_whole_part(folder, [&] { return time_estimators(part, config); });
     case PartKind::showcase:

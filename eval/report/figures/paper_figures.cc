@@ -89,7 +89,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   std::vector<Panel> panels;
   std::vector<std::string> bodies, sources;
   for (const auto& [parameter, stated] : paper().stated.items()) {
-    const auto sweep = std::ranges::find_if(sweeps, [&](const std::vector<NoiseLevelRow>& rows) {
+    const auto sweep = std::ranges::find_if(sweeps, [&, &parameter = parameter](const std::vector<NoiseLevelRow>& rows) {
       return !rows.empty() && rows.front().parameter == parameter;
     });
     if (sweep == sweeps.end()) continue;

@@ -229,6 +229,11 @@ std::string joined_labels(const std::vector<std::string>& labels) {
   return fmt::format("{}", fmt::join(labels, " "));
 }
 
+/// Distinct, in order of appearance.
+void add_distinct(const std::string& item, std::vector<std::string>& list) {
+  if (!item.empty() && std::ranges::find(list, item) == list.end()) list.push_back(item);
+}
+
 /// One version of a table under construction.
 struct VersionMaker {
   const PublishedTable& table;
@@ -281,26 +286,20 @@ struct VersionMaker {
         if (measured) version.rows.push_back(std::move(row));
         any |= measured;
       }
-      if (any && system.contains("note")) version.notes.push_back(text(system, "note"));
+      if (any) add_distinct(text(system, "note"), version.notes);
     }
     return version;
   }
 };
 
-/// Distinct, in order of appearance.
-void add_distinct(const std::string& item, std::vector<std::string>& list) {
-  if (!item.empty() && std::ranges::find(list, item) == list.end()) list.push_back(item);
-}
-
 /// The data in words, and the notes of the cells.
-void describe(const std::string& missing, const Json& kinds, LayoutVersion& version) {
+void describe(const Json& kinds, LayoutVersion& version) {
   std::vector<std::string> data, titles, reasons;
-  bool is_missing = false;
   for (const LayoutRow& row : version.rows) {
     for (const auto& cell : row.cells) {
       for (const LayoutValue& value : cell) {
         add_distinct(value.reason, reasons);
-        is_missing |= !row.is_ours && value.published && !value.measured;
+        version.is_incomplete |= !row.is_ours && value.published && !value.measured;
         if (row.is_ours || !value.measured) continue;
         add_distinct(value.data, data);
         for (const Json& kind : kinds)
@@ -311,7 +310,6 @@ void describe(const std::string& missing, const Json& kinds, LayoutVersion& vers
   }
   version.data = fmt::format("{}", fmt::join(data.size() > 1 ? titles : data, "; "));
   for (const std::string& reason : reasons) version.notes.push_back("\u2260 " + reason);
-  if (is_missing) version.notes.push_back("\u2013 run: " + missing);
 }
 
 bool shows_the_same(const LayoutVersion& a, const LayoutVersion& b) {
@@ -341,7 +339,7 @@ PaperLayout layout_of(const Json& entry, const Json& kinds, const PublishedTable
       const bool known = std::ranges::any_of(
           layout.versions, [&](const LayoutVersion& other) { return shows_the_same(version, other); });
       if (known || (version.n_measured == 0 && !layout.versions.empty())) continue;
-      describe(layout.missing, kinds, version);
+      describe(kinds, version);
       layout.versions.push_back(std::move(version));
     }
   }
@@ -375,7 +373,13 @@ std::vector<PaperLayout> paper_layouts(std::span<const PublishedTable> tables) {
 
 std::string PaperLayout::sentence(const LayoutVersion& version) const {
   if (version.n_measured == 0) return "Not measured here; the paper's values alone.";
-  return fmt::format("Ours: {}; {}. Small: the paper.", version.procedure, version.data);
+  return fmt::format("Ours: {}; {}.", version.procedure, version.data);
+}
+
+std::vector<std::string> PaperLayout::notes_of(const LayoutVersion& version) const {
+  std::vector<std::string> notes = version.notes;
+  if (version.is_incomplete) notes.push_back("\u2013 run: " + missing);
+  return notes;
 }
 
 std::string layout_number(double value, int decimals) {

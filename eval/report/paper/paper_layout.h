@@ -51,8 +51,9 @@ struct LayoutRow {
 struct LayoutVersion {
   std::string procedure, data{};  ///< in words
   std::vector<LayoutRow> rows{};
-  std::vector<std::string> notes{};  ///< distinct: what was not measured, why something is not comparable
+  std::vector<std::string> notes{};  ///< distinct: why something is not comparable, what rows of ours are
   size_t n_measured = 0;             ///< cells of the paper's rows
+  bool is_incomplete = false;        ///< some value of the paper was not measured
 };
 
 struct HeaderGroup {
@@ -71,6 +72,9 @@ struct PaperLayout {
 
   /// One sentence: what is shown.
   std::string sentence(const LayoutVersion& version) const;
+
+  /// Notes of a version, and the command that measures what it lacks.
+  std::vector<std::string> notes_of(const LayoutVersion& version) const;
 };
 
 /// The five tables, in the order of their numbers. `tables`: the long ones, by number.

@@ -115,10 +115,10 @@ std::string version_html(const PaperLayout& layout, const LayoutVersion& version
             table_html(layout, version, folded, "Table " + layout.number + ", other systems") +
             "</details>\n";
   for (const std::string& note : version.notes)
-    html +=
-        "<p "
-        "class=\"note\">" +
-        html_escaped(note) + "</p>\n";
+    html += "<p class=\"note\">" + html_escaped(note) + "</p>\n";
+  if (version.is_incomplete && !for_print)
+    html += fmt::format("<details><summary>\u2013 not measured here</summary><p>run: {}</p></details>\n",
+                        html_escaped(layout.missing));
   return html + "</div>\n";
 }
 
@@ -153,8 +153,7 @@ Fragment paper_fragment(const std::vector<PaperLayout>& layouts) {
   Fragment fragment;
   fragment.html = fmt::format(
       "<section id=\"paper\">\n<h2>The paper's tables</h2>\n<p>Our value, and the published one in "
-      "brackets. {}. A cell shows its "
-      "interval, runs and data under the pointer and by the tab key.</p>\n<div class=\"paper-tables\">\n",
+      "parentheses. {}. A cell shows its interval, runs and data under the pointer and by the tab key.</p>\n<div class=\"paper-tables\">\n",
       verdict_signs);
   fragment.markdown = fmt::format("## The paper's tables\n\n{}\n\n", verdict_signs);
   for (const PaperLayout& layout : layouts) {

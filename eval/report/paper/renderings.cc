@@ -129,7 +129,7 @@ std::string text_of(const PaperLayout& layout, const LayoutVersion& version, boo
   const std::vector<size_t> widths = widths_of(header, body);
   const char* gap = total(widths) > terminal_columns ? " " : "  ";
   const std::string rule(std::min(total(widths), terminal_columns), '-');
-  std::string text = wrapped(layout.sentence(version), terminal_columns) + "\n";
+  std::string text;
   const auto add = [&](const Line& line) {
     if (line.empty()) return void(text += rule + "\n");
     std::string shown;
@@ -140,7 +140,8 @@ std::string text_of(const PaperLayout& layout, const LayoutVersion& version, boo
   for (const Line& line : header) add(line);
   text += rule + "\n";
   for (const Line& line : body) add(line);
-  for (const std::string& note : version.notes) text += wrapped(note, terminal_columns, "  ") + "\n";
+  for (const std::string& note : all ? layout.notes_of(version) : version.notes)
+    text += wrapped(note, terminal_columns, "  ") + "\n";
   return text;
 }
 
@@ -290,7 +291,7 @@ Json json_of(const PaperLayout& layout, const LayoutVersion& version) {
         if (cell.size() > 1) place[value.name] = json_of({&version, &row, layout.columns[j], &value});
     }
   }
-  return {{"procedure", version.procedure}, {"data", version.data}, {"rows", rows}, {"notes", version.notes}};
+  return {{"procedure", version.procedure}, {"data", version.data}, {"rows", rows}, {"notes", layout.notes_of(version)}};
 }
 
 std::string number_words(const std::optional<Interval>& interval, int digits) {
@@ -346,20 +347,27 @@ std::string cell_details(const LayoutVersion& version, const LayoutCell& cell) {
   return text;
 }
 
+std::string text_legend() {
+  return wrapped(fmt::format("In parentheses or beneath: the paper. {}.", verdict_signs), terminal_columns) +
+         "\n";
+}
+
 std::string to_text(const PaperLayout& layout, bool all) {
-  std::string text = wrapped(heading(layout), terminal_columns, "  ") + "\n";
+  std::string text;
   for (const LayoutVersion& version : layout.versions) {
-    if (&version != &layout.versions.front()) text += "\n";
+    const bool is_first = &version == &layout.versions.front();
+    const std::string begin = is_first ? heading(layout) + " " : "\n";
+    text += wrapped(begin + layout.sentence(version), terminal_columns, "  ") + "\n";
     text += text_of(layout, version, all);
     if (!all) break;
   }
-  return text;
+  return all ? text + "\n" + text_legend() : text;
 }
 
 std::string to_markdown(const PaperLayout& layout) {
   std::string text = fmt::format("### {}\n", markdown_text(heading(layout)));
   for (const LayoutVersion& version : layout.versions) {
-    text += "\n" + markdown_text(layout.sentence(version)) + "\n\n";
+    text += "\n" + markdown_text(layout.sentence(version) + " In parentheses: the paper.") + "\n\n";
     const std::vector<Line> header = header_lines(layout);
     const auto add = [&](const Line& line) {
       text += "|";
@@ -387,7 +395,7 @@ std::string to_markdown(const PaperLayout& layout) {
       }
       add(line);
     }
-    for (const std::string& note : version.notes) text += "\n" + markdown_text(note) + "\n";
+    for (const std::string& note : layout.notes_of(version)) text += "\n" + markdown_text(note) + "\n";
   }
   return text;
 }
@@ -406,11 +414,11 @@ std::string to_latex(const PaperLayout& layout) {
   text += fmt::format(
       "\\begin{{{}}}[t]\n\\centering\n\\fontsize{{7}}{{8}}\\selectfont"
       "\\setlength{{\\tabcolsep}}{{3pt}}\n\\caption{{{}}}\n\\label{{tab:sextant_{}}}\n",
-      environment, latex_text(layout.title + " " + layout.sentence(version)), layout.name);
+      environment, latex_text(layout.title + " " + layout.sentence(version) + " In parentheses: the paper."), layout.name);
   text += fmt::format("\\begin{{tabular}}{{{}{}}}\n\\toprule\n{}\\midrule\n", std::string(n, 'l'),
                       std::string(layout.columns.size(), 'c'), latex_header(layout));
   text += latex_rows(version.rows) + "\\bottomrule\n\\end{tabular}\n";
-  for (const std::string& note : version.notes)
+  for (const std::string& note : layout.notes_of(version))
     text += fmt::format("\\par\\smallskip\\raggedright\\tiny {}\n", latex_text(note));
   return text + fmt::format("\\end{{{}}}\n% ----\n\\end{{document}}\n", environment);
 }

@@ -1,7 +1,6 @@
 #pragma once
 
-// The tables of the paper (paper_layout.h) as text for a terminal, Markdown, LaTeX, CSV and JSON. Text,
-// Markdown and LaTeX
+// The tables of the paper (paper_layout.h) as text for a terminal, Markdown, LaTeX, CSV and JSON. Text, Markdown and LaTeX
 // round to the paper's digits; CSV and JSON keep every digit. One description, so they cannot disagree.
 //
 //   ✓ within   ✗ outside   ≠ not comparable   ? undecided   – not measured here
@@ -19,9 +18,8 @@ inline constexpr const char* verdict_signs =
     "\u2713 within, \u2717 outside our single runs; \u2260 not comparable; ? undecided; \u2013 not "
     "measured here";
 
-/// Numbers of a cell, joined by "/": ours with the verdict's sign, and the published ones in brackets.
-/// Empty where
-/// there is none.
+/// Numbers of a cell, joined by "/": ours with the verdict's sign, and the published ones in parentheses. Empty
+/// where there is none.
 std::string cell_measured(const LayoutRow& row, const LayoutCell& cell);
 std::string cell_published(const LayoutRow& row, const LayoutCell& cell);
 /// All that is known of the numbers of a cell, one sentence each.
@@ -30,6 +28,8 @@ std::string cell_details(const LayoutVersion& version, const LayoutCell& cell);
 /// At most 100 columns where labels allow it. `all`: every version and row; else the first version without
 /// the rows of `in_terminal` = false.
 std::string to_text(const PaperLayout& layout, bool all);
+/// Lines that explain parentheses and signs, for below the tables.
+std::string text_legend();
 std::string to_markdown(const PaperLayout& layout);
 /// A document that compiles by itself; comments enclose what can be pasted into a paper.
 std::string to_latex(const PaperLayout& layout);

@@ -73,6 +73,12 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
   add("Ev_kmh", "E_v [km/h]", mean_of(NumberMap::errors, "Ev_kmh"));
 }
 
+std::vector<const EvidencePart*> velocity_parts(const Evidence& evidence) {
+  std::vector<const EvidencePart*> parts = evidence.with(PartRole::real);
+  for (const EvidencePart* part : evidence.with(PartRole::recorded_objects)) parts.push_back(part);
+  return parts;
+}
+
 }  // namespace
 
 PublishedTable velocity_table(const Evidence& evidence) {
@@ -84,8 +90,8 @@ PublishedTable velocity_table(const Evidence& evidence) {
                        .more = {Column::number("coverage_percent", "coverage [%]", 1)}};
   std::vector<const Json*> unmeasured;
   for (const Json& column : evidence.published.at("tab:velocity").at("columns")) {
-    bool measured = false;
-    for (const EvidencePart* part : evidence.with(PartRole::real)) {
+    bool measured = false;  // by an estimator that was run here
+    for (const EvidencePart* part : velocity_parts(evidence)) {
       std::set<std::string> estimators;
       for (const Record& record : part->records) {
         if (is_of(column, record)) estimators.insert(record.estimator);
@@ -94,7 +100,7 @@ PublishedTable velocity_table(const Evidence& evidence) {
         const GroupRecords group = group_records(*part, estimator, column);
         if (group.estimated.empty() && estimator != paper().method) continue;
         add_rows(column, estimator, &group, part->name, table);
-        measured = true;
+        measured |= part->role == PartRole::real;
       }
     }
     if (!measured) unmeasured.push_back(&column);
