@@ -348,8 +348,8 @@ std::string cell_details(const LayoutVersion& version, const LayoutCell& cell) {
 }
 
 std::string text_legend() {
-  return wrapped(fmt::format("In parentheses or beneath: the paper. {}.", verdict_signs), terminal_columns) +
-         "\n";
+  return "In () or beneath: the paper. \u2713 within, \u2717 outside single runs; \u2260 not comparable; ? open; "
+         "\u2013 missing\n";
 }
 
 std::string to_text(const PaperLayout& layout, bool all) {
