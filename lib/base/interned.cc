@@ -35,7 +35,7 @@ size_t place_of(std::string_view text) {
   if (text.size() >= n) {
     std::memcpy(&first, text.data(), n);
     std::memcpy(&last, text.data() + text.size() - n, n);
-  } else {
+  } else if (!text.empty()) {  // memcpy() takes no null pointer, which an empty text may have
     std::memcpy(&first, text.data(), text.size());
   }
   const uint64_t mixed = (first ^ (last * 0x9E3779B97F4A7C15U) ^ text.size()) * 0xD6E8FEB86659FD93U;
