@@ -106,7 +106,7 @@ void verify(const CardFlags& flags) {
 void compare(const CardFlags& flags) {
   const Suite suite = find_suite(flags.suite);
   const Table table = comparison_table(compare_benchmarks(suite, flags.folders.at(0), flags.folders.at(1)));
-  fmt::print("{}", flags.json ? json_text(rows_to_json(table)) : to_text(table));
+  fmt::print("{}", flags.json ? rows_to_json_text(table) : to_text(table));
 }
 
 /// A subcommand that takes folders of estimators, and what it does.

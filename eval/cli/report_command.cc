@@ -13,25 +13,22 @@ struct ReportFlags : CommonFlags {
   bool no_figures = false;
 };
 
-std::vector<NamedTable> tables_of(const ReportDocument& document) {
-  std::vector<NamedTable> tables;
+std::vector<const NamedTable*> tables_of(const ReportDocument& document) {
+  std::vector<const NamedTable*> tables;
   for (const ReportSection& section : document.sections)
-    tables.insert(tables.end(), section.tables.begin(), section.tables.end());
+    for (const NamedTable& table : section.tables) tables.push_back(&table);
   return tables;
 }
 
 void print(const ReportFlags& flags, const ReportDocument& document) {
   if (flags.json) {
     Json json = Json::object();
-    for (const NamedTable& named : tables_of(document)) json[named.name] = rows_to_json(named.table);
+    for (const NamedTable* named : tables_of(document)) json[named->name] = rows_to_json(named->table);
     fmt::print("{}", json_text(json));
     return;
   }
-  for (const NamedTable& named : tables_of(document)) {
-    for (const Table& part : split_rows(named.table, named.split_by)) {
-      fmt::print("{}\n", to_text(part));
-    }
-  }
+  for (const NamedTable* named : tables_of(document))
+    for_each_part(*named, [](const Table& part) { fmt::print("{}\n", to_text(part)); });
   if (flags.out.empty()) fmt::print("Give --out DIR for figures and pages\n");
 }
 

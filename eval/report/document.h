@@ -53,6 +53,12 @@ struct NamedTable {
 
 /// Its parts for people; the table itself where split_by is empty.
 std::vector<Table> parts_of(const NamedTable& named);
+/// Calls do_part(part) for these parts in turn, without a copy of a table that is not split.
+template <typename DoPart>
+void for_each_part(const NamedTable& named, const DoPart& do_part) {
+  if (named.split_by.empty()) return do_part(named.table);
+  for (const Table& part : parts_of(named)) do_part(part);
+}
 
 /// A drawing that is not made by gnuplot.
 struct Picture {

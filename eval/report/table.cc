@@ -195,30 +195,56 @@ std::string to_csv(const Table& table) {
   return text;
 }
 
+namespace {
+
+Json row_to_json(const Table& table, const std::vector<Cell>& row) {
+  Json object = Json::object();
+  for (size_t j = 0; j < row.size(); ++j) {
+    const std::string& key = table.columns[j].key;
+    if (const auto* text = std::get_if<std::string>(&row[j])) object[key] = *text;
+    if (const auto* number = std::get_if<double>(&row[j])) object[key] = *number;
+  }
+  return object;
+}
+
+}  // namespace
+
 Json rows_to_json(const Table& table) {
   Json rows = Json::array();
-  for (const std::vector<Cell>& row : table.rows) {
-    Json object = Json::object();
-    for (size_t j = 0; j < row.size(); ++j) {
-      const std::string& key = table.columns[j].key;
-      if (const auto* text = std::get_if<std::string>(&row[j])) object[key] = *text;
-      if (const auto* number = std::get_if<double>(&row[j])) object[key] = *number;
-    }
-    rows.push_back(std::move(object));
-  }
+  for (const std::vector<Cell>& row : table.rows) rows.push_back(row_to_json(table, row));
   return rows;
+}
+
+std::string rows_to_json_text(const Table& table) {
+  if (table.rows.empty()) return "[]\n";
+  std::string text = "[";
+  for (const std::vector<Cell>& row : table.rows) {
+    text += text.size() > 1 ? ",\n  " : "\n  ";
+    std::string object = json_text(row_to_json(table, row));
+    object.pop_back();  // the end of the line
+    for (const char c : object) {
+      text += c;
+      if (c == '\n') text += "  ";
+    }
+  }
+  return text + "\n]\n";
 }
 
 namespace {
 
-/// Without the columns for which `leave_out(column index)` holds.
+/// The columns for which `keeps(column index)` holds.
 template <typename Predicate>
-Table without_columns(Table table, const Predicate& leave_out) {
-  for (size_t j = table.columns.size(); j-- > 0;) {
-    if (!leave_out(j)) continue;
-    const auto at = static_cast<std::ptrdiff_t>(j);
-    table.columns.erase(table.columns.begin() + at);
-    for (std::vector<Cell>& row : table.rows) row.erase(row.begin() + at);
+Table only_columns(const Table& whole, const Predicate& keeps) {
+  std::vector<size_t> kept;
+  for (size_t j = 0; j < whole.columns.size(); ++j)
+    if (keeps(j)) kept.push_back(j);
+  Table table{whole.title, whole.caption, {}, {}, whole.notes};
+  for (const size_t j : kept) table.columns.push_back(whole.columns[j]);
+  table.rows.reserve(whole.rows.size());
+  for (const std::vector<Cell>& row : whole.rows) {
+    std::vector<Cell>& cells = table.rows.emplace_back();
+    cells.reserve(kept.size());
+    for (const size_t j : kept) cells.push_back(row[j]);
   }
   return table;
 }
@@ -262,7 +288,7 @@ std::string shown(const Cell& cell, const Column& column) {
 }
 
 Table for_people(const Table& whole) {
-  Table table = without_columns(whole, [&](size_t j) { return whole.columns[j].detail; });
+  Table table = only_columns(whole, [&](size_t j) { return !whole.columns[j].detail; });
   for (size_t j = 0; j + 1 < table.columns.size(); ++j) {
     if (!table.columns[j].range.empty()) join_range(table, j);
   }
@@ -284,7 +310,7 @@ FoldedTable fold_columns(const Table& table) {
     if (!table.columns[j].says_itself) said_once += table.columns[j].title + " ";
     said_once += shown(cell, table.columns[j]);
   }
-  return {without_columns(table, folds), said_once};
+  return {only_columns(table, [&](size_t j) { return !folds(j); }), said_once};
 }
 
 std::string wrapped(const std::string& text, size_t width, const std::string& indent) {
@@ -312,8 +338,8 @@ std::string wrapped(const std::string& text, size_t width, const std::string& in
 }
 
 Table with_columns(const Table& table, const std::vector<std::string>& keys) {
-  return without_columns(
-      table, [&](size_t j) { return std::ranges::find(keys, table.columns[j].key) == keys.end(); });
+  return only_columns(table,
+                      [&](size_t j) { return std::ranges::find(keys, table.columns[j].key) != keys.end(); });
 }
 
 }  // namespace sextant

@@ -65,6 +65,8 @@ TEST(Table, CsvKeepsEveryDigitAndQuotes) {
 }
 
 TEST(Table, JsonLeavesOutEmptyCells) {
+  EXPECT_EQ(rows_to_json_text(example_table()), json_text(rows_to_json(example_table())));
+  EXPECT_EQ(rows_to_json_text(Table()), json_text(rows_to_json(Table())));
   EXPECT_EQ(rows_to_json(example_table()).dump(),
             R"([{"name":"a,\"b|","x_m":0.3333333333333333},{"name":"é"}])");
 }

@@ -98,12 +98,9 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   document.verdicts = claims_of_sweeps(checked, places, out);
   const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
     if (table.rows.empty()) return;
-    document.sections.push_back({std::string(name) + "-section",
-                                 heading,
-                                 {},
-                                 {{name, std::move(table), split_keys}},
-                                 std::move(figures),
-                                 {}});
+    ReportSection& section = document.sections.emplace_back(
+        ReportSection{std::string(name) + "-section", heading, {}, {}, std::move(figures), {}});
+    section.tables.push_back({name, std::move(table), split_keys});
   };
   add("claims", "Statements", claim_table(checked));
   for (ReportSection& section : document.sections) section.in_summary = true;  // the claims alone so far

@@ -18,7 +18,7 @@
 
 constexpr int max_corners = 2000;      // of the background; an object has as many
 constexpr double corner_quality = 0.001, corner_distance_px = 5;
-constexpr double inlier_px = 1;        // of RANSAC
+constexpr double inlier_px = 4;        // of RANSAC; OpenCV's default is 8
 constexpr int min_points = 10;
 constexpr double max_depth_m = 40;
 

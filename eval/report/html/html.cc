@@ -114,8 +114,9 @@ std::string part_html(const Table& part, const std::string& label) {
 
 size_t n_columns(const NamedTable& named) {
   size_t n = 0;
-  for (const Table& part : parts_of(named))
+  for_each_part(named, [&](const Table& part) {
     n = std::max(n, fold_columns(for_people(part)).table.columns.size());
+  });
   return n;
 }
 
@@ -131,8 +132,9 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
   if (!table.title.empty() && table.title != heading)
     html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
-  for (const Table& part : parts_of(named))
+  for_each_part(named, [&](const Table& part) {
     html += part_html(part, table.title.empty() ? named.name : table.title);
+  });
   for (const std::string& note : table.notes) html += paragraph(note, "note");
   return html + "</section>\n";
 }
@@ -342,7 +344,7 @@ void add_table_files(const NamedTable& named, OutputFiles& files) {
   files[stem + ".md"] = to_markdown(named.table);
   files[stem + ".tex"] = latex_of(named);
   files[stem + ".csv"] = to_csv(named.table);
-  files[stem + ".json"] = json_text(rows_to_json(named.table));
+  files[stem + ".json"] = rows_to_json_text(named.table);
 }
 
 /// The sections that are details, as a document of their own; nothing where there are none.
