@@ -1,5 +1,5 @@
-// Names of strangers (datasets, sequences, labels of estimators, noise, folders) through every writer: HTML,
-// Markdown, LaTeX, gnuplot, JUnit, JSON, the terminal. They stay text.
+// Hostile names (data sets, sequences, labels of estimators, noise, folders) pass through every writer (HTML,
+// Markdown, LaTeX, gnuplot, JUnit, JSON, the terminal) and remain plain text.
 
 #include <cstdlib>
 
