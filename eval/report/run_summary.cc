@@ -76,7 +76,7 @@ std::vector<std::string> floor_notes(const std::vector<Record>& records) {
   for (const auto& [sequence, floor_m] : floors) {
     notes.push_back(
         fmt::format("Ground-truth floor of {}: its true steps are off by {:.4f} m RMS along the way; "
-                    "E_t [m] of ego cannot be told to be better.",
+                    "E_t [m] of ego cannot be resolved below this.",
                     sequence, floor_m));
   }
   return notes;
