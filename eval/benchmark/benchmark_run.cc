@@ -103,8 +103,8 @@ SweepOutcome merge_benchmarks(const std::vector<fs::path>& shards, const fs::pat
   const std::vector<fs::path> sweeps = benchmark_sweeps(shards.front());
   for (const fs::path& shard : shards) {
     if (benchmark_sweeps(shard) != sweeps)
-      fail("{}: it has not the same sweeps as {}: a shard is not finished, or of another request", shard.string(),
-           shards.front().string());
+      fail("{}: its sweeps differ from those of {}: a shard is unfinished or belongs to another request",
+           shard.string(), shards.front().string());
   }
   for (const fs::path& sweep : sweeps) {
     std::vector<fs::path> folders;

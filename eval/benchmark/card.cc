@@ -71,7 +71,8 @@ std::optional<IntervalEstimate> mean_of(const NoiseLevel& level, std::string_vie
                           [&](std::span<const size_t> chosen) { return total(clusters, chosen).mean(); });
 }
 
-CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& suite, double level, const Pool& pool) {
+CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& suite, double level,
+                     const Pool& pool) {
   CurvePoint point{.estimator = std::get<0>(key),
                    .track = track.name,
                    .body = std::string(to_string(std::get<2>(key))),
@@ -105,8 +106,9 @@ class SweepReader {
     const Json plan_file = read_plan_file(folder);
     const std::string where = (folder / "plan.json").string();
     if (shard_number(plan_file, where).n_shards != 1)
-      fail("{}: one of several shards: join them with sextant benchmark merge", where);
-    if (!fs::exists(folder / "records.jsonl")) fail("{}: the sweep is not finished: run it again", folder.string());
+      fail("{}: it is one of several shards: join them with sextant benchmark merge", where);
+    if (!fs::exists(folder / "records.jsonl"))
+      fail("{}: the sweep is not finished: run it again", folder.string());
     take_estimator(plan_file["plan"], where);
     CardSweep& part = card_.sweeps.emplace_back(CardSweep{suite_.tracks[track].name, sweep.name});
     part.n_cases = planned_cases(plan_file["plan"], where);
@@ -141,7 +143,7 @@ class SweepReader {
     if (estimators.size() != 1) fail("{}: expected one estimator, found {}", where, estimators.size());
     const auto label = json_member<std::string>(estimators[0], "label", where);
     if (!card_.estimator.empty() && label != card_.estimator)
-      fail("{}: is of '{}', other sweeps of '{}'", where, label, card_.estimator);
+      fail("{}: belongs to estimator '{}', but other sweeps belong to '{}'", where, label, card_.estimator);
     card_.estimator = label;
     card_.plan_estimator = json_member<std::string>(estimators[0], "name", where);
   }
@@ -183,7 +185,8 @@ bool is_quick_run(const Suite& suite, const fs::path& folder) {
       const fs::path of_sweep = folder / sweep.name;
       if (!fs::exists(of_sweep / "plan.json")) continue;
       const std::string where = (of_sweep / "plan.json").string();
-      return json_member<std::string>(read_plan_file(of_sweep)["plan"], "name", where).ends_with(quick_ending);
+      return json_member<std::string>(read_plan_file(of_sweep)["plan"], "name", where)
+          .ends_with(quick_ending);
     }
   }
   fail("{}: holds no sweep of suite {}", folder.string(), suite.name);
@@ -191,8 +194,8 @@ bool is_quick_run(const Suite& suite, const fs::path& folder) {
 
 }  // namespace
 
-const CurvePoint* Card::find_point(const std::string& result, const std::string& track, const std::string& body,
-                                   double level) const {
+const CurvePoint* Card::find_point(const std::string& result, const std::string& track,
+                                   const std::string& body, double level) const {
   const auto at = std::ranges::find_if(curves, [&](const CurvePoint& p) {
     return p.estimator == result && p.track == track && p.body == body && p.level == level;
   });
@@ -225,9 +228,10 @@ Card make_card(const Suite& suite, const fs::path& folder) {
     }
     const CurvePoint& last = card.curves.back();
     if (counts.size() > 1)
-      card.breakdowns.push_back(
-          {last.estimator, last.track, last.body, breakdown_of(counts, track.nominal, suite.error_ratio, suite.min_coverage)});
-    if (std::ranges::find(card.results, last.estimator) == card.results.end()) card.results.push_back(last.estimator);
+      card.breakdowns.push_back({last.estimator, last.track, last.body,
+                                 breakdown_of(counts, track.nominal, suite.error_ratio, suite.min_coverage)});
+    if (std::ranges::find(card.results, last.estimator) == card.results.end())
+      card.results.push_back(last.estimator);
   }
   card.costs = reader.costs();
   return card;

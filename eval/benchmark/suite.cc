@@ -120,10 +120,10 @@ Suite parse_suite(std::string_view text, const std::string& name) {
   for (const Json& track : json_list(json, "tracks", name)) {
     suite.tracks.push_back(track_in(track, fmt::format("{}: track {}", name, suite.tracks.size() + 1)));
     for (const SuiteSweep& sweep : suite.tracks.back().sweeps) {
-      if (!folders.insert(sweep.name).second) fail("{}: plan {} is there twice", name, sweep.name);
+      if (!folders.insert(sweep.name).second) fail("{}: plan {} is given twice", name, sweep.name);
     }
   }
-  if (suite.tracks.empty()) fail("{}: key 'tracks': there are none", name);
+  if (suite.tracks.empty()) fail("{}: key 'tracks': expected at least one track", name);
   return suite;
 }
 
@@ -138,8 +138,8 @@ Suite find_suite(const std::string& name) {
   return parse_suite(find_entry(suite_files(), name, "suite").text, name);
 }
 
-std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep, const Json& estimator,
-                      bool quick) {
+std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep,
+                      const Json& estimator, bool quick) {
   Json plan = {{"name", fmt::format("{}, {}{}", suite.name, sweep.name, quick ? quick_ending : "")},
                {"estimators", Json::array({estimator})}};
   plan.update(sweep.plan);

@@ -34,7 +34,8 @@ void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t 
     if (folder_of.contains(shard)) continue;
     missing += ++n > most_named ? ", .." : fmt::format("{}{}", n > 1 ? ", " : "", shard);
   }
-  if (n > 0) fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
+  if (n > 0)
+    fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
 }
 
 }  // namespace
@@ -100,7 +101,7 @@ Json join_claim(const fs::path& folder, Json present, const Json& wanted, bool a
   if (std::ranges::find(programs, program) == programs.end()) {
     if (!allow_mixed) {
       fail(
-          "{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass "
+          "{}: was begun by Sextant {}, this is {}; continue with that version, choose another folder, or pass "
           "--allow-mixed "
           "or --force",
           folder.string(), program_text(programs), program_text(wanted["programs"]));
@@ -184,7 +185,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       if (plan["data"][source] != packs) fail("{}: holds other data than {}", folder.string(), known->second);
     }
     if (!is_finished_sweep(folder)) {
-      fail("{}: its sweep is not finished: give its command again first", folder.string());
+      fail("{}: its sweep is not finished: run its command again to resume it", folder.string());
     }
     for (const Json& program : of_folder.value("programs", Json::array())) {
       Json& programs = plan["programs"];
@@ -219,7 +220,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   const auto n_cases = provenance.value("cases", uint64_t{0});
   const uint64_t n_planned = planned_cases(plan["plan"], (folders.front() / "plan.json").string());
   if (n_planned != n_cases)
-    fail("{}: its plan has {} cases, run.json says {}", folders.front().string(), n_planned, n_cases);
+    fail("{}: its plan has {} cases, run.json states {}", folders.front().string(), n_planned, n_cases);
   check_output_folder(out, provenance["configuration"], /*force=*/false);
 
   SweepOutcome outcome;

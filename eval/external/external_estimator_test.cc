@@ -178,7 +178,7 @@ TEST_F(ExternalEstimatorTest, ProgramsMayCountFramesFromZero) {
 // ---- failures
 
 TEST_F(ExternalEstimatorTest, MissingOutputIsAProblem) {
-  EXPECT_THAT(problem_of("exit 0"), HasSubstr("camera.txt: the program has not written this file"));
+  EXPECT_THAT(problem_of("exit 0"), HasSubstr("camera.txt: the program did not write this file"));
   EXPECT_EQ(statuses("ego"), lost4);
   EXPECT_EQ(statuses("object:1"), not_detected4);
 }
