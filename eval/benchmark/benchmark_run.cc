@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// The plans of an estimator, track by track; throws what parse_plan() throws.
+/// Makes the plans of an estimator, track by track; throws the exceptions of parse_plan().
 std::vector<BenchmarkSweep> sweeps_of(const BenchmarkRequest& request, const Suite& suite,
                                       const SuiteTrack& track, const std::string& estimator) {
   std::vector<BenchmarkSweep> sweeps;

@@ -20,14 +20,14 @@ namespace {
 
 constexpr std::string_view speed_error = "Ev_kmh";
 
-/// The errors of a level: those that noise reports compare, and the speed error.
+/// Errors of a level: those that noise reports compare, and the speed error.
 std::vector<Interned> error_names() {
   std::vector<Interned> names = compared_names();
   names.emplace_back(speed_error);
   return names;
 }
 
-/// One level of a curve, before it is summarised.
+/// Data of one level of a curve, before they are summarised.
 struct Pool {
   NoiseLevel errors{NoiseLevelKey{}, error_names()};
   LevelCounts counts;
@@ -41,16 +41,16 @@ struct Pool {
   }
 };
 
-/// Pools by level; those of one estimator, track and kind of body are a curve.
+/// Key of a curve: result, index of the track, kind of body.
 using CurveKey = std::tuple<std::string, size_t, BodyKind>;  // result, index of the track, kind
 using Curves = std::map<CurveKey, std::map<double, Pool>>;
 
-/// Times of frame pairs and memory, of one result.
+/// Times of frame pairs and memory of one result.
 struct CostSamples {
   std::vector<double> ms;
   double peak_memory_mb = 0;
 
-  /// Records of a pair begin with that of the camera.
+  /// The records of a pair begin with that of the camera.
   void add(const Record& record) {
     if (record.is_ego()) ms.push_back(0);
     if (const auto time = find_number(record.time_ms, "total"); time && !ms.empty()) ms.back() += *time;
@@ -58,7 +58,7 @@ struct CostSamples {
   }
 };
 
-/// Few seeds say little about their spread: frames then, as where there is one seed.
+/// Few seeds determine their spread badly, so frames are the clusters, as with a single seed.
 ClusterBy clusters_of(const NoiseLevel& level) {
   return level.n_seeds() < min_seed_clusters ? ClusterBy::frames : ClusterBy::seeds;
 }
@@ -166,7 +166,7 @@ class SweepReader {
   std::set<std::string> machines_;
 };
 
-/// left_out.json of the folder: {"TRACK": "reason"}; empty where there is none.
+/// Reads left_out.json of the folder, {"TRACK": "reason"}; empty if it does not exist.
 std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::path& folder) {
   std::map<std::string, std::string> reasons;
   const fs::path file = folder / left_out_name;
@@ -178,7 +178,7 @@ std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::pat
   return reasons;
 }
 
-/// Returns true if the names of the plans say that the sweeps of the folder are those of a quick run.
+/// Returns true if the names of the plans mark the sweeps of the folder as a quick run.
 bool is_quick_run(const Suite& suite, const fs::path& folder) {
   for (const SuiteTrack& track : suite.tracks) {
     for (const SuiteSweep& sweep : track.sweeps) {

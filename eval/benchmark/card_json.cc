@@ -1,4 +1,4 @@
-// card.json, and the tables of a card: the rows of both are the same.
+// card.json and the tables of a card, which are made from the same rows.
 
 #include <algorithm>
 
@@ -32,7 +32,7 @@ std::optional<IntervalEstimate> estimate(const Json& row, const std::string& key
   return IntervalEstimate{*value, interval(row, key + "_low", key + "_high", where)};
 }
 
-/// Three significant digits, with the interval.
+/// Formats three significant digits, with the interval.
 Fields<IntervalEstimate> estimate_columns(const std::string& key, const std::string& title) {
   Column column = Column::number(key, title, 3);
   column.significant = 3;
@@ -95,7 +95,7 @@ Fields<Cost> cost_fields() {
           {Column::text("machine"), &Cost::machine}};
 }
 
-/// A count, which tables write as a number: 2 as 2.0.
+/// Parses a count, which tables write as a number: 2 as 2.0.
 int count(const Json& row, const std::string& key, const std::string& where) {
   const double value = json_member<double>(row, key, where);
   if (value < 0 || value > std::numeric_limits<int>::max() || value != std::floor(value))

@@ -24,7 +24,7 @@ void check_keys(const Json& json, const std::vector<std::string>& known, const s
   }
 }
 
-/// Throws Error unless the name can be that of a folder and of a figure.
+/// Throws Error unless the name is valid for a folder and a figure.
 void check_file_stem(const std::string& name, const std::string& where) {
   if (name.empty() || name != file_stem(name))
     fail("{}: name '{}': expected letters, digits, '.', '-' and '_'", where, name);
@@ -76,7 +76,7 @@ bool is_quick(const SuiteTrack& track, const Json& level) {
   return level.is_number() && std::ranges::find(track.quick, level.get<double>()) != track.quick.end();
 }
 
-/// What remains of the key "noise" of a plan in a quick run; null where nothing does.
+/// Reduces the key "noise" of a plan for a quick run; null if nothing remains.
 Json quick_noise(const SuiteTrack& track, Json noise) {
   if (!noise.contains("levels")) return is_quick(track, noise.value("level", Json(0))) ? noise : Json();
   Json levels = Json::array();

@@ -12,16 +12,16 @@
 namespace sextant {
 namespace {
 
-/// A sweep of the submission, with the plan that the suite asks for.
+/// A sweep of the submission, with the plan that the suite requires.
 struct CheckedSweep {
   std::string track, name;
   fs::path folder;
-  Json plan;      ///< of the folder
-  Plan expected;  ///< of the suite, with an estimator that stands for that of the submission
-  std::vector<uint64_t> n_records;  ///< by case
+  Json plan;      ///< plan of the folder
+  Plan expected;  ///< plan of the suite, with a placeholder for the estimator of the submission
+  std::vector<uint64_t> n_records;  ///< number of records by case
 };
 
-/// What decides the cases of a plan, apart from the estimator.
+/// Keys of a plan that determine its cases, apart from the estimator.
 Json cases_key(Json plan) {
   plan.erase("estimators");
   plan.erase("name");
@@ -45,7 +45,7 @@ std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
   return numbers;
 }
 
-/// Every record has the level, noise, seed and estimator of its case.
+/// Checks that every record has the level, noise, seed and estimator of its case.
 void check_records(const CheckedSweep& sweep, const Card& card) {
   const fs::path file = sweep.folder / "records.jsonl";
   uint64_t in_case = 0, number = 0, line = 0;
@@ -79,7 +79,8 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     fail("{}: ends before case {}: its records are missing", file.string(), number);
 }
 
-/// The folder's sweep against the suite. A track whose data are not here is checked by its keys alone.
+/// Compares a sweep of the folder with the suite. If its data are not available, only the keys of the records
+/// are checked.
 CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const SuiteSweep& part, const Card& card,
                         const fs::path& folder, const std::string& data_root) {
   CheckedSweep sweep{.track = track.name, .name = part.name, .folder = folder / part.name};
@@ -96,7 +97,7 @@ CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const Suite
   return sweep;
 }
 
-/// The sweeps that the card must have, checked.
+/// Returns the sweeps that the card must have, after checking them.
 std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, const fs::path& folder,
                                        const std::string& data_root, std::vector<std::string>& lines) {
   std::vector<CheckedSweep> sweeps;
@@ -114,7 +115,7 @@ std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, con
   return sweeps;
 }
 
-/// Where two values of JSON differ first: "curves.3.Et_m".
+/// Returns the first key in which two JSON values differ: "curves.3.Et_m".
 std::string first_difference(const Json& a, const Json& b, const std::string& path = "") {
   if (a.type() != b.type() || a.size() != b.size() || !a.is_structured()) return path;
   for (const auto& item : a.items()) {
@@ -143,7 +144,7 @@ void check_card(const Suite& suite, const Card& card, const Json& stored, const 
          first_difference(given, computed));
 }
 
-/// The stored records of one case, without times.
+/// Reads the stored records of one case, without times.
 std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
   uint64_t first = 0, line = 0;
   for (uint64_t i = 0; i < number; ++i) first += sweep.n_records[i];
@@ -156,7 +157,7 @@ std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
   return records;
 }
 
-/// The same case, run now.
+/// Runs the case again.
 std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, const VerifyOptions& options) {
   const Json entry = checked.plan.at("estimators").at(0);
   Plan plan = checked.expected;
@@ -180,7 +181,8 @@ std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, cons
   return records;
 }
 
-/// Cases that are the same for everybody who verifies the same card, and that nobody can choose.
+/// Selects cases that are the same for everyone who verifies this card, but that nobody can choose
+/// beforehand.
 void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, const VerifyOptions& options,
                   std::vector<std::string>& lines) {
   const std::string name = sweeps.front().plan.at("estimators").at(0).at("name").get<std::string>();
