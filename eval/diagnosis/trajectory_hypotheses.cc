@@ -127,7 +127,7 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
   for (const bool w_first : {true, false}) {
     table.add(
         "columns", fmt::format("'s quaternions seem to have w {}", w_first ? "first" : "last"),
-        "check the order of its columns; a header with a name each decides it (--format table), or --format",
+        "check the order of its columns; give --format, or a header that names every column (--format table)",
         0.1, of_rotations([w_first](PoseSeries& poses) { reorder_quaternions(poses, w_first); }));
   }
   table.add("transposed", "'s rotation matrices are transposed, or its quaternions conjugate",
