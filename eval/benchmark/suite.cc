@@ -61,7 +61,7 @@ SuiteTrack track_in(const Json& json, const std::string& where) {
   for (const auto& item : objects.items())
     track.objects[item.key()] = ids_in(item.value(), where + ": objects of " + item.key());
   const Json plans = json_object(json, "plans", where);
-  if (plans.empty()) fail("{}: key 'plans': a track has at least one", where);
+  if (plans.empty()) fail("{}: key 'plans': expected at least one plan", where);
   for (const auto& item : plans.items()) {
     const std::string of_plan = where + ": plan " + item.key();
     check_file_stem(item.key(), of_plan);

@@ -52,7 +52,7 @@ ShardNumber shard_number(const Json& plan_file, const std::string& where) {
   const Json& numbers = plan_file["shard"];
   if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() ||
       !numbers[1].is_number_unsigned() || numbers[0] >= numbers[1]) {
-    fail("{}: not the plan file of a sweep: expected \"shard\": [I, N], I below N", where);
+    fail("{}: is not the plan file of a sweep: expected \"shard\": [I, N], I below N", where);
   }
   const ShardNumber found{numbers[0], numbers[1]};
   return {found.number == 0 ? found.n_shards : found.number, found.n_shards};
@@ -72,7 +72,7 @@ uint64_t planned_cases(const Json& plan, const std::string& where) {
 Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool allow_mixed) {
   if (!fs::exists(folder / "plan.json")) {
     if (has_results(folder)) {
-      fail("{}: holds the results of something else than a sweep; choose another folder", folder.string());
+      fail("{}: holds results that do not belong to a sweep; choose another folder", folder.string());
     }
     write_file(folder / "plan.json", json_text(wanted));
     return wanted;

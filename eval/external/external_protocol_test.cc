@@ -196,7 +196,7 @@ TEST_F(ExternalProtocolTest, OutputsOfAProgramAreNotModified) {
     const std::string text = read_file(entry.path());
     EXPECT_TRUE(text.ends_with(cut) || text == "no end") << entry.path();
   }
-  EXPECT_THAT(log(), HasSubstr("its last line is not finished: left out"));
+  EXPECT_THAT(log(), HasSubstr("its last line is incomplete and was left out"));
 }
 
 TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {

@@ -168,7 +168,7 @@ void check_order(const PoseSeries& series, const std::string& path) {
 }
 
 void note_cut(const NumberFile& file, RepairLog& log) {
-  if (file.is_cut()) log.note("its last line is not finished: left out", 0);
+  if (file.is_cut()) log.note("its last line is incomplete and was left out", 0);
 }
 
 }  // namespace sextant

@@ -113,7 +113,8 @@ TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const Read
     fail("{}: is not an MCAP file of version 0", bytes.name());
   McapReader reader(bytes, topic, rules);
   if (!reader.read(bytes, mcap_magic.size(), false))
-    fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
+    fail("{}: has no end-of-data record: the recording is truncated; `mcap recover` may repair it",
+         bytes.name());
   return reader.finish();
 }
 
