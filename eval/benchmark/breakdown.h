@@ -5,10 +5,9 @@
 // `min_coverage`.
 //
 //   between levels   error and coverage are interpolated linearly in the level
-//   interval         95 %, percentile bootstrap of the same function (stats/bootstrap.h); a cluster is a seed with its
-//                    frame pairs at all levels, or, with fewer than min_seed_clusters seeds, a frame number with
-//                    its pairs of all seeds and levels
-//
+//   interval         95 %, percentile bootstrap of the same function (stats/bootstrap.h); a cluster is a seed
+//                    with its frame pairs at all levels, or, with fewer than min_seed_clusters seeds, a frame
+//                    number with its pairs of all seeds and levels
 //   no crossing      neither happens up to the highest level: `level` is the highest level, without a cause
 //   nominal          coverage is below the limit already at the nominal level: `level` is the nominal level
 

@@ -5,13 +5,13 @@
 // Every number of a curve belongs to one track, one kind of body (camera or objects) and one level. It is
 // pooled over the sequences and objects that the track counts, over all frame pairs and seeds:
 //
-//
 //   coverage       share of the frame pairs with truth for which the estimator returned a motion
 //   error          mean of E_t, E_R and (objects) E_v over the estimated pairs
-//   efficiency     RMS of the Cramer-Rao bounds of the track's metric / RMS of its errors, over pairs with a bound
+//   efficiency     RMS of the Cramer-Rao bounds of the track's metric / RMS of its errors, over pairs with a
+//                  bound
 //   ANEES          mean normalised error squared, if the estimator returns a covariance
-//   interval       95 %, bootstrap over seeds, or over frame numbers with fewer than five seeds (breakdown.h); that of
-//                  the efficiency always over seeds
+//   interval       95 %, bootstrap over seeds, or over frame numbers with fewer than five seeds
+//                  (breakdown.h); that of the efficiency always over seeds
 //
 // The breakdown level is defined in breakdown.h.
 

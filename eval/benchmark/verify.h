@@ -2,14 +2,13 @@
 
 // Verifies a submitted folder, a card with its sweeps. The checks:
 //
-//
 //   suite      the card belongs to a suite of this program, by SHA-256
 //   plans      every sweep has the sources, noise, levels, seeds and options of the suite
 //   cases      every case of a plan exists, and its records have its source, noise, level, seed and estimator
 //   card       the card equals the one computed from the records, to the last digit; costs are not compared
-//   rerun      a sample of cases is run again and gives the same records, except for times. This includes estimators of
-//              this program always, and external programs on request only, because their command comes from the
-//              submitted configuration
+//   rerun      a sample of cases is run again and gives the same records, except for times. This includes
+//              estimators of this program always, and external programs on request only, because their
+//              command comes from the submitted configuration
 
 #include <filesystem>
 #include <string>
@@ -20,8 +19,8 @@
 namespace sextant {
 
 struct VerifyOptions {
-  std::string
-      suite;  ///< name of a suite, or NAME.json; empty: the suite of the card, which must come with this program
+  /// Name of a suite, or NAME.json; empty: the suite of the card, which must come with this program
+  std::string suite;
   int n_rerun = 5;            ///< number of cases that are run again
   bool run_external = false;  ///< also run cases of external programs again
   SweepConfig sweep;          ///< cache and jobs for the cases that are run again
