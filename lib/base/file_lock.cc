@@ -26,7 +26,7 @@ struct Holder {
   long pid = 0;
 };
 
-/// Nothing while it is being written.
+/// Reads the holder of a lock; empty while another process is writing the file.
 std::optional<Holder> read_holder(const fs::path& lock_file) {
   std::ifstream file(lock_file);
   Holder holder;

@@ -107,7 +107,7 @@ TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*",
 # Names that stand in several folders.
 ONE_A_FOLDER = ["registry.h", "registry.cc", "main.cc"]
 
-# What -> (pattern, files that may).
+# Action -> (pattern, files that may do it).
 ENTRY_POINTS = {
     "parses JSON: use base/json.h": (re.compile(r"\b(?:Json|json)::(?:parse|sax_parse|accept|from_\w+)\s*\("),
                                      ["base/json.cc"]),
@@ -125,21 +125,21 @@ ENTRY_POINTS = {
         ["base/safe_paths.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
 }
 
-# Where tables, figures, claims and pages are made from typed rows.
+# Files that make tables, figures, claims and pages from typed rows.
 REPORTS = ["eval/report/*", "eval/gate/*"]
 NOT_IN_REPORTS = {
     "compares a cell with a text: decide by the row": re.compile(r"[=!]=\s*Cell\(|\bCell\([^()]*\)\s*[=!]="),
     "finds a cell by its number: read the row's member, or Table::place()":
         re.compile(r"\b(?:\w*row|\w*rows|cells|fields|columns)(?:\[\d+\]|\.at\(\d+\))"),
 }
-# Where the names that a report must not have are listed -> what one looks like there.
+# Lists of the names that a report must not contain -> pattern of an entry.
 NAME_LISTS = {
     "datasets/registry.cc": re.compile(r'\{"([\w-]+)",'),
     "lib/estimator/registry.cc": re.compile(r'entry<\w+, \w+>\(\s*"(\w+)"'),
     "results/systems/systems.json": re.compile(r'"estimator":\s*"(\w+)'),
 }
 
-# What no test does: it would depend on other tests, on the user or on the speed of the machine.
+# Patterns that no test contains: it would depend on other tests, on the user or on the speed of the machine.
 NOT_IN_TESTS = {
     "is a folder that others use: TempFolder (base/testing.h) is the test's own":
         re.compile(r"\btemp_directory_path\b|\bTempDir\(\)|\bmkdtemp\b|\"/(?:tmp|var/tmp|home|root)\b"),
