@@ -41,8 +41,8 @@ std::string write_view(const std::filesystem::path& out, const OutputFiles& file
 
 /// Request for a page of one run, or of two runs of the same source.
 struct ViewRequest {
-  std::vector<std::filesystem::path>
-      folders;  ///< folders of `sextant run`, `sweep` or `merge`; with `images`, of `evaluate objects`
+  /// Folders of `sextant run`, `sweep` or `merge`; with `images`, of `evaluate objects`
+  std::vector<std::filesystem::path> folders;
   CaseChoice choice;
   std::string images;  ///< SOURCE that the folders belong to; empty: as recorded in the folders
   std::string data_root;
