@@ -40,7 +40,7 @@ std::string shortened(const std::string& name, size_t most) {
 std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference) {
   std::vector<LegendEntry> legend;
   for (size_t k = with_reference ? 0 : 1; k <= curves.runs.size(); ++k)
-    legend.push_back({shortened(curve_of(curves, k).name, 90), style_of(k)});
+    legend.push_back({shortened(curve_of(curves, k).name, 64), style_of(k)});
   return legend;
 }
 
@@ -187,8 +187,8 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
       curves.error_title);
   PanelLayout layout{.columns = std::min<size_t>(curves.runs.size(), 3),
                      .width_cm = 18,
-                     .left_cm = 1.6,
-                     .right_cm = 1.7,
+                     .left_cm = 1.9,
+                     .right_cm = 1.9,
                      .bottom_cm = 1.1,
                      .top_cm = 0.6};
   if (layout.columns == 1) layout.width_cm = 14;
@@ -221,6 +221,15 @@ struct Along {
   bool with_reference = false;
 };
 
+/// A round step of about `range` / `n`, for tics.
+double tic_step(double range, double n) {
+  const double decade = std::pow(10, std::floor(std::log10(range / n)));
+  for (const double digit : {1.0, 2.0, 5.0}) {
+    if (digit * decade >= range / n) return digit * decade;
+  }
+  return 10 * decade;
+}
+
 /// Panels over time or the path, an x range from the first to the last pose.
 void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t columns,
                double panel_height_cm, Figure& figure) {
@@ -238,8 +247,11 @@ void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t c
     Panel panel{
         "",
         fmt::format(
-            "set xrange [{}:{}]\nset xlabel \"{}\" offset 0,0.4\nset ylabel {} noenhanced offset 0.6,0\n",
-            gp_number(x.front()), gp_number(end), over_path ? "path [m]" : curves.time_title(),
+            "set xrange [{}:{}]\nset xtics {}\nset xlabel \"{}\" offset 0,0.4\nset ylabel {} noenhanced "
+            "offset 0.6,0\n",
+            gp_number(x.front()), gp_number(end),
+            gp_number(tic_step(end - x.front(), layout.plot_width_cm() / 1.3)),
+            over_path ? "path [m]" : curves.time_title(),
             gp_text(along.title)),
         {}};
     for (size_t k = along.with_reference ? 0 : 1; k <= curves.runs.size(); ++k)

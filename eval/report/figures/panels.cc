@@ -40,7 +40,8 @@ std::string margins(double left, double right, double bottom, double top) {
 
 std::string legend_script(const std::vector<LegendEntry>& legend, size_t columns, double bottom) {
   std::string script =
-      "unset logscale\nunset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\nset label 1 \"\"\n";
+      "unset logscale\nunset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\nunset label\n"
+      "unset arrow\nset label 1 \"\"\n";
   script += "set xrange [0:1]\nset yrange [0:1]\n" + margins(0.02, 0.98, bottom, 1.0);
   script += fmt::format(
       "set key inside center center horizontal Left reverse maxcols {} samplen 1.6 width 0 noenhanced\nplot ",
