@@ -8,10 +8,12 @@
 //   {"schema":1, "source", "dataset", "sequence", "width", "height", "first", "last", "rate_hz",
 //    "images": {"12": "data:image/jpeg;base64,.."} or {"12": "frames/000012.jpg"},
 //    "outlines": {"12": {"3": [[x,y,x,y,..], ..]}},         // of masks, px
+//    "boxes": {"12": {"3": [u,v, ..]}},   // true boxes: 8 projected corners, or left, top, right, bottom; px
 //    "metrics": [{"map","key","symbol","unit","digits","definition"}],
 //    "runs": [{"name", "estimator", "noise", "level", "seed", "version", "notes",
 //              "records": {"12": {"ego": {..}}}, "pairs": {"12": {"ego": {"n", "points", "band",
-//              "position"}}}, "tracks": {"ego": [[frame, x, z, x_true, z_true], ..]}}]}
+//              "position"}}}, "tracks": {"ego": [[frame, x, z, x_true, z_true], ..]},
+//              "axes": {"12": {"object:3": [u,v, ..]}}}]}  // estimated: origin and ends of x, y, z; px
 // `points` are 9 little-endian int16 a point, base64: u, v in 1/8 px; measured, predicted and refined flow in
 // 1/64 px; 1 = inlier. -32768: not known.
 
@@ -41,10 +43,10 @@ std::string write_view(const std::filesystem::path& out, const OutputFiles& file
 
 /// One run, or two of the same source.
 struct ViewRequest {
-  std::vector<std::filesystem::path>
-      folders;  ///< of `sextant run`, `sweep`, `merge`; with `images` of `evaluate objects`
+  std::vector<std::filesystem::path> folders;  ///< of `sextant run`, `sweep`, `merge` or `evaluate objects`
   CaseChoice choice;
-  std::string images;  ///< the SOURCE that the folders are about; empty: their own
+  std::string
+      images;  ///< the SOURCE that folders of logs are about; empty: that of a run beside them, or none
   std::string data_root;
   std::string out;  ///< FILE.html, or a folder
   PageOptions page;

@@ -112,17 +112,25 @@ struct ViewedRun {
   std::shared_ptr<const Sequence> sequence;
 };
 
+/// Returns T_camera_object of the estimates of a frame, for each object with an estimated pose: relative to the
+/// estimated camera or, if there is none, to the true one. Empty if the tracks have no orientations.
+std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks, int frame);
+
 /// Throws Error when the folder is none of `sextant run`, `sextant sweep` or `sextant merge`, has no such
 /// case (names those it has), or its source is not where it was.
 ViewedRun view_run(const std::filesystem::path& folder, const CaseChoice& choice,
                    const std::string& data_root, int jobs, bool quiet);
 
-/// Records of trajectories or motions that other programs left (`sextant evaluate objects --out`), with the
-/// source they are about. The first system and run of them unless `choice` says another.
-ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice,
-                       const SourceSpec& source);
+/// Returns true for a folder of `sextant evaluate objects --out`: records without a configuration to run again.
+bool is_of_logs(const std::filesystem::path& folder);
 
-/// view_records() if `images` names the source of the folder's records, otherwise view_run().
+/// Records and paths of other programs (`sextant evaluate objects --out`), with the sequence that they are about
+/// for images and truth; without it (null) records and paths alone. `source` is its SOURCE. The first system and
+/// run of the folder unless `choice` names another.
+ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice,
+                       const std::string& source, std::shared_ptr<const Sequence> sequence);
+
+/// view_records() of a folder of logs with the SOURCE `images`, which may be empty, otherwise view_run().
 ViewedRun view_folder(const std::filesystem::path& folder, const CaseChoice& choice, const std::string& images,
                       const std::string& data_root, int jobs, bool quiet);
 
