@@ -73,8 +73,6 @@ struct CheckedClaim {
 };
 /// All of claims(), in order.
 std::vector<CheckedClaim> check_claims(const Evidence& evidence);
-/// Of sweeps alone: claims on other parts are not tested.
-std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps);
 
 /// One row a result; claims without results are listed in the notes as not tested here.
 Table claim_table(const std::vector<CheckedClaim>& checked);
