@@ -15,23 +15,24 @@ struct BaselineFlags : CommonFlags {
   bool yes = false;
 };
 
-/// What accepting NEW would change, as `compare` says it; without a policy everything beyond rounding.
+/// Prints the differences that accepting NEW would introduce, as `compare` does. Without a policy every
+/// difference beyond rounding counts.
 void show_changes(const BaselineFlags& flags) {
   Policy policy;
   policy.accuracy.other.minimum_effect = 0;
   if (!flags.policy.empty()) policy = read_policy(flags.policy);
   policy.speed.judge = false;
   const Comparison comparison = compare_paths(flags.baseline, flags.fresh, policy, flags.jobs);
-  for (const Table& table :
-       {findings_table(comparison), family_table(comparison, true), status_table(comparison),
-        accuracy_table(comparison, true)}) {
+  for (const Table& table : {findings_table(comparison), family_table(comparison, true),
+                             status_table(comparison), accuracy_table(comparison, true)}) {
     if (!table.rows.empty()) fmt::print("{}\n", to_text(table));
   }
   fmt::print("{}\n", headline(comparison));
 }
 
 void run_update(const BaselineFlags& flags) {
-  const OutputFiles files = baseline_files(flags.fresh);  // bad results are no baseline
+  const OutputFiles files =
+      baseline_files(flags.fresh);  // throws on bad results, which cannot become a baseline
   const bool exists = std::filesystem::exists(std::filesystem::path(flags.baseline) / "records.jsonl");
   if (!flags.quiet) {
     if (exists) {

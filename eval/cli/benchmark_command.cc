@@ -89,12 +89,14 @@ void merge(const CardFlags& flags) {
 
 void make_page(const CardFlags& flags) {
   const auto lock = lock_folder(flags.out);
-  write_output_folder(flags.out, page_files({flags.folders.begin(), flags.folders.end()}, flags.out, flags.jobs));
+  write_output_folder(flags.out,
+                      page_files({flags.folders.begin(), flags.folders.end()}, flags.out, flags.jobs));
   fmt::print("Page: {}\n", (fs::path(flags.out) / "index.html").string());
 }
 
 void verify(const CardFlags& flags) {
-  VerifyOptions options{.suite = flags.suite, .run_external = flags.run_external, .data_root = flags.data_root};
+  VerifyOptions options{
+      .suite = flags.suite, .run_external = flags.run_external, .data_root = flags.data_root};
   options.sweep.cache = pack_cache(flags.cache);
   options.sweep.jobs = flags.jobs;
   for (const std::string& folder : flags.folders) {
@@ -109,31 +111,37 @@ void compare(const CardFlags& flags) {
   fmt::print("{}", flags.json ? json_text(rows_to_json(table)) : to_text(table));
 }
 
-/// A subcommand that takes folders of estimators, and what it does.
-CLI::App* add_part(CLI::App& benchmark, const std::string& name, const std::string& help, const std::string& folders,
-                   const std::shared_ptr<CardFlags>& flags, void (*part)(const CardFlags&)) {
+/// Adds a subcommand that takes folders of estimators and runs `part`.
+CLI::App* add_part(CLI::App& benchmark, const std::string& name, const std::string& help,
+                   const std::string& folders, const std::shared_ptr<CardFlags>& flags,
+                   void (*part)(const CardFlags&)) {
   CLI::App* command = benchmark.add_subcommand(name, help);
-  add_value(*command, "dir", flags->folders, folders, "Folders of estimators: OUT/ESTIMATOR of a benchmark")->required();
+  add_value(*command, "dir", flags->folders, folders, "Folders of estimators: OUT/ESTIMATOR of a benchmark")
+      ->required();
   command->callback([flags, part] { part(*flags); });
   return command;
 }
 
 void add_suite_flag(CLI::App& command, std::string& suite) {
-  add_value(command, "--suite", suite, "NAME", "A suite of this program, or a file NAME.json")->capture_default_str();
+  add_value(command, "--suite", suite, "NAME", "A suite of this program, or a file NAME.json")
+      ->capture_default_str();
 }
 
 void add_benchmark_parts(CLI::App& benchmark) {
   auto flags = std::make_shared<CardFlags>();
-  CLI::App* part = add_part(benchmark, "card", "Write the card of finished sweeps again", "DIR", flags, make_cards);
+  CLI::App* part =
+      add_part(benchmark, "card", "Write the card of finished sweeps again", "DIR", flags, make_cards);
   add_suite_flag(*part, flags->suite);
   add_jobs_flag(*part, *flags);
   part->footer("Example:\n  sextant benchmark card out/joint_flow");
 
   flags = std::make_shared<CardFlags>();
-  part = add_part(benchmark, "merge", "Join the shards of a benchmark, and write the cards", "SHARD", flags, merge);
+  part = add_part(benchmark, "merge", "Join the shards of a benchmark, and write the cards", "SHARD", flags,
+                  merge);
   add_suite_flag(*part, flags->suite);
   add_value(*part, "--out", flags->out, "DIR", "Folder for the results")->required();
-  part->add_flag("--allow-mixed", flags->allow_mixed, "Join shards of different versions; run.json names them");
+  part->add_flag("--allow-mixed", flags->allow_mixed,
+                 "Join shards of different versions; run.json names them");
   add_jobs_flag(*part, *flags);
   part->add_flag("--quiet", flags->quiet, "No summary");
   part->footer("Example:\n  sextant benchmark merge shard1 shard2 --out out");
@@ -145,20 +153,23 @@ void add_benchmark_parts(CLI::App& benchmark) {
   part->footer("Example:\n  sextant benchmark page out/joint_flow out/my_estimator --out site");
 
   flags = std::make_shared<CardFlags>();
-  part = add_part(benchmark, "verify", "Check a submitted card against its records, and run a sample of its cases again",
-                  "DIR", flags, verify);
+  part = add_part(benchmark, "verify",
+                  "Check a submitted card against its records, and run a sample of its cases again", "DIR",
+                  flags, verify);
   flags->suite.clear();
-  add_value(*part, "--suite", flags->suite, "NAME.json", "The suite, where it does not come with this program");
-  part->add_flag("--run-external", flags->run_external,
-                 "Also run cases of external programs again: starts the command of the recorded configuration");
+  add_value(*part, "--suite", flags->suite, "NAME.json",
+            "The suite, where it does not come with this program");
+  part->add_flag(
+      "--run-external", flags->run_external,
+      "Also run cases of external programs again: starts the command of the recorded configuration");
   add_cache_flag(*part, flags->cache);
   add_data_flag(*part, *flags);
   add_jobs_flag(*part, *flags);
   part->footer("Example:\n  sextant benchmark verify out/my_estimator");
 
   flags = std::make_shared<CardFlags>();
-  part = add_part(benchmark, "compare", "Paired tests of one estimator against another, track by track", "DIR", flags,
-                  compare);
+  part = add_part(benchmark, "compare", "Paired tests of one estimator against another, track by track",
+                  "DIR", flags, compare);
   part->get_option("dir")->expected(2);
   add_suite_flag(*part, flags->suite);
   part->add_flag("--json", flags->json, "Print as JSON");
@@ -170,14 +181,17 @@ void add_benchmark_parts(CLI::App& benchmark) {
 void add_benchmark_command(CLI::App& app) {
   const auto flags = std::make_shared<BenchmarkFlags>();
   CLI::App* command = app.add_subcommand(
-      "benchmark", "Run a standard suite of noise, outliers and motion through estimators, and write a card of each");
+      "benchmark",
+      "Run a standard suite of noise, outliers and motion through estimators, and write a card of each");
   BenchmarkRequest& request = flags->request;
   add_value(*command, "estimator", request.estimators, "ESTIMATOR",
             "joint_flow, external:CONFIG.json, ... (sextant options lists them)");
   add_value(*command, "--suite", request.suite, "NAME", "A suite of this program, or a file NAME.json")
       ->capture_default_str();
-  add_value(*command, "--tracks", request.tracks, "A,B,...", "Only these tracks of the suite")->delimiter(',');
-  command->add_flag("--quick", request.quick, "Only the first seed and few levels: minutes, not for publication");
+  add_value(*command, "--tracks", request.tracks, "A,B,...", "Only these tracks of the suite")
+      ->delimiter(',');
+  command->add_flag("--quick", request.quick,
+                    "Only the first seed and few levels: minutes, not for publication");
   add_value(*command, "--out", flags->out, "DIR",
             "Folder for the results; an unfinished benchmark in it is resumed");
   add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares of every sweep")

@@ -19,17 +19,18 @@ namespace sextant {
 /// Exit codes of every command.
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_internal = 70, exit_interrupted = 130 };
 
-/// The program: parses, runs one command, turns exceptions into exit codes and one line on stderr.
+/// Runs the program: parses the arguments, runs one command, and turns exceptions into an exit code and one
+/// line on stderr.
 using AddCommand = void (*)(CLI::App&);
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands);
-/// With every command.
+/// Overload with every command of the program.
 int program(int argc, const char* const* argv);
 
-/// "sextant: KIND: TEXT" on stderr, KIND being error, warning or note: one line of bounded length, whatever
-/// TEXT holds.
+/// Prints "sextant: KIND: TEXT" on stderr, where KIND is error, warning or note. The output is one line of
+/// bounded length, whatever TEXT holds.
 void tell(std::string_view kind, const std::string& text);
 
-/// The words with which a user calls a command, e.g. "sextant evaluate ego".
+/// Returns the words with which a user calls a command, e.g. "sextant evaluate ego".
 std::string words_of(const CLI::App& command);
 
 void add_run_command(CLI::App& app);
@@ -55,8 +56,8 @@ void add_compare_command(CLI::App& app);
 void add_trend_command(CLI::App& app);
 void add_baseline_command(CLI::App& app);
 
-/// Ends the program with an exit code that is a result, after everything has been printed: `compare` also has
-/// 1 and 3.
+/// Thrown to end the program with an exit code that is a result, after everything has been printed:
+/// `compare` also exits with 1 and 3.
 struct Finished {
   int code = 0;
 };

@@ -15,7 +15,7 @@
 namespace sextant {
 namespace {
 
-/// The words of "this|that" or "{this,that}"; none where `text` is no choice.
+/// Returns the words of "this|that" or "{this,that}"; empty if `text` is not a choice.
 std::vector<std::string> choices_in(const std::string& text) {
   static const std::regex bars(R"([a-z0-9_]+(\|[a-z0-9_]+)+)"), braces(R"(\{[^{}]+\})");
   std::smatch found;
@@ -24,7 +24,7 @@ std::vector<std::string> choices_in(const std::string& text) {
   return split(found.str().substr(1, found.length() - 2), ',');
 }
 
-/// Keys of --set, each once: of every estimator, the noise and every adapter.
+/// Returns the keys of --set, each once: those of every estimator, of the noise and of every adapter.
 std::vector<std::string> option_keys() {
   std::set<std::string> keys;
   for (const EstimatorEntry& estimator : all_estimators()) {
@@ -36,7 +36,7 @@ std::vector<std::string> option_keys() {
   return {keys.begin(), keys.end()};
 }
 
-/// The scenes that come with the program, and "ADAPTER:" for each other.
+/// The scenes that come with the program, and "ADAPTER:" for each adapter that reads files.
 std::vector<std::string> source_words() {
   std::vector<std::string> words;
   for (const Adapter& adapter : adapters()) {
@@ -56,7 +56,8 @@ std::vector<std::string> names_in(const Entries& entries) {
   return names;
 }
 
-/// The words that `flag` of `command` takes, where the program knows them by a list of its own.
+/// Returns the words that `flag` of `command` takes, for flags whose values the program keeps in a list of
+/// its own.
 std::vector<std::string> words_by_name(const std::string& command, const std::string& flag,
                                        const std::string& type) {
   if (flag == "--estimator") return names_in(all_estimators());
@@ -73,7 +74,7 @@ std::vector<std::string> words_by_name(const std::string& command, const std::st
   return {};
 }
 
-/// Types of which nothing can be offered.
+/// Returns true for types whose values cannot be completed, such as numbers.
 bool is_text(const std::string& type) {
   static const std::set<std::string> texts = {"N",   "K",    "NUMBER",    "INT",      "UINT",   "FLOAT",
                                               "I/N", "NAME", "DIRECTION", "DISTANCE", "I,J,..."};
@@ -122,7 +123,8 @@ CommandHelp command_help(const CLI::App& app, const std::string& parent) {
   help.name = parent.empty() ? app.get_name() : parent + " " + app.get_name();
   help.description = app.get_description();
   const CLI::App* above = app.get_parent();
-  if (above == nullptr || above->get_footer() != app.get_footer())  // one without its own inherits
+  if (above == nullptr ||
+      above->get_footer() != app.get_footer())  // CLI11 lets a command without a footer inherit its parent's
     help.footer = app.get_footer();
   for (const CLI::Option* option : app.get_options()) {
     (option->get_positional() ? help.arguments : help.flags).push_back(flag_help(*option, help.name));

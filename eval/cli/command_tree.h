@@ -1,9 +1,10 @@
 #pragma once
 
-// The commands as data, read from the program's own parser: what man pages and completions are made of.
+// The commands as data, read from the program's own parser. Man pages and shell completions are generated
+// from them.
 //
-// A flag whose type reads `this|that` is a choice between these words; completions offer them. FORMAT, NAME
-// and the like are filled in by the flag's name (command_tree.cc).
+// A flag whose type reads `this|that` is a choice between these words, which completions offer. For types
+// such as FORMAT and NAME the words are looked up by the flag's name (command_tree.cc).
 
 #include <string>
 #include <vector>
@@ -14,24 +15,24 @@ class App;
 
 namespace sextant {
 
-/// What completions offer where a value stands.
+/// Kind of value that a flag or argument takes; it decides which words completions offer.
 enum class Takes {
   nothing,  ///< a switch
   words,    ///< one of `words`
   keys,     ///< KEY=VALUE, with `words` as keys
   source,   ///< one of `words`, or an adapter's name, a colon and a path
   path,
-  text,  ///< a number or a text of the user's: nothing to offer
+  text,  ///< a number or free text: nothing to offer
 };
 
 /// A flag, or an argument without one.
 struct FlagHelp {
-  std::vector<std::string> names;  ///< "--out", "-h"; of an argument its one name
+  std::vector<std::string> names;  ///< "--out", "-h"; an argument has one name
   std::string type;                ///< "DIR"; empty: takes nothing
   std::string range;               ///< "INT in [1 - 1024]", or empty
   std::string meaning;
   std::string default_value;
-  std::string environment;  ///< variable that stands for it
+  std::string environment;  ///< environment variable that gives the value when the flag is absent
   std::vector<std::string> words;
   Takes takes = Takes::nothing;
   bool required = false;
@@ -47,9 +48,10 @@ struct CommandHelp {
   std::vector<CommandHelp> commands;
 };
 
+/// Reads the commands, flags and arguments of `app` and of all its subcommands.
 CommandHelp command_tree(const CLI::App& app);
 
-/// `tree` and all commands below it, a command before its own.
+/// Returns `tree` and all commands below it; each command comes before its subcommands.
 std::vector<const CommandHelp*> all_commands(const CommandHelp& tree);
 
 }  // namespace sextant

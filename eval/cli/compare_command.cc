@@ -66,7 +66,8 @@ void run_compare(const CompareFlags& flags) {
   if (flags.json) {
     fmt::print("{}", json_text(comparison_json(comparison, policy)));
   } else if (!flags.quiet) {
-    if (const std::string largest = largest_change(comparison); !largest.empty()) fmt::print("{}\n\n", largest);
+    if (const std::string largest = largest_change(comparison); !largest.empty())
+      fmt::print("{}\n\n", largest);
     print_part(findings_table(comparison));
     print_part(family_table(comparison, !flags.all));
     print_part(status_table(comparison));
@@ -85,22 +86,24 @@ void run_compare(const CompareFlags& flags) {
 
 void add_compare_command(CLI::App& app) {
   const auto flags = std::make_shared<CompareFlags>();
-  CLI::App* command = app.add_subcommand("compare", "Has NEW regressed against BASE? Errors and times");
+  CLI::App* command = app.add_subcommand(
+      "compare", "Compare the errors and times of NEW with those of BASE: has NEW regressed?");
   add_value(*command, "base", flags->base, "BASE", "Folder of a run or sweep, or JSON of Google Benchmark");
-  add_value(*command, "new", flags->fresh, "NEW", "The same, of what is to be judged");
+  add_value(*command, "new", flags->fresh, "NEW", "The result to judge, in the same form as BASE");
   add_value(*command, "--policy", flags->policy, "FILE", "What counts as a change; see --show-policy");
   command->add_flag("--show-policy", flags->show_policy, "Print every rule with its value and meaning");
-  add_value(*command, "--only", flags->only, "accuracy|speed", "Judge these alone")
+  add_value(*command, "--only", flags->only, "accuracy|speed", "Judge only errors, or only times")
       ->check(CLI::IsMember({"accuracy", "speed"}));
-  add_value(*command, "--allow", flags->allowed, "WHAT",
-            "Accept a difference, and say so: cases, new_cases, data, configuration, definitions, machine")
+  add_value(
+      *command, "--allow", flags->allowed, "WHAT",
+      "Report a difference of this kind without refusing to compare: cases, new_cases, data, configuration, definitions, machine")
       ->expected(1)
       ->take_all()
       ->check(CLI::IsMember({"cases", "new_cases", "data", "configuration", "definitions", "machine"}));
   add_value(*command, "--out", flags->out, "DIR",
             "Folder for report.html, comparison.md, .json, junit.xml, bmf.json, github.json");
   add_jobs_flag(*command, *flags);
-  command->add_flag("--all", flags->all, "Also rows that are ok");
+  command->add_flag("--all", flags->all, "Also print rows whose verdict is ok");
   command->add_flag("--quiet", flags->quiet, "Print nothing");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer(

@@ -1,4 +1,4 @@
-// A function for each command, in the specifications of zsh's _arguments.
+// Shell completions. zsh: one function per command, in the specification language of _arguments.
 
 #include <algorithm>
 #include <map>
@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// Within single quotes, as a message of _arguments.
+/// Quotes `text` for use as a message of _arguments within single quotes.
 std::string message(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -34,7 +34,7 @@ std::string function_of(const CommandHelp& command) {
 
 std::string last_word(const CommandHelp& command) { return command.name.substr(command.name.rfind(' ') + 1); }
 
-/// Functions that offer words, one for each list.
+/// Shell functions that offer words, one for each distinct list.
 class Offers {
  public:
   std::string action(const FlagHelp& flag) {
@@ -98,7 +98,7 @@ std::string argument_specs(const CommandHelp& command, Offers& offers) {
   return text;
 }
 
-/// A command that others stand below; it may also take an argument itself.
+/// Function of a command that has subcommands; it may also take an argument of its own.
 std::string group_function(const CommandHelp& command, Offers& offers) {
   std::string described, branches;
   for (const CommandHelp& below : command.commands) {
@@ -148,14 +148,14 @@ std::string zsh_completion(const CommandHelp& tree) {
          "\nif [[ $funcstack[1] == _sextant ]]; then _sextant \"$@\"; else compdef _sextant sextant; fi\n";
 }
 
-// ---- The script holds three tables (commands, flags and values of a command) and one function that reads
-// them.
+// bash: the script holds three tables (commands; flags of a command; values of a flag) and one function
+// that reads them.
 
 constexpr const char* bash_head = R"(# bash completion of sextant, made by `sextant completion bash`.
 
 )";
 
-/// The word under the cursor is taken from the line itself: readline parts words at ':' and '='.
+/// Takes the word under the cursor from the line itself, because readline splits words at ':' and '='.
 constexpr const char* bash_function = R"sh(
 _sextant_reply() {  # VALUES CURRENT: adds to COMPREPLY
   local kind=${1%% *} words=${1#* } current=$2
@@ -230,7 +230,7 @@ _sextant() {
 complete -F _sextant sextant
 )sh";
 
-/// `case $1 in 'KEY' | 'KEY') echo 'TEXT' ;; ...`, keys of one text in one line.
+/// Formats a table as `case $1 in 'KEY' | 'KEY') echo 'TEXT' ;; ...`; keys with the same text share a line.
 std::string bash_table(const char* function, const std::map<std::string, std::vector<std::string>>& keys_of) {
   std::string text = fmt::format("{}() {{\n  case $1 in\n", function);
   for (const auto& [value, keys] : keys_of)
@@ -239,7 +239,7 @@ std::string bash_table(const char* function, const std::map<std::string, std::ve
 }
 
 std::string bash_completion(const CommandHelp& tree) {
-  constexpr const char* kinds[] = {"", "@words", "@keys", "@source", "@path", "@text"};  // by Takes
+  constexpr const char* kinds[] = {"", "@words", "@keys", "@source", "@path", "@text"};  // in order of Takes
   std::map<std::string, std::vector<std::string>> commands, flags, values;
   for (const CommandHelp* command : all_commands(tree)) {
     std::vector<std::string> below, names;
@@ -271,7 +271,7 @@ std::string in_quotes(const std::string& text) {
   return out + "'";
 }
 
-/// What stands after the flag, or as an argument.
+/// Arguments of fish's `complete` for the values that a flag or an argument takes.
 std::string offers(const FlagHelp& flag) {
   std::string words;
   for (const std::string& word : flag.words)
@@ -323,7 +323,7 @@ std::string fish_completion(const CommandHelp& tree) {
     }
     if (!command->arguments.empty()) {
       std::string what = offers(command->arguments.back());
-      for (const char* needs_value : {" -x", " -r"}) {  // of flags alone
+      for (const char* needs_value : {" -x", " -r"}) {  // only flags need a value
         if (what.starts_with(needs_value)) what.erase(0, 3);
       }
       if (!what.empty()) lines += fmt::format("{}{}\n", at, what);

@@ -2,8 +2,8 @@
 """usage: eval/cli/completion_test.py SEXTANT
 
 Completions of bash, zsh and fish and the man pages, as `sextant completion` and `sextant man` print them: bash and fish are asked
-what they offer, zsh reads its script, man formats every page without a warning. A shell that is not installed is left out, and
-said. Exit codes: 0 good, 1 not.
+what they offer, zsh reads its script, man formats every page without a warning. A shell that is not installed is skipped with a
+message. Exit codes: 0 good, 1 not.
 """
 
 import pathlib

@@ -59,8 +59,8 @@ void add_data_check_command(CLI::App& data) {
   const auto flags = std::make_shared<CommonFlags>();
   const auto source = std::make_shared<std::string>();
   const auto quick = std::make_shared<bool>(false);
-  CLI::App* command =
-      data.add_subcommand("check", "Decode everything a source has; check that its parts fit together");
+  CLI::App* command = data.add_subcommand(
+      "check", "Decode all data of a source and check that they are consistent with each other");
   add_source_argument(*command, *source);
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
@@ -83,11 +83,11 @@ struct MakeFlags : CommonFlags {
   std::string sequence;
 };
 
-/// --set source.* goes to the adapter, --set layout.* to the writer.
+/// Selects the options of one group: --set source.* goes to the adapter, --set layout.* to the writer.
 Json group(const Json& tree, const std::string& key) {
   for (const auto& item : tree.items()) {
     if (item.key() != "source" && item.key() != "layout") {
-      fail("unknown option key '{}': known: source, layout", item.key());
+      fail("unknown option key '{}': expected keys that begin with source. or layout.", item.key());
     }
   }
   return tree.value(key, Json::object());
@@ -96,7 +96,8 @@ Json group(const Json& tree, const std::string& key) {
 void make(const MakeFlags& flags) {
   const Json options = options_tree(flags.options, flags.sets);
   const Layout& layout = find_layout(flags.layout);
-  const bool is_scenario = flags.source.find(':') == std::string::npos;  // by its name alone
+  const bool is_scenario =
+      flags.source.find(':') == std::string::npos;  // a scenario is given by its name alone
   SourceSpec source = find_source((is_scenario ? "synthetic:" : "") + flags.source, flags.data_root);
   source.add_options(group(options, "source"));
   const std::unique_ptr<Sequence> sequence = open_source(source);
@@ -132,10 +133,10 @@ void add_data_make_command(CLI::App& data) {
                            option.meaning);
     }
   }
-  add_value(*command, "--layout", flags->layout, names, "Which data set's layout")->required();
+  add_value(*command, "--layout", flags->layout, names, "Layout to write")->required();
   add_value(*command, "--out", flags->out, "DIR", "Root folder of the data set; made if it does not exist")
       ->required();
-  add_value(*command, "--sequence", flags->sequence, "NAME", "The sequence's name there, e.g. 0018/clone");
+  add_value(*command, "--sequence", flags->sequence, "NAME", "Name of the written sequence, e.g. 0018/clone");
   add_option_flags(*command, *flags);
   add_data_flag(*command, *flags);
   add_jobs_flag(*command, *flags);
@@ -189,7 +190,7 @@ double megabytes(uint64_t bytes) { return static_cast<double>(bytes) / 1e6; }
 void list_packs(const CacheFlags& flags) {
   const PackCache cache = pack_cache(flags.folder);
   Table table;
-  table.title = fmt::format("Packs in {}", cache.folder().string());
+  table.title = fmt::format("Correspondence caches in {}", cache.folder().string());
   table.columns = {Column::text("source"), Column::count("pairs"),
                    Column::number("megabytes", "size [MB]", 2), Column::text("state"), Column::text("file")};
   for (const PackCache::Entry& entry : cache.list()) {
@@ -221,7 +222,8 @@ void pack(const CacheFlags& flags) {
 
 void add_data_pack_command(CLI::App& data) {
   const auto flags = std::make_shared<CacheFlags>();
-  CLI::App* command = data.add_subcommand("pack", "Decode a source once, for sweeps");
+  CLI::App* command =
+      data.add_subcommand("pack", "Decode a source into the correspondence cache that sweeps run from");
   add_source_argument(*command, flags->source);
   add_cache_flag(*command, flags->folder);
   add_option_flags(*command, *flags);
@@ -255,15 +257,16 @@ void add_data_command(CLI::App& app) {
 
 void add_cache_command(CLI::App& app) {
   const auto flags = std::make_shared<CacheFlags>();
-  CLI::App* cache = app.add_subcommand("cache", "The decoded sources that sweeps run from");
+  CLI::App* cache = app.add_subcommand("cache", "The correspondence caches that sweeps run from");
   cache->require_subcommand(1);
   cache->footer("Example:\n  sextant cache ls");
-  CLI::App* list = cache->add_subcommand("ls", "List them, and whether their sources are as they were");
+  CLI::App* list =
+      cache->add_subcommand("ls", "List the caches, and whether their sources have changed since");
   add_cache_flag(*list, flags->folder);
   list->add_flag("--json", flags->json, "Print as JSON");
   list->footer("Example:\n  sextant cache ls");
   list->callback([flags] { list_packs(*flags); });
-  CLI::App* prune = cache->add_subcommand("prune", "Remove those that are outdated, damaged or half made");
+  CLI::App* prune = cache->add_subcommand("prune", "Remove caches that are outdated, damaged or incomplete");
   add_cache_flag(*prune, flags->folder);
   prune->add_flag("--all", flags->all, "Remove all of them");
   prune->footer("Example:\n  sextant cache prune --all");

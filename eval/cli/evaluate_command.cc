@@ -111,28 +111,28 @@ void evaluate(EgoFlags& flags) {
 }
 
 void add_metric_flags(CLI::App& command, EgoFlags& flags) {
-  add_choice(command, "--align", flags.options.alignment, "How an estimate is laid on the reference");
+  add_choice(command, "--align", flags.options.alignment, "How an estimate is aligned to the reference");
   add_value(command, "--up", flags.up, "DIRECTION",
             "With --align yaw: the direction up in both worlds: x, y, z, -x, -y, -z or \"X Y Z\"");
   command
       .add_option("--n-to-align", flags.options.n_to_align,
-                  "Poses that se3, sim3, scale and yaw look at, from the start; 0: all")
+                  "Number of poses, from the start, that se3, sim3, scale and yaw are estimated from; 0: all")
       ->capture_default_str()
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
   add_choice(command, "--relation", flags.options.relation,
-             "What of a pose is compared, point_distance_error_ratio with --rpe only");
+             "Part of the pose that is compared; point_distance_error_ratio needs --rpe");
   add_value(
       command, "--rpe", flags.rpe, "DISTANCE",
       "Relative errors over this distance: 1f (frames), 10m, 5deg, 0.5rad or 2s; several: 1m,5m,10m,50m");
   command.add_flag("--all-pairs", flags.all_pairs, "All pairs that far apart, not only consecutive ones");
   command
       .add_option("--delta-tolerance", flags.delta_tolerance,
-                  "Of all pairs by m, deg, rad and s, as a share of the distance")
+                  "With --all-pairs by m, deg, rad or s: tolerance as a share of the distance")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0))
       ->check(finite_number());
   command.add_flag("--pairs-from-reference", flags.options.pairs_from_reference,
-                   "Select pairs on the reference");
+                   "Select the pairs of --rpe on the reference instead of the estimate");
 }
 
 void add_association_flags(CLI::App& command, EgoFlags& flags) {
@@ -159,17 +159,19 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
 void add_frame_flags(CLI::App& command, EgoFlags& flags) {
   command.add_flag("--inverse", flags.options.estimate_frame.inverse,
                    "The estimates are inverse poses, T_camera_world");
-  command.add_flag("--ref-inverse", flags.options.reference_frame.inverse, "The same of the reference");
+  command.add_flag("--ref-inverse", flags.options.reference_frame.inverse,
+                   "The reference holds inverse poses, T_camera_world");
   add_choice(command, "--axes", flags.options.estimate_frame.axes,
              "Axes of the estimates' worlds and bodies");
-  add_choice(command, "--ref-axes", flags.options.reference_frame.axes, "The same of the reference");
+  add_choice(command, "--ref-axes", flags.options.reference_frame.axes,
+             "Axes of the reference's world and body");
   command
       .add_option("--body-from-camera", flags.body_from_camera,
                   "The estimates are poses of a body: T_body_camera, to be multiplied from the right; "
                   "a file or a text of 16, 12 (matrix row by row) or 3 numbers (position alone, m)")
       ->type_name("FILE|VALUES");
   add_value(command, "--ref-body-from-camera", flags.reference_body_from_camera, "FILE|VALUES",
-            "The same of the reference");
+            "The reference holds poses of a body: T_body_camera, as for --body-from-camera");
 }
 
 void add_evaluate_ego_command(CLI::App& evaluate_app) {
@@ -186,12 +188,12 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       "Estimates, each FILE, a system of its own, or SYSTEM=FILE, a run of it; none: those that the log GT "
       "holds beside its truth");
   add_value(*command, "--format", flags->files.format, "FORMAT",
-            "Of both; auto: what the header names or the first record fits, where only one format does")
+            "Format of both; auto: named by the header, or the only format that fits the first record")
       ->capture_default_str();
   add_value(*command, "--ref-format", flags->files.reference_format, "FORMAT",
-            "Of the reference, where it differs");
+            "Format of the reference, if it differs from --format");
   add_value(*command, "--est-format", flags->files.estimate_format, "FORMAT",
-            "Of the estimates, where it differs");
+            "Format of the estimates, if it differs from --format");
   command->add_option("--rate", flags->files.rate_hz,
                       "Frames per second of files without time stamps: frame k, or row k, is at k / rate");
   add_metric_flags(*command, *flags);
@@ -201,7 +203,7 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
   add_option_flags(*command, *flags);
   add_value(
       *command, "--covariance", flags->covariance, "CONVENTION",
-      "Of covariances behind TUM lines: ros (position first, world axes), openvins (rotation first, in the "
+      "Convention of covariances behind TUM lines: ros (position first, world axes), openvins (rotation first, in the "
       "body) or gtsam (rotation first, both in the body); without it openvins for 12 numbers, ros for 21 or "
       "36");
   command
@@ -217,10 +219,11 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
             "Write the result as evo does (evo_res reads it)");
   add_value(*command, "--save-tum", flags->output.tum, "DIR",
             "Write the matched, aligned trajectories as TUM files");
-  add_value(*command, "--out", flags->output.out, "DIR",
-            "Write report.html with paths and errors along them, tables, figures and every curve as CSV here");
+  add_value(
+      *command, "--out", flags->output.out, "DIR",
+      "Write report.html with paths and errors along them, tables, figures and every curve as CSV here");
   add_choice(*command, "--plane", flags->output.plane,
-             "Axes of the paths from above; extent: all but --up, or but the one of the least extent");
+             "Axes of the paths from above; extent: leaves out --up, or the axis of least extent");
   command->add_flag("--json", flags->json, "Print as JSON");
   command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
   command->footer(
@@ -287,14 +290,15 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
       "objects", "Logged motions and poses of objects, of DynOSAM, VDO-SLAM or plain files");
   command
       ->add_option("DIR", flags->files.folders,
-                   "Folders of logs, each DIR or SYSTEM=DIR: a run of that system")
+                   "Folders of logs, each DIR or SYSTEM=DIR, one run of that system")
       ->required();
-  add_choice(*command, "--format", flags->files.format, "Whose logs; motions, poses: one file an object")
+  add_choice(*command, "--format", flags->files.format,
+             "Format of the logs; motions, poses: one file per object")
       ->required();
   add_choice(*command, "--stage", flags->files.stage,
              "vdo: the front end's (obj_mot_*) or the batch optimisation's (obj_mot_*_rf*)");
   add_value(*command, "--preset", flags->preset, "NAME",
-            "One metric preset, or all; printed without: the first that the log allows");
+            "One metric preset, or all; default: all that the log allows, of which the first is printed");
   add_value(*command, "--truth", flags->files.truth, "SOURCE",
             "SOURCE whose true objects replace the log's; ids are matched by overlap");
   command
@@ -308,8 +312,9 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
              });
   add_choice(*command, "--identity", flags->files.identity,
              "Exact identities as estimates of an object that moves: count them as estimates or as lost");
-  add_value(*command, "--covariance", flags->covariance, "CONVENTION",
-            "motions, poses: of covariances behind TUM rows: ros, openvins or gtsam, as in evaluate ego");
+  add_value(
+      *command, "--covariance", flags->covariance, "CONVENTION",
+      "motions, poses: convention of covariances behind TUM rows: ros, openvins or gtsam, as in evaluate ego");
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
   add_value(*command, "--save-tum", flags->files.tum, "DIR",
@@ -347,8 +352,8 @@ CLI::App* add_dense_command(CLI::App& evaluate, const char* name, const char* wh
   DenseFiles<Format>& o = flags->files;
   command->add_option("EST", o.estimate, "Image, or folder of images")->required();
   command->add_option("GT", o.truth, "Truth: image, or folder with the same names")->required();
-  add_choice(*command, "--est-format", o.estimate_format, "Of the estimate");
-  add_choice(*command, "--gt-format", o.truth_format, "Of the truth");
+  add_choice(*command, "--est-format", o.estimate_format, "Format of the estimate");
+  add_choice(*command, "--gt-format", o.truth_format, "Format of the truth");
   command->add_option("--mask", o.mask, "Label image (PNG) or folder of them: errors per label");
   command->add_option("--noc", o.visible_truth,
                       "Truth of the pixels visible in both images: errors inside and outside");

@@ -14,7 +14,7 @@ struct ExportFlags : CommonFlags {
   bool no_images = false;
 };
 
-/// The recording of one case for other viewers.
+/// Writes the recording of one case for other viewers.
 void export_recording(const ExportFlags& flags) {
   const ViewedRun run =
       view_folder(flags.folder, flags.choice, flags.images, flags.data_root, flags.jobs, flags.quiet);
@@ -50,7 +50,7 @@ void add_export_command(CLI::App& app) {
   add_value(*command, "--out", flags->out, "FILE", "The file; an existing one is replaced")->required();
   add_case_flags(*command, flags->choice);
   add_value(*command, "--images", flags->images, "SOURCE",
-            "mcap: for folders of `evaluate objects`, the SOURCE that they are about");
+            "mcap, for folders of `evaluate objects`: the SOURCE that the logs belong to");
   command->add_flag("--no-images", flags->no_images, "mcap: poses, paths and boxes only");
   add_data_flag(*command, *flags);
   add_jobs_flag(*command, *flags);

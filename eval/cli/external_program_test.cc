@@ -1,4 +1,4 @@
-// Ctrl-C while a program of somebody else runs: it ends, and the sweep can be resumed.
+// Ctrl-C while an external program runs: the program ends, and the sweep can be resumed.
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -172,7 +172,7 @@ TEST_F(ChangedProgram, IsSeenInAFileThatDependsAloneNames) {
   configure({{"depends", {"program.sh"}}});
   sweep("new", "--force");
   write(1, 100);
-  EXPECT_EQ(sweep("new"), "Results: new\n");  // nobody told
+  EXPECT_EQ(sweep("new"), "Results: new\n");  // the configuration does not name the file
   configure({{"depends", {"program.sh", "more/*"}}});
   EXPECT_THAT(sweep("new"), HasSubstr("configuration changed"));
   write(1, 1);

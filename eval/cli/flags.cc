@@ -25,8 +25,9 @@ void add_source_argument(CLI::App& command, std::string& source) {
 }
 
 void add_cache_flag(CLI::App& command, std::string& folder) {
-  add_value(command, "--cache", folder, "DIR",
-            "Folder of packs, yours alone (default: $SEXTANT_CACHE or ~/.cache/sextant)");
+  add_value(
+      command, "--cache", folder, "DIR",
+      "Folder of correspondence caches, writable by this user only (default: $SEXTANT_CACHE or ~/.cache/sextant)");
 }
 
 void add_data_flag(CLI::App& command, CommonFlags& flags) {
@@ -45,7 +46,7 @@ void add_option_flags(CLI::App& command, CommonFlags& flags) {
 
 void add_jobs_flag(CLI::App& command, CommonFlags& flags) {
   flags.jobs = available_cores();
-  add_value(command, "--jobs", flags.jobs, "N", "Threads; results do not depend on it")
+  add_value(command, "--jobs", flags.jobs, "N", "Number of threads; results do not depend on it")
       ->default_str("number of cores")
       ->check(CLI::Range(1, 1024));
 }
@@ -62,7 +63,8 @@ SourceSpec source_of(const std::string& text, const CommonFlags& flags) {
   SourceSpec spec = find_source(text, flags.data_root);
   const Json options = options_tree(flags.options, flags.sets);
   for (const auto& item : options.items()) {
-    if (item.key() != "source") fail("unknown option key '{}': known: source", item.key());
+    if (item.key() != "source")
+      fail("unknown option key '{}': expected keys that begin with source.", item.key());
   }
   spec.add_options(options.value("source", Json::object()));
   return spec;

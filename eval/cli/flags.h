@@ -1,6 +1,6 @@
 #pragma once
 
-// The flags of a command, in one line each, and those that several commands have.
+// Declares the flags of a command in one line each, and the flags that several commands share.
 
 #include <cmath>
 #include <concepts>
@@ -25,8 +25,8 @@ namespace sextant {
 
 struct SweepOutcome;
 
-/// Refuses nan, infinities and what is below `least`. CLI11's ranges let nan pass, and print their largest
-/// number in full.
+/// Validator that refuses NaN, infinities and values below `least`. CLI11's own ranges accept NaN, and
+/// print their largest number in full.
 inline CLI::Validator finite_number(double least = -std::numeric_limits<double>::infinity()) {
   return CLI::Validator(
       [least](const std::string& text) {
@@ -45,7 +45,8 @@ template <typename T>
 inline constexpr bool is_real<std::optional<T>> = std::floating_point<T>;
 }  // namespace internal
 
-/// `type`: what stands for the value in the help, "DIR"; a choice is written "this|that" (command_tree.h).
+/// Adds a flag with a value. `type` stands for the value in the help, e.g. "DIR"; a choice is written
+/// "this|that" (command_tree.h).
 template <typename T>
 CLI::Option* add_value(CLI::App& command, const std::string& flag, T& value, const std::string& type,
                        const std::string& help) {
@@ -65,7 +66,8 @@ struct CommonFlags {
   bool json = false;
 };
 
-/// A flag whose values are the names of an enumeration; another one is an Error that tells the nearest name.
+/// Adds a flag whose values are the names of an enumeration; any other value is an Error that suggests the
+/// nearest name.
 template <Named E>
 CLI::Option* add_choice(CLI::App& command, const std::string& flag, E& value, const std::string& help) {
   const auto names = names_of(E{});
@@ -86,19 +88,20 @@ void add_jobs_flag(CLI::App& command, CommonFlags& flags);
 /// --source, --estimator, --level and --seed: one case of a folder with many.
 void add_case_flags(CLI::App& command, CaseChoice& choice);
 
-/// SOURCE below --data, with the options below "source" of the tree; others are an Error.
+/// Parses SOURCE, relative to --data, with the options below "source" of --options and --set. Any other
+/// option is an Error.
 SourceSpec source_of(const std::string& text, const CommonFlags& flags);
 
-/// The first few on stderr, as warnings, and how many more there are.
+/// Prints the first few problems on stderr as warnings, then how many more there are.
 void warn_of_problems(std::span<const std::string> problems);
 
-/// The value of --shard, "I/N".
+/// Parses the value of --shard, "I/N".
 std::pair<uint64_t, uint64_t> shard_of(const std::string& text);
 
-/// What a sweep did, for `sweep` and for `rescore` of one.
+/// Prints the summary of a sweep, after `sweep` and after `rescore` of a sweep.
 void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags);
 
-/// "NAME  description" lines of all estimators, for help texts.
+/// Returns one line "NAME  description" per estimator, for help texts.
 std::string estimator_list();
 
 }  // namespace sextant

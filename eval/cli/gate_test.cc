@@ -1,4 +1,4 @@
-// compare, baseline and trend as a user starts them: exit codes, and what is left on disk.
+// Starts compare, baseline and trend as a user does, and checks exit codes and written files.
 
 #include <sys/wait.h>
 

@@ -1,4 +1,4 @@
-// Man pages in the macros of man(7). The lines of a footer stay as they are.
+// Man pages in the macros of man(7). The lines of a command's footer are kept as they are.
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -27,7 +27,7 @@
 namespace sextant {
 namespace {
 
-/// `text` with what troff would take as its own made plain.
+/// Escapes characters of `text` that troff would interpret.
 std::string plain(std::string_view text) {
   std::string out;
   bool line_begins = true;
@@ -77,7 +77,7 @@ std::string synopsis(const CommandHelp& command) {
   return line + "\n";
 }
 
-/// Name and type, then meaning, default and what else is known of it.
+/// Formats name and type, then the meaning, default value, range and other properties of the flag.
 std::string entry(const FlagHelp& flag) {
   std::string head;
   for (const std::string& name : flag.names) head += (head.empty() ? "" : ", ") + bold(name);
@@ -113,7 +113,8 @@ std::string option_entries(const std::vector<OptionHelp>& options, std::set<std:
   return text;
 }
 
-/// What `sextant options` prints, for every estimator; an option stands with the first that has it.
+/// Lists the options that `sextant options` prints, for every estimator and adapter; an option shared by
+/// several estimators is listed once, with the first.
 std::string option_sections() {
   std::set<std::string> told;
   std::string text;
@@ -185,8 +186,8 @@ struct ManFlags {
   std::string out;
 };
 
-/// Shows a man page in the reader's pager. False where there is no program `man`, whose shell exit code is
-/// 127.
+/// Shows a man page in the user's pager. Returns false if there is no program `man`, which the shell
+/// reports with exit code 127.
 bool show_page(const std::string& page) {
   FILE* pager = popen("command -v man >/dev/null || exit 127; exec man -l -", "w");
   if (pager == nullptr) return false;
@@ -195,7 +196,7 @@ bool show_page(const std::string& page) {
   return !(WIFEXITED(status) && WEXITSTATUS(status) == 127);
 }
 
-/// Prints a man page: formatted on a terminal that has `man`, else its source, which `man -l -` reads.
+/// Prints a man page: formatted on a terminal with `man`, otherwise its source, which `man -l -` reads.
 void print_page(const std::string& page) {
   if (isatty(STDOUT_FILENO) == 0 || !show_page(page)) fmt::print("{}", page);
 }
@@ -222,7 +223,8 @@ void write_pages(const CommandHelp& tree, const std::string& folder) {
 void add_man_command(CLI::App& app) {
   const auto flags = std::make_shared<ManFlags>();
   CLI::App* command = app.add_subcommand("man", "Show the man page of a command, or write all of them");
-  add_value(*command, "command", flags->words, "COMMAND", "Whose page, e.g. evaluate ego; none: of sextant");
+  add_value(*command, "command", flags->words, "COMMAND",
+            "The command, e.g. evaluate ego; none: sextant itself");
   add_value(*command, "--out", flags->out, "DIR", "Folder for all pages");
   command->footer(
       "Examples:\n  sextant man run\n  sextant man run > sextant-run.1\n  sextant man --out man1");
@@ -237,7 +239,8 @@ void add_man_command(CLI::App& app) {
 
 namespace {
 
-/// The command below `app` called `words`; throws Error that names the nearest command where there is none.
+/// Finds the command below `app` that `words` name; throws Error that suggests the nearest command if there
+/// is none.
 const CLI::App& find_command(const CLI::App& app, const std::vector<std::string>& words) {
   const CLI::App* command = &app;
   for (const std::string& word : words) {
@@ -267,7 +270,7 @@ void add_help_command(CLI::App& app) {
   command->footer("Examples:\n  sextant help\n  sextant help evaluate ego");
   command->callback([words, &app] {
     const CLI::App& asked = find_command(app, *words);
-    // CLI::App::help() would print the help of the command that was given, which is `help`.
+    // CLI::App::help() would print the help of the command being run, which is `help`.
     fmt::print("{}", asked.get_formatter()->make_help(&asked, words_of(asked), CLI::AppFormatMode::Normal));
   });
 }
@@ -304,7 +307,7 @@ void explain_words(const ExplainFlags& flags) {
 
 void add_explain_command(CLI::App& app) {
   const auto flags = std::make_shared<ExplainFlags>();
-  CLI::App* command = app.add_subcommand("explain", "What a word of a table or report means");
+  CLI::App* command = app.add_subcommand("explain", "Explain a word of a table or report");
   add_value(*command, "word", flags->word, "WORD",
             "The word: coverage, gated, E_t, split_nees, ..; none: all of them");
   command->add_flag("--json", flags->json, "Print as JSON");

@@ -1,5 +1,5 @@
-// Names of strangers (datasets, sequences, labels of estimators, noise, folders) through every writer: HTML,
-// Markdown, LaTeX, gnuplot, JUnit, JSON, the terminal. They stay text.
+// Hostile names (data sets, sequences, labels of estimators, noise, folders) pass through every writer (HTML,
+// Markdown, LaTeX, gnuplot, JUnit, JSON, the terminal) and remain plain text.
 
 #include <cstdlib>
 
@@ -128,7 +128,7 @@ TEST_F(HostileNames, InAComparison) {
   OutputFiles files = comparison_files(comparison, Policy(), "2026-01-31T12:00:00");
   files["report.html"] = report_page(comparison_document(comparison, temp_.path() / "out"), 1);
   expect_files(files);
-  EXPECT_NE(files.at("report.html").find("Where it shows"), std::string::npos);
+  EXPECT_NE(files.at("report.html").find("Frames with the largest changes"), std::string::npos);
   write_file("junit.xml", files.at("junit.xml"));
   if (std::system("command -v xmllint > /dev/null") == 0) {
     EXPECT_EQ(std::system("test \"$(xmllint --xpath 'count(//script)' junit.xml)\" = 0"), 0);

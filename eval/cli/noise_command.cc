@@ -31,7 +31,7 @@ void fit(FitFlags& flags) {
 
 void add_noise_command(CLI::App& app) {
   CLI::App* noise =
-      app.add_subcommand("noise", "Errors of real flow and depth as a noise that can be injected");
+      app.add_subcommand("noise", "Measure the errors of real flow and depth, to inject noise like them");
   noise->require_subcommand(1);
   noise->footer("Example:\n  sextant noise fit vdo:kitti_03_demo@0-19 --out pwc_net_kitti03.json");
 
@@ -44,20 +44,21 @@ void add_noise_command(CLI::App& app) {
   add_option_flags(*command, *flags);
   add_jobs_flag(*command, *flags);
   add_value(*command, "--out", flags->out, "FILE.json", "The profile, NAME.json")->required();
-  add_value(*command, "--name", flags->profile.name, "NAME",
-            "What the profile calls itself; default: NAME of --out");
+  add_value(*command, "--name", flags->profile.name, "NAME", "Name in the profile; default: NAME of --out");
   add_value(*command, "--noise", flags->noise, "JSON",
             "Noise that is added to the source first: none or JSON")
       ->capture_default_str();
-  command->add_option("--seed", flags->profile.seed, "Of that noise")->capture_default_str();
+  command->add_option("--seed", flags->profile.seed, "Seed of that noise")->capture_default_str();
   command
       ->add_option(
           "--depth-reference", flags->depth,
-          "What disparities are compared with: auto (the data set's truth, else the next frame), next_frame, "
+          "Reference for the disparities: auto (the data set's truth, else the next frame), next_frame, "
           "left_right (images of both cameras)")
       ->type_name("auto|next_frame|left_right")
       ->capture_default_str();
-  command->add_option("--max-frames", flags->profile.max_frames, "Frames that are looked at, evenly spread")
+  command
+      ->add_option("--max-frames", flags->profile.max_frames,
+                   "Number of frames that are measured, evenly spread")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   add_value(*command, "--figure", flags->figure, "DIR",

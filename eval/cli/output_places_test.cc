@@ -1,6 +1,7 @@
-// Every place that a command writes to: no link there leads out of the folder that the command line names,
-// and of two commands that write into one folder the second is refused before it computes anything. The table
-// has a line for each flag of the command tree that names an output; a flag without one fails the test.
+// Output folders of every command: no link inside them leads out of the folder that the command line names,
+// and of two commands that write into one folder the second is refused before it computes anything. The
+// table has a line for each flag of the command tree that names an output; a flag without a line fails the
+// test.
 
 #include <CLI/CLI.hpp>
 
@@ -70,8 +71,10 @@ constexpr Place places[] = {
 /// Flags whose places other tests look at, and why.
 const std::map<std::string, std::string> elsewhere = {
     {"--cache", "experiment/PackTest: a folder of the user alone"},
-    {"sextant benchmark merge --out", "its sweeps are merged as by `sextant merge`, its cards are those of `sextant benchmark`"},
-    {"sextant benchmark page --out", "benchmark/Benchmark.APage*; its files go through write_output_folder()"},
+    {"sextant benchmark merge --out",
+     "its sweeps are merged as by `sextant merge`, its cards are those of `sextant benchmark`"},
+    {"sextant benchmark page --out",
+     "benchmark/Benchmark.APage*; its files go through write_output_folder()"},
     {"sextant reproduce --out",
      "eval/fuzz/fault_test.py --reproduce; its files go through OutputFolder and make_folder_below()"},
 };
@@ -265,7 +268,8 @@ TEST(DryRun, StartsAndWritesNothing) {
   EXPECT_EQ(packs.code, 0) << packs.err;
   EXPECT_FALSE(fs::exists(temp / "started"));
   EXPECT_FALSE(fs::exists(temp / "out"));
-  EXPECT_EQ(files_below(temp.path() / "cache").size(), 3U);  // the pack, what leads to it, and the mark
+  EXPECT_EQ(files_below(temp.path() / "cache").size(),
+            3U);  // the correspondence cache, the link to it, and the mark of the folder
 }
 
 TEST(SourceNames, ThatFallTogetherAreRefusedBeforeAnythingRuns) {
@@ -288,7 +292,7 @@ TEST(Cache, OfAnotherUserIsRefused) {
   make_vdo_fixture(temp.path() / "a", {.n_frames = 3, .width = 160, .height = 48});
   temp.write("plan.json", json_text({{"sources", {"vdo:" + temp / "a"}}, {"estimators", {"motion_only"}}}));
   fs::create_directory(temp / "shared");
-  // Without a home folder packs lie in the system's temporary folder, in one that is the user's.
+  // Without a home folder correspondence caches lie in a folder of the user's own below the system's temporary folder.
   const std::string words =
       fmt::format("sweep {0}/plan.json --jobs 1 --quiet --out {0}/", temp.path().string());
   const std::string bare =

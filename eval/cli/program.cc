@@ -37,7 +37,8 @@ int report(const std::string& message, int code) {
   return code;
 }
 
-/// What has been printed is at its place, or the result is lost and said to be so.
+/// Flushes standard output. A result that could not be written completely turns success into an error
+/// message and exit code 2.
 int after_output(int code) {
   std::cout.flush();
   const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
@@ -46,7 +47,7 @@ int after_output(int code) {
                 exit_bad_input);
 }
 
-/// After long work, what of it took the time.
+/// After more than 10 s of work, prints the time that each stage took.
 void tell_times(std::chrono::steady_clock::time_point start) {
   constexpr double long_s = 10;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -55,8 +56,8 @@ void tell_times(std::chrono::steady_clock::time_point start) {
     print_error(fmt::format("Time: {:.1f} s; of it {}\n", seconds, parts));
 }
 
-/// Names of files end up in JSON and pages, which hold UTF-8 alone: better now than after all has been
-/// computed.
+/// Names of files end up in JSON and pages, which are UTF-8: a name that is not is refused before anything
+/// is computed.
 void check_texts(int argc, const char* const* argv) {
   for (int i = 1; i < argc; ++i) {
     if (!is_utf8(argv[i]))
@@ -67,7 +68,7 @@ void check_texts(int argc, const char* const* argv) {
     fail("SEXTANT_DATA is not UTF-8: '{}': rename the folder", one_line(data));
 }
 
-/// `--out ''` would be the working folder.
+/// Refuses empty names: `--out ''` would mean the working folder.
 void refuse_empty_names(CLI::App& command) {
   for (const char* name : {"--out", "--cache", "--save-zip", "--save-tum", "--policy", "--data"}) {
     CLI::Option* option = command.get_option_no_throw(name);
@@ -82,8 +83,8 @@ void refuse_empty_names(CLI::App& command) {
     refuse_empty_names(*sub);
 }
 
-/// Memory is asked for in proportion to what files hold; the file that was opened last is most likely the
-/// reason.
+/// Containers are sized in proportion to what files declare, so the file opened last is the most likely
+/// cause and is named.
 int report_no_memory() {
   const std::string file = last_opened_file();
   return report(
@@ -99,7 +100,8 @@ int report_no_thread() {
 
 std::terminate_handler previous_terminate = nullptr;
 
-/// TBB, below the ray caster, throws where nobody can catch when it cannot start a thread.
+/// Terminate handler: TBB, which the ray caster uses, throws an exception that cannot be caught when it
+/// cannot start a thread.
 [[noreturn]] void end_without_thread() {
   try {
     if (std::current_exception()) throw;
@@ -108,19 +110,19 @@ std::terminate_handler previous_terminate = nullptr;
   } catch (const std::exception& error) {
     if (std::string_view(error.what()).find("pthread_create") != std::string_view::npos)
       std::_Exit(report_no_thread());
-  } catch (...) {  // told by the handler before this one
+  } catch (...) {  // the previous handler reports it
   }
   previous_terminate();
   std::abort();
 }
 
-/// The innermost command that was given.
+/// Returns the innermost command on the command line.
 const CLI::App& innermost(const CLI::App& app) {
   const auto given = app.get_subcommands();
   return given.empty() ? app : innermost(*given.front());
 }
 
-/// What is wrong with the command line, with the nearest valid name for an unknown one.
+/// Formats the message for a wrong command line, with the nearest valid name for an unknown one.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = innermost(app);
   const std::vector<std::string> rest = app.remaining(/*recurse=*/true);
@@ -134,7 +136,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
     }
     return fmt::format("unknown flag '{}': {}", name, suggest(name, flags));
   }
-  // `sweep` runs a plan by itself; others only hold commands.
+  // `sweep` runs a plan itself and also has subcommands; other commands with subcommands need one.
   std::vector<std::string> names;
   for (const CLI::App* below : command.get_subcommands([](const CLI::App*) { return true; })) {
     if (command.get_require_subcommand_min() > 0) names.push_back(below->get_name());
@@ -163,7 +165,7 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
   try {
     check_texts(argc, argv);
     const auto start = std::chrono::steady_clock::now();
-    if (argc <= 1) {  // `sextant` alone
+    if (argc <= 1) {  // `sextant` without arguments
       fmt::print("{}", app.help());
       return exit_ok;
     }
@@ -181,9 +183,10 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
     return report(interrupted_text, exit_interrupted);
   } catch (const std::bad_alloc&) {
     return report_no_memory();
-  } catch (const std::length_error&) {  // a container of more elements than there are addresses
+  } catch (const std::length_error&) {  // a container was asked for more elements than it can hold
     return report_no_memory();
-  } catch (const std::filesystem::filesystem_error& error) {  // a folder of the user's: loops, no permission
+  } catch (
+      const std::filesystem::filesystem_error& error) {  // a folder of the user: loop of links, no permission
     return report(fmt::format("{}: {}: expected a file or folder that this user may read and write",
                               error.path1().string(), error.code().message()),
                   exit_bad_input);
@@ -204,7 +207,8 @@ std::string words_of(const CLI::App& command) {
 }
 
 void tell(std::string_view kind, const std::string& text) {
-  constexpr size_t longest = 4000;  // it may quote a file: its beginning and what to do are at the ends
+  constexpr size_t longest =
+      4000;  // the message may quote a file; its first and last characters name the file and the remedy
   std::string line = one_line(text);
   if (line.size() > longest) {
     line = fmt::format("{} ... {}", one_line(line.substr(0, longest / 2)),
@@ -216,7 +220,8 @@ void tell(std::string_view kind, const std::string& text) {
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
   open_closed_streams();
   install_interrupt_handler(fmt::format("sextant: error: {}\n", interrupted_text), exit_interrupted);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is an error of write(), as a full disk is
+  std::signal(SIGXFSZ,
+              SIG_IGN);  // writing a file beyond `ulimit -f` becomes an error of write(), like a full disk
   previous_terminate = std::set_terminate(end_without_thread);
   return after_output(run(argc, argv, commands));
 }
@@ -224,12 +229,12 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
 namespace {
 
 constexpr auto command_table = std::to_array<AddCommand>({
-    add_data_command,  add_run_command,      add_rescore_command,    add_sweep_command,
-    add_merge_command, add_benchmark_command, add_report_command,   add_reproduce_command,  add_compare_command,
-    add_trend_command, add_baseline_command, add_evaluate_command,   add_overlay_command,
-    add_noise_command, add_view_command,     add_export_command,     add_explain_command,
-    add_cache_command, add_options_command,  add_completion_command, add_man_command,
-    add_help_command,
+    add_data_command,    add_run_command,       add_rescore_command,  add_sweep_command,
+    add_merge_command,   add_benchmark_command, add_report_command,   add_reproduce_command,
+    add_compare_command, add_trend_command,     add_baseline_command, add_evaluate_command,
+    add_overlay_command, add_noise_command,     add_view_command,     add_export_command,
+    add_explain_command, add_cache_command,     add_options_command,  add_completion_command,
+    add_man_command,     add_help_command,
 });
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Starts the program as a user does and looks at exit code, output and what is left on disk.
+// Starts the program as a user does, and checks exit code, output and written files.
 
 #include <sys/wait.h>
 

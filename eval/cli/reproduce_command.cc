@@ -53,14 +53,15 @@ void add_reproduce_command(CLI::App& app) {
   add_value(*command, "--out", flags->out, "DIR",
             "Folder for records and report; an unfinished one is resumed")
       ->required();
-  command->add_flag("--report-only", flags->report_only, "Run nothing: the report of the records in --out");
+  command->add_flag("--report-only", flags->report_only,
+                    "Run nothing; write the report of the records that --out holds");
   add_cache_flag(*command, flags->cache);
   add_data_flag(*command, *flags);
   add_jobs_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "No progress; only where the report is");
   command->add_flag("--json", flags->json, "Print the verdicts as JSON");
   command->footer(
-      "Without data the embedded scenarios are measured; docs/reproduction.md says what else is used.\n"
+      "Without data the embedded scenarios are measured; docs/reproduction.md lists the data of every experiment.\n"
       "Ctrl-C or a crash loses nothing: give the same command again.\n"
       "Example:\n  sextant reproduce --data $SEXTANT_DATA --out results/runs/reproduce");
   command->callback([flags] { reproduce_as_told(*flags); });

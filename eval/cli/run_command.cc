@@ -110,15 +110,15 @@ void add_run_command(CLI::App& app) {
   add_value(*command, "--estimator", request.estimator, "NAME", "Which estimator, or external:CONFIG.json")
       ->capture_default_str();
   add_value(*command, "--procedure", request.procedure, "NAME",
-            "Follow somebody else's procedure; --options and --set come on top of it");
+            "Evaluate by the procedure of a publication or release; --options and --set come on top of it");
   add_option_flags(*command, *flags);
   add_value(*command, "--noise", request.noise, "JSON|procedure",
-            "Noise on the measurements as JSON (docs/noise.md), or that of the procedure")
+            "Noise on the measurements as JSON (docs/noise.md), or \"procedure\": the noise of --procedure")
       ->capture_default_str();
   command->add_flag(
       "--consistency", request.consistency,
-      "Also estimate every body from halves of its points and record how they agree (split_nees)");
-  add_value(*command, "--level", request.level, "NUMBER", "What records call the level of the noise")
+      "Also estimate every body from each half of its points and record how well the two agree (split_nees)");
+  add_value(*command, "--level", request.level, "NUMBER", "Noise level that the records state")
       ->capture_default_str();
   add_value(*command, "--seeds", request.n_seeds, "N", "Repeat with seeds 0..N-1 of the noise")
       ->capture_default_str()

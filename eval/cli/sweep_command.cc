@@ -49,7 +49,7 @@ void run_sweep(const SweepFlags& flags) {
   }
   if (flags.packs_only) {
     make_packs(config);
-    if (!flags.quiet) fmt::print("Packs: {}\n", config.cache.folder().string());
+    if (!flags.quiet) fmt::print("Correspondence caches: {}\n", config.cache.folder().string());
     return;
   }
   if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
@@ -80,10 +80,11 @@ void add_sweep_status_command(CLI::App& sweep) {
       ->required()
       ->type_name("DIR");
   add_value(*command, "--shards", flags->n_shards, "N",
-            "How many there are (default: as those that have begun say)");
+            "Number of shards (default: as recorded by the shards that have begun)");
   command->add_flag("--missing", flags->only_missing,
-                    "Print only the missing and stopped ones, as sbatch --array takes them");
-  add_value(*command, "--except", flags->except, "I,J,...", "Shards to leave out of these")->delimiter(',');
+                    "Print only missing and stopped shards, as sbatch --array takes them");
+  add_value(*command, "--except", flags->except, "I,J,...", "Shards to leave out of this list")
+      ->delimiter(',');
   command->add_flag("--json", flags->json, "Print as JSON");
   command->footer(
       "Examples:\n  sextant sweep status out\n  sbatch --array=$(sextant sweep status out --missing) "
@@ -143,11 +144,11 @@ void add_sweep_command(CLI::App& app) {
   add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares; a folder per shard")
       ->capture_default_str();
   command->add_flag("--dry-run", flags->dry_run,
-                    "Say how many cases and frame pairs there are; runs and writes nothing");
+                    "Print how many cases and frame pairs there are; runs and writes nothing");
   command->add_flag("--packs-only", flags->packs_only, "Decode the sources into the cache and run no case");
   add_cache_flag(*command, flags->cache);
   command->add_flag("--allow-mixed", flags->allow_mixed,
-                    "Go on with what another version of Sextant began; run.json names both");
+                    "Continue a sweep that another version of Sextant began; run.json names both");
   command->add_flag(
       "--reuse-stale", flags->reuse_stale,
       "Keep finished cases of another version of an external or Python estimator, instead of running them "

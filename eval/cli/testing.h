@@ -1,6 +1,6 @@
 #pragma once
 
-// The program, for tests: started as users do.
+// Runs the program in tests as users start it.
 
 #include <sys/wait.h>
 
@@ -20,7 +20,7 @@ struct Outcome {
   std::string out, err;
 };
 
-/// `arguments` as in a shell.
+/// Starts the program with `arguments`, which a shell splits.
 inline Outcome sextant_program(const std::string& arguments) {
   const TempFolder temp;
   const std::string out = (temp.path() / "out").string(), err = (temp.path() / "err").string();
@@ -29,7 +29,7 @@ inline Outcome sextant_program(const std::string& arguments) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
 }
 
-/// `sextant evaluate ego` in this process, which starts no program.
+/// Runs `sextant evaluate ego` within this process.
 inline Outcome evaluate_ego_command(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {"sextant", "evaluate", "ego"});
   std::vector<const char*> pointers;
@@ -40,7 +40,7 @@ inline Outcome evaluate_ego_command(std::vector<std::string> arguments) {
   return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
 }
 
-/// Exit code 2 and exactly one line on stderr that names `named`.
+/// Expects exit code 2 and exactly one line on stderr that contains `named`.
 inline void expect_bad_input(const Outcome& outcome, const std::string& named) {
   EXPECT_EQ(outcome.code, 2) << named << ": " << outcome.out << outcome.err;
   EXPECT_TRUE(outcome.err.starts_with("sextant: error: ")) << outcome.err;

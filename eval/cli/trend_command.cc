@@ -44,7 +44,7 @@ void add_trend_command(CLI::App& app) {
   add_value(*command, "dir", flags->folders, "DIR",
             "Results, oldest first, or folders of results, which are taken in order of their names")
       ->required();
-  add_value(*command, "--out", flags->out, "FILE.html", "Page that needs no other file");
+  add_value(*command, "--out", flags->out, "FILE.html", "Self-contained page");
   add_value(*command, "--policy", flags->policy, "FILE", "Smallest step that counts; see `sextant compare`");
   add_jobs_flag(*command, *flags);
   command->add_flag("--quiet", flags->quiet, "Print nothing");

@@ -37,7 +37,7 @@ struct ShiftFit {
     return out;
   }
 
-  /// Negative log likelihood of normal errors with the scatter of a share.
+  /// Negative log likelihood of normally distributed errors e - share d, with their own scatter.
   double cost(double share) const {
     double sum = 0;
     const std::map<int, Vector6d> scale = scatter(share);
@@ -129,8 +129,8 @@ std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
     auto found = fit.fit(stretch_of_frame);
     if (!found || std::abs(found->share - 1) > near_one || found->share - half < sure * found->standard_error)
       continue;
-    // Shifts have different numbers of steps with a change: what each step gains against right numbers
-    // decides.
+    // Different shifts have different numbers of steps with a change, so the mean gain per step over
+    // unshifted numbers decides.
     const double gain = (fit.cost(1) - fit.cost(0)) / static_cast<double>(fit.steps.size());
     if (best && gain >= least) continue;
     least = gain;

@@ -1,6 +1,6 @@
 #pragma once
 
-// A shift of frame numbers that errors hide from the rule of hypothesis.h.
+// Detects a shift of frame numbers when errors are too large for the rule of hypothesis.h.
 //
 // With b_k the reference step of frame k in the body frame and g_k the given one, the error of a step is
 // e_k = log(inverse(b_k) g_k). Where the motion of frame k stands at frame k + n, g_k is b_{k-n} up to noise,
@@ -37,15 +37,16 @@ struct StepError {
   std::map<int, Vector6d> of_shift;  ///< d_k by n in -3 .. 3, where the reference of frame k - n is known
 };
 
+/// A shift that was found: the fitted share a with its standard error.
 struct FrameShift {
   int frames = 0;
   double share = 0, standard_error = 0;
 
-  /// `read`: the reading of the data with this shift, to which the share is added.
+  /// `read` is the reading of the data with this shift; the share a is added to its text.
   Explanation explanation(Reading read, double declared) const;
 };
 
-/// Needs 30 steps in 20 different frames.
+/// Needs 30 steps in 20 different frames; empty if no shift meets the conditions above.
 std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& steps);
 
 }  // namespace sextant

@@ -19,7 +19,7 @@ std::optional<Explanation> explain(double declared, const std::vector<Reading>& 
   };
   if (!explains(least->residual)) return std::nullopt;
   Explanation out{{}, {}, declared};
-  // Below a millionth of the declared residual all readings are exact, rounding apart.
+  // A residual below a millionth of the declared one is exact up to rounding.
   const double alike = std::max(alike_times * least->residual, 1e-6 * declared);
   for (const Reading& reading : readings) {
     if (reading.residual <= alike && explains(reading.residual)) out.alike.push_back(reading);

@@ -31,37 +31,39 @@ namespace sextant {
 /// How many times better than the declared reading a hypothesis must explain the data to be reported.
 inline constexpr double explains_times = 5;
 
-/// A reading of `Data` that the declaration does not claim.
+/// An alternative reading of `Data`, different from the declared one.
 template <typename Data>
 struct Hypothesis {
   std::string code;  ///< for programs: "inverse"
   std::string
       cause;  ///< "motions are inverted, from frame k to k-1"; "{}" becomes the number that undo() found
   std::string remedy;  ///< the flag or edit that corrects the data: "invert each motion"; may be empty
-  /// Reads the data this way. False: the hypothesis does not apply to them. A fitted number goes to `fitted`.
+  /// Rereads the data this way, in place. Returns false if the hypothesis does not apply to them; writes a
+  /// fitted number to `fitted`.
   std::function<bool(Data& data, double& fitted)> undo;
-  double price = 0;          ///< of two that explain the data alike, the one with the lower price is reported
-  bool fits_number = false;  ///< undo() searches for a number, which can explain much
+  double price = 0;  ///< the lower price wins between two hypotheses that explain the data equally well
+  bool fits_number = false;  ///< undo() fits a number, and so can explain much by chance
 };
 
-/// Residual that a hypothesis leaves, with its names.
+/// Residual under a hypothesis, with the texts of the hypothesis.
 struct Reading {
   std::string code, cause, remedy;
   double residual = 0;
   double price = 0;
 };
 
-/// A reported hypothesis, and those that explain the data as well.
+/// A reported hypothesis, and the other hypotheses that explain the data as well.
 struct Explanation {
   Reading best;
   std::vector<Reading> alike;  ///< residual at most twice the best one's, lowest price first
   double declared = 0;         ///< residual of the declared reading
 
-  /// How many times smaller the residual is; infinity where nothing is left.
+  /// Ratio of the declared residual to the best one; infinity if the best residual is 0.
   double times() const { return declared / best.residual; }
 };
 
-/// The readings under which `residual` is known. `residual`: Data -> std::optional<double>.
+/// Applies every hypothesis and returns the readings whose `residual`, a function Data ->
+/// std::optional<double>, is known.
 template <typename Data, typename Residual>
 std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, const Data& data,
                              const Residual& residual) {
@@ -85,13 +87,14 @@ struct ExplanationRule {
   double times = explains_times;
 };
 
-/// The reading with the lowest residual, if it explains the data by the rule above. Of those within a factor
-/// of two of the lowest residual, the one with the lowest price, then the first.
+/// Returns the reading with the lowest residual if it explains the data by the rule above. Among readings
+/// within a factor of two of the lowest residual, the one with the lowest price is returned, then the
+/// first.
 std::optional<Explanation> explain(double declared, const std::vector<Reading>& readings,
                                    const ExplanationRule& rule = {});
 
-/// "SUBJECT: CAUSE (RMS residual 0.03 m read so, 1.2 m as declared): REMEDY; or: CAUSE" for squared residuals
-/// in the square of `unit`.
+/// Formats "SUBJECT: CAUSE (RMS residual 0.03 m read so, 1.2 m as declared): REMEDY; or: CAUSE"; residuals
+/// are squared, in the square of `unit`.
 std::string message(const Explanation& explanation, const std::string& subject, const std::string& unit);
 
 }  // namespace sextant

@@ -8,14 +8,15 @@
 namespace sextant {
 namespace {
 
-constexpr size_t fewest_of_shift = 8;  // different frames: smooth motions resemble their neighbours
+constexpr size_t fewest_of_shift =
+    8;  // a smooth motion resembles that of the neighbouring frames, so a shift needs many frames
 constexpr double kept_share = 0.8;
 // Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as
 // well.
 constexpr double price_of_two = 0.5, price_of_fit = 0.1;
 
-/// Applies `change`, SE3 and sample -> std::optional<SE3>, to every sample; those without a result are
-/// dropped.
+/// Applies `change`, SE3 and sample -> std::optional<SE3>, to every sample and drops the samples without a
+/// result.
 template <typename Change>
 auto change_motions(Change change) {
   return [change](MotionData& data, double&) {
@@ -26,7 +27,8 @@ auto change_motions(Change change) {
       kept.push_back(std::move(sample));
       kept.back().given = *read;
     }
-    // A reading of a few steps says little about the others.
+    // The hypothesis applies only if most samples remain: a reading of a few steps says little about the
+    // others.
     const bool most = 2 * kept.size() >= data.samples.size();
     data.samples = std::move(kept);
     return most;
@@ -48,7 +50,7 @@ const char* words(MotionFrame frame) {
   return "";
 }
 
-/// inverse(C_{k-1}) H C_{k-1} to the declared frame.
+/// Converts inverse(C_{k-1}) H C_{k-1}, the motion in the axes of the camera at k-1, to the declared frame.
 std::optional<SE3> from_camera_axes(const SE3& motion, MotionFrame declared, const MotionSample& at) {
   if (!at.T_world_prev) return std::nullopt;
   return change_frame(*at.T_world_prev * motion * at.T_world_prev->inverse(), MotionFrame::world, declared,
@@ -67,7 +69,7 @@ MotionData of_objects(const MotionData& data, const std::set<int>& ids) {
 
 namespace {
 
-/// X with A_i X = X B_i: rotation and translation in turn, from the relation's two parts.
+/// Solves A_i X = X B_i in least squares, first the rotation and then the translation.
 SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
@@ -88,7 +90,7 @@ SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
       N += M.transpose() * M;
       b += M.transpose() * (R * B.translation() - A.translation());
     }
-    // Directions that the turns do not determine stay at 0.
+    // Directions of t that the rotations do not determine stay at 0.
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(N);
     t.setZero();
     for (int i = 0; i < 3; ++i) {
@@ -105,15 +107,16 @@ SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
 struct BodyStep {
   SE3 A, B, P;
 
-  /// What B leaves of A read at L_0, m and rad at 1 m.
+  /// Difference of A and B with the object's first pose at L0: translation in m, rotation in m at a radius
+  /// of 1 m.
   Vector6d error(const SE3& L0) const {
     const SE3 L = L0 * P;
     return step_numbers(B.inverse() * L.inverse() * A * L);
   }
 };
 
-/// Minimises the errors of steps in the body frame, where a rotation has no lever arm as it has in the world,
-/// with Huber's weights from `L0` on.
+/// Minimises the errors of the steps in the body frame by Gauss-Newton with Huber weights, from `L0` on.
+/// The body frame avoids the lever arm that a rotation has in the world frame.
 SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
   constexpr int n_rounds = 15;
   constexpr double delta = 1e-6, damping = 1e-6, huber = 1.5, converged = 1e-6;
@@ -241,7 +244,8 @@ namespace {
 
 SE3 in_body_frame(const SE3& motion, MotionFrame declared, const MotionSample& sample) {
   if (const auto body = change_frame(motion, declared, MotionFrame::body, sample)) return *body;
-  // Without the object's pose: about the camera, which is nearer to it than the origin of the world.
+  // Without the object's pose the rotation acts about the camera, which is nearer to the object than the
+  // origin of the world.
   if (declared != MotionFrame::world || !sample.T_world_prev) return motion;
   return sample.T_world_prev->inverse() * motion * *sample.T_world_prev;
 }
@@ -298,7 +302,7 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
         if (knows_poses(data)) return plain(data, ignored);
         fit_poses_to_world_reference(data);
         const bool applies = plain(data, ignored);
-        // The residual is about the camera, as that of the declared reading.
+        // The residual is taken about the camera, as for the declared reading.
         for (MotionSample& sample : data.samples) sample.T_world_object.reset();
         return applies;
       };
@@ -363,7 +367,8 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
            const auto logged = data.logged;
            size_t n_known = 0;
            std::set<int> frames;
-           // Steps whose other one is not logged stay as they are: both readings have the same steps.
+           // Steps whose shifted counterpart is not logged stay unchanged, so that both readings have the
+           // same steps.
            return change_motions([&](const SE3& m, S s) -> Result {
                     const auto other = logged.find({s.key.first, s.key.second + lag});
                     if (other == logged.end()) return m;
@@ -446,7 +451,7 @@ std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& m
        "reorder the columns to qx,qy,qz,qw", turned(w_first)},
       {"quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
        "reorder the columns", turned(w_last)}};
-  // Of a rotation by 60 degrees.
+  // Residual of a rotation by 60 degrees.
   constexpr double large = rms_radius_m * rms_radius_m;
   return explain(*declared, read_as(table, motions, mean_square), {.negligible = large});
 }

@@ -1,7 +1,6 @@
 #pragma once
 
-// Readings of rigid motions of objects that somebody else has logged: in another frame, inverse, in
-// centimetres.
+// Readings of logged rigid motions of objects: in another frame, inverse, in centimetres and so on.
 //
 // A motion from frame k-1 to k is written in one of three frames (geometry/object_motion.h), with L =
 // T_world_object at k-1 and C = T_world_camera:
@@ -33,7 +32,7 @@
 
 namespace sextant {
 
-/// Objects of fewer steps have no residual.
+/// Objects with fewer steps have no residual.
 inline constexpr size_t fewest_steps = 3;
 /// A shift of the clock is reported only where no single other mistake does as well.
 inline constexpr double price_of_lag = 0.2;
@@ -47,34 +46,35 @@ using ObjectFrame = std::pair<int, int>;
 /// Radius of the points by which a rotation is weighed against a translation, m.
 inline constexpr double rms_radius_m = 1;
 
-/// explains_times for a residual of n steps: up to four times as much for few steps, which agree by chance.
+/// Factor explains_times for a residual of n steps. It is up to four times as large for few steps, which
+/// may agree by chance.
 double explains_times_of(size_t n_steps);
 
 /// Squared residual of a step between poses or of a motion in the body frame, m^2.
 double squared_residual(const SE3& given, const SE3& reference);
 
-/// The mean of the smallest four fifths; empty for fewer than `fewest` values.
+/// Mean of the smallest four fifths of the values; empty for fewer than `fewest` values.
 std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest);
 
-/// Motion and poses known at one step, in one world.
+/// Motion and poses that are known at one step, in one world.
 struct MotionSample {
   ObjectFrame key;
   SE3 given;                                      ///< as logged, in the declared frame
   SE3 reference;                                  ///< in the declared frame
   std::optional<SE3> T_world_object;              ///< at k-1
-  std::optional<SE3> T_world_prev, T_world_curr;  ///< of the camera
+  std::optional<SE3> T_world_prev, T_world_curr;  ///< T_world_camera at k-1 and k
 };
 
 struct MotionData {
   MotionFrame declared = MotionFrame::world;
-  std::vector<MotionSample> samples;  ///< those with a reference
+  std::vector<MotionSample> samples;  ///< motions that have a reference
   std::map<ObjectFrame, SE3> logged;  ///< all motions of the log, for readings that need neighbours
 };
 
-/// `motion` of the frame `from`, in the frame `to`; empty where a pose that this needs is not known.
+/// Converts `motion` from the frame `from` to the frame `to`; empty if a pose that this needs is not known.
 std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at);
 
-/// The motion of a sample in the world, where the poses that it needs are known.
+/// Returns the motion of a sample in the world frame; empty if a pose that this needs is not known.
 using WorldMotion = std::function<std::optional<SE3>(const MotionSample&)>;
 
 /// Fits poses of objects that are not known to motions H in the world and B in the body frame, in least squares over each
@@ -86,7 +86,7 @@ void fit_poses_to_world_reference(MotionData& data);  ///< `given` is B
 /// Residual over all samples of `data`, m^2; empty for fewer than three.
 std::optional<double> motion_residual(const MotionData& data);
 
-/// The residual of objects that do not move.
+/// Residual of the null reading, objects that do not move.
 std::optional<double> null_of_motions(MotionData data);
 
 /// Every hypothesis about logged motions, for motions declared in `declared`:
@@ -99,19 +99,21 @@ std::optional<double> null_of_motions(MotionData data);
 ///   lag_-3 .. lag_3    of other frames
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
 
-/// What explains the motions of all objects, or of single ones, better than the declared reading.
+/// Finds readings that explain the motions of all objects, or of single ones, better than the declared
+/// reading.
 std::vector<ObjectExplanation> explain_motions(const MotionData& data);
 
-/// A shift of the frame numbers of all objects by frame_shift.h: where explain_motions() finds nothing else.
+/// Detects by frame_shift.h a shift of the frame numbers of all objects; for data about which
+/// explain_motions() finds nothing.
 std::optional<Explanation> explain_hidden_shift(const MotionData& data);
 
-/// An explanation from the motions alone, by their rotations: motions between successive frames turn an
-/// object by far less than 90 degrees. Quaternions in another order turn it by about 180.
+/// Explains the rotations of the motions alone, without a reference: motions between successive frames turn
+/// an object by far less than 90 degrees, whereas quaternions in another order turn it by about 180.
 std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& motions);
 
-/// Bodies whose motions in their own frames point backwards, against one of the axes `forward` within 30
-/// degrees, in all but a twentieth of at least ten steps of 0.1 m or more; empty where one of the others
-/// moves at all.
+/// Returns the bodies that seem to drive backwards: in their body frame the motions point against one of
+/// the axes `forward` within 30 degrees, in all but a twentieth of at least ten steps of 0.1 m or more.
+/// Empty if any other body moves.
 std::vector<int> bodies_that_reverse(const std::map<ObjectFrame, SE3>& body_motions,
                                      const std::vector<Eigen::Vector3d>& forward);
 

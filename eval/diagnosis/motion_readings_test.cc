@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Diagnosis, MotionPlants,
                          testing::Combine(testing::Values(MotionFrame::world, MotionFrame::body),
                                           testing::Values(0.03, 0.8)));
 
-/// The estimates of `right` at the frames of others.
+/// Returns `right` with the estimates moved to other frame numbers by `lag`.
 MotionData shifted(const MotionData& right, int lag) {
   MotionData data{right.declared, {}, {}};
   for (const auto& [key, motion] : right.logged) data.logged[{key.first, key.second + lag}] = motion;
@@ -146,7 +146,7 @@ TEST(MotionReadings, ShiftedFramesAreNamedWithTheirShift) {
 }
 
 TEST(MotionReadings, ShiftsThatNoiseHidesAreNamedByTheChangeOfTheMotion) {
-  // Errors of about a third of a step: the residuals of both readings differ little.
+  // Errors of about a third of a step make the residuals of both readings nearly equal.
   for (unsigned seed = 0; seed < 10; ++seed) {
     const MotionData right = data_of(scene(3, 60, 0.8), MotionFrame::world, 0.35, seed);
     EXPECT_FALSE(explain_hidden_shift(right));
@@ -163,7 +163,7 @@ TEST(MotionReadings, ShiftsBelowTheNoiseOfEstimatesOrTruthAreLeftOpen) {
     const MotionData right = data_of(scene(3, 60, 0.8), MotionFrame::world, 3, seed);
     for (const int lag : {-1, 0, 1})
       EXPECT_FALSE(explain_hidden_shift(shifted(right, lag))) << lag << ", seed " << seed;
-    // A truth that is noise from frame to frame, as labels by hand are.
+    // A truth with independent noise in each frame, as labels made by hand have.
     MotionData labelled = data_of(scene(3, 60, 0.8), MotionFrame::world, 0.05, seed);
     const MotionData noise = data_of(scene(3, 60, 0.8), MotionFrame::world, 1, seed + 100);
     for (size_t i = 0; i < labelled.samples.size(); ++i)
@@ -173,7 +173,7 @@ TEST(MotionReadings, ShiftsBelowTheNoiseOfEstimatesOrTruthAreLeftOpen) {
 }
 
 TEST(MotionReadings, MotionsInTheWorldAreNamedWithoutPosesOfObjects) {
-  // 30 m from the origin a rotation of a degree moves an object by half a metre.
+  // At 30 m from the origin a rotation of one degree moves an object by half a metre.
   Scene far = scene(2, 60, 0.5);
   const SE3 away = about_y(0, {20, 0, 25});
   for (auto& [key, pose] : far.L) pose = away * pose;
@@ -193,19 +193,23 @@ TEST(MotionReadings, OtherFramesAreNamedWithoutPosesOfObjects) {
     for (MotionSample& s : data.samples) s.T_world_object.reset();
     return data;
   };
-  const auto body = [](const SE3& m, const MotionSample& s) { return *change_frame(m, MotionFrame::world, MotionFrame::body, s); };
+  const auto body = [](const SE3& m, const MotionSample& s) {
+    return *change_frame(m, MotionFrame::world, MotionFrame::body, s);
+  };
   const auto camera_axes = [](const SE3& m, const MotionSample& s) {
     const SE3 H = *change_frame(m, MotionFrame::body, MotionFrame::world, s);
     return s.T_world_prev->inverse() * H * *s.T_world_prev;
   };
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const Scene seen = scene(2, 40, 0.5);
-    MotionData in_body = data_of(seen, MotionFrame::world, 0.1, seed), in_axes = data_of(seen, MotionFrame::body, 0.1, seed);
+    MotionData in_body = data_of(seen, MotionFrame::world, 0.1, seed),
+               in_axes = data_of(seen, MotionFrame::body, 0.1, seed);
     EXPECT_TRUE(explain_motions(without_poses(in_body)).empty()) << seed;
     EXPECT_TRUE(explain_motions(without_poses(in_axes)).empty()) << seed;
     plant(in_body, body);
     plant(in_axes, camera_axes);
-    const auto of_body = explain_motions(without_poses(in_body)), of_axes = explain_motions(without_poses(in_axes));
+    const auto of_body = explain_motions(without_poses(in_body)),
+               of_axes = explain_motions(without_poses(in_axes));
     ASSERT_FALSE(of_body.empty()) << seed;
     EXPECT_EQ(of_body[0].code(), "frame_body") << of_body[0].text("log");
     ASSERT_FALSE(of_axes.empty()) << seed;

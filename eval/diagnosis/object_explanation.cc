@@ -15,7 +15,7 @@ std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_ob
       ++objects[explanation.best.code];
       for (const Reading& reading : explanation.alike) ++objects[reading.code];
     }
-    // Of readings that explain as many objects, the reported one of the first object.
+    // Among readings that explain equally many objects, the reported reading of the first object is taken.
     const auto n_explained = [&](const auto& at) { return objects.at(at.second.best.code); };
     const auto most = std::ranges::max_element(of_object, {}, n_explained);
     ObjectExplanation group{{}, false, most->second};

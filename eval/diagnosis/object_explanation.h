@@ -14,17 +14,18 @@ namespace sextant {
 /// A hypothesis about some objects of a log.
 struct ObjectExplanation {
   std::vector<int> objects;  ///< ids
-  bool of_all = false;       ///< `objects` are all that the data have
+  bool of_all = false;       ///< `objects` are all objects of the data
   Explanation explanation;
 
   const std::string& code() const { return explanation.best.code; }
-  bool allows(const std::string& code) const;  ///< the reported reading, or one that explains the data alike
-  /// "SUBJECT of objects 1, 2: ...".
+  bool allows(const std::string& code)
+      const;  ///< true for the reported reading and for those that explain the data as well
+  /// Formats "SUBJECT of objects 1, 2: ...".
   std::string text(const std::string& subject) const;
 };
 
-/// Groups explanations of single objects: those that one reading explains come together, the reading of the
-/// most objects first. `n_all`: objects of the data.
+/// Groups the explanations of single objects by the reading that explains them, the reading of the most
+/// objects first. `n_all` is the number of objects in the data.
 std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_object, size_t n_all);
 
 /// Applies the rule of hypothesis.h to all objects `ids` together, then to each object that the hypothesis

@@ -7,7 +7,8 @@ namespace {
 
 using Poses = std::map<ObjectFrame, SE3>;
 
-/// Applies `change`, SE3 and frame -> std::optional<SE3>, to every pose; those without a result are dropped.
+/// Applies `change`, SE3 and frame -> std::optional<SE3>, to every pose and drops the poses without a
+/// result.
 template <typename Change>
 auto change_poses(Change change) {
   return [change](PoseData& data, double&) {
@@ -159,7 +160,7 @@ std::optional<Explanation> explain_hidden_shift(const PoseData& data) {
   for (const auto& [key, pose] : data.given) {
     const auto given = step_of(data.given, key), expected = step_of(data.reference, key);
     if (!given || !expected) continue;
-    // Steps in one world are compared at the reference's place.
+    // Steps in one world are compared at the place of the reference.
     const SE3 place =
         data.shared == SharedFrame::body ? SE3() : data.reference.at({key.first, key.second - 1});
     const auto difference = [&](const SE3& step) {

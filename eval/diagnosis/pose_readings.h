@@ -19,25 +19,29 @@ enum class SharedFrame { body, world };
 
 struct PoseData {
   SharedFrame shared = SharedFrame::body;
-  std::map<ObjectFrame, SE3> given, reference;  ///< of cameras: under one id
-  std::map<int, SE3> T_world_camera;            ///< for objects; may be empty
+  std::map<ObjectFrame, SE3> given, reference;  ///< object id and frame k -> pose; the camera has one id
+  std::map<int, SE3> T_world_camera;            ///< needed for readings of objects only; may be empty
 };
 
-/// m^2; empty for fewer than three steps that both sides have.
+/// Mean squared difference of the steps (see above), m^2; empty for fewer than three steps that both sides
+/// have.
 std::optional<double> pose_residual(const PoseData& data);
 
-/// The residual of bodies that do not move.
+/// Residual of the null reading, bodies that do not move.
 std::optional<double> null_of_poses(const PoseData& data);
 
+/// Every hypothesis about recorded poses:
 ///   inverse, centimetres, millimetres, too_small_100, too_small_1000, quaternion_w_first, quaternion_w_last,
-///   transposed, lag_-3 .. lag_3   as motion_hypotheses()
-///   per_step       motions from frame to frame in place of poses
-///   frame_camera   poses of objects in the camera frame
+///   transposed, lag_-3 .. lag_3   as in motion_hypotheses()
+///   per_step       the values are motions from frame to frame instead of poses
+///   frame_camera   the poses of objects are in the camera frame
 std::vector<Hypothesis<PoseData>> pose_hypotheses();
 
+/// Explains wrong poses of all bodies together, or of single bodies, by the rule of hypothesis.h.
 std::vector<ObjectExplanation> explain_poses(const PoseData& data);
 
-/// A shift of the frame numbers of all bodies by frame_shift.h: where explain_poses() finds nothing else.
+/// Detects by frame_shift.h a shift of the frame numbers of all bodies; for data about which
+/// explain_poses() finds nothing.
 std::optional<Explanation> explain_hidden_shift(const PoseData& data);
 
 }  // namespace sextant

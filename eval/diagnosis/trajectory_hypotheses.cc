@@ -40,8 +40,8 @@ void transpose_rotations(PoseSeries& series) {
   for (Eigen::Matrix3d& R : series.rotations) R.transposeInPlace();
 }
 
-/// Whether the extents of both paths agree within a factor of 3: otherwise a smaller unit merely shrinks
-/// noise.
+/// Returns true if the extents of both paths agree within a factor of 3; otherwise a smaller unit merely
+/// shrinks noise.
 bool has_same_extent(const TrajectoryPair& pair) {
   constexpr double factor = 3;
   const auto extent_m = [](const PoseSeries& poses) {
@@ -55,15 +55,15 @@ bool has_same_extent(const TrajectoryPair& pair) {
   return a > 0 && b > 0 && a < factor * b && b < factor * a;
 }
 
-/// Which side of a pair a hypothesis is about.
+/// The side of a pair that a hypothesis is about.
 struct Side {
   PoseSeries TrajectoryPair::*poses;
   std::string name;    ///< "estimate"
   std::string prefix;  ///< of its flags: "" or "ref-"
-  double price;        ///< where both sides would do, it is the estimate
+  double price;  ///< the estimate is cheaper, so that it is reported if both sides would explain the data
 };
 
-/// Adds hypotheses about one side; `change` says whether it applies.
+/// Adds hypotheses about one side; `change` returns false if the hypothesis does not apply.
 class Table {
  public:
   explicit Table(const Side& side) : side_(side) {}
@@ -88,7 +88,7 @@ class Table {
   std::vector<Hypothesis<TrajectoryPair>> list_;
 };
 
-/// Applies to poses with rotations alone.
+/// Wraps `change` so that it applies only to poses that have rotations.
 template <typename Change>
 auto of_rotations(const Change& change) {
   return [change](PoseSeries& poses) {
@@ -106,7 +106,7 @@ void turn_world(PoseSeries& poses, const Eigen::Matrix3d& W) {
   for (Eigen::Vector3d& p : poses.positions_m) p = W * p;
 }
 
-/// Where the axes x, y, z point, in opencv's words.
+/// Formats where the axes x, y, z point in opencv's axes, e.g. "right, down, forward".
 std::string directions(const Eigen::Matrix3d& opencv_from_named) {
   constexpr std::array<const char*, 6> names = {"right", "down", "forward", "left", "up", "backward"};
   std::string text;

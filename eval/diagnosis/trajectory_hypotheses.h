@@ -1,6 +1,6 @@
 #pragma once
 
-// Readings of a pair of trajectories that others wrote, for the rule of hypothesis.h.
+// Hypotheses about a pair of trajectories from third-party files, for the rule of hypothesis.h.
 //
 //   code        the poses are                                       found from
 //   inverse     T_camera_world                                      the pair, or each alone
@@ -27,27 +27,28 @@
 
 namespace sextant {
 
-/// Poses that belong together, as many on both sides, not yet aligned.
+/// Associated poses, the same number on both sides, not yet aligned.
 struct TrajectoryPair {
   PoseSeries reference, estimate;
 };
 
 struct TrajectoryHypothesisOptions {
   bool converted_estimate = false;   ///< axes or a body were given for the estimate: they are not questioned
-  bool converted_reference = false;  ///< the same of the reference
+  bool converted_reference = false;  ///< axes or a body were given for the reference: they are not questioned
   bool turns_world = false;          ///< the alignment turns the world: "world" changes nothing
   bool scales = false;               ///< the alignment scales: "unit" changes nothing
 };
 
-/// Those of the table that apply to a pair.
+/// Returns the hypotheses of the table that apply to a pair.
 std::vector<Hypothesis<TrajectoryPair>> trajectory_hypotheses(const TrajectoryHypothesisOptions& options);
 
-/// P_k = P_k-1 E_k for poses E_k = T_k-1,k, or their inverses: what a file of steps holds of a path.
+/// Chains the steps E_k = T_k-1,k, or their inverses, to poses P_k = P_k-1 E_k: the path that a file of
+/// steps describes.
 PoseSeries chained(const PoseSeries& steps, bool inverse);
-/// T_camera_world for T_world_camera and back; covariances go along.
+/// Replaces T_world_camera by T_camera_world or back, with the covariances.
 void invert(PoseSeries& poses);
 
-/// See "each alone"; empty without turns or with fewer than 20 pieces of path.
+/// RMS angle of "each alone" above, deg; empty for a path without turns or with fewer than 20 pieces.
 std::optional<double> direction_scatter_deg(const PoseSeries& poses);
 
 /// "inverse", "columns" or "transposed" where that reading of the poses alone has a scatter below 10 deg, at
@@ -55,12 +56,13 @@ std::optional<double> direction_scatter_deg(const PoseSeries& poses);
 /// path does not become longer.
 std::optional<Explanation> explain_alone(const PoseSeries& poses);
 
-/// Whether the rotation is within an angle of one that maps axes to axes, the identity among them.
+/// Returns true if the rotation is within `angle_rad` of one of the 24 rotations that map axes to axes, the
+/// identity included.
 bool is_near_axes(const Eigen::Matrix3d& R, double angle_rad);
-/// Length of the path in pieces of a hundredth, which noise hardly adds to.
+/// Length of the path measured over pieces of a hundredth of it, to which noise adds little, m.
 double path_in_pieces_m(const PoseSeries& poses);
 
-/// A rotation as the 12 numbers of --body-from-camera.
+/// Formats a rotation as the 12 numbers of --body-from-camera.
 std::string body_from_camera_numbers(const Eigen::Matrix3d& R);
 
 }  // namespace sextant

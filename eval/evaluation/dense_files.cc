@@ -32,14 +32,14 @@ Image<float> read_depth(const std::string& path, DepthFormat format, double bf) 
   return depth_from_disparity256(image, bf);
 }
 
-/// Extensions that files of a format may have: both where none is given.
+/// Extensions of the files of a format; both if no format is given.
 std::vector<std::string> extensions_of(FlowFormat format) {
   if (format == FlowFormat::by_name) return {".png", ".flo"};
   return {format == FlowFormat::flo ? ".flo" : ".png"};
 }
 std::vector<std::string> extensions_of(DepthFormat) { return {".png"}; }
 
-/// Names of the images in a folder, in order. Throws Error where one stands there in two formats.
+/// Names of the images in a folder, sorted. Throws Error if an image is there in two formats.
 std::vector<std::string> names_in(const std::string& folder, const std::vector<std::string>& extensions,
                                   const char* flag) {
   std::set<std::string> names;
@@ -54,7 +54,7 @@ std::vector<std::string> names_in(const std::string& folder, const std::vector<s
   return {names.begin(), names.end()};
 }
 
-/// Names of the estimate's images; one empty name where the estimate is a file.
+/// Names of the estimate's images; a single empty name if the estimate is a file.
 template <typename Format>
 std::vector<std::string> names_in(const DenseFiles<Format>& files) {
   std::error_code error;
@@ -62,7 +62,7 @@ std::vector<std::string> names_in(const DenseFiles<Format>& files) {
   return names_in(files.estimate, extensions_of(files.estimate_format), "--est-format");
 }
 
-/// The file of that name in a folder; the path itself for an empty name. Throws Error where there are two.
+/// Path of the image `name` in a folder; the path itself for an empty name. Throws Error if there are two.
 std::string file_of(const std::string& path, const std::string& name,
                     const std::vector<std::string>& extensions, const char* flag) {
   if (name.empty()) return path;
@@ -81,7 +81,8 @@ std::string file_of(const std::string& path, const std::string& name,
   return found;
 }
 
-/// Where the truth has images that the estimate has not, they count in nothing: said below the table.
+/// Notes below the table how many images of the truth have no estimate; these are not evaluated and do not
+/// lower the coverage.
 template <typename Format>
 void note_missing_images(const DenseFiles<Format>& files, Table& table) {
   std::error_code error;
@@ -106,7 +107,7 @@ bool has_value(float z) { return std::isfinite(z) && z > 0; }
 Flow no_value(const Flow&) { return {}; }
 float no_value(float) { return NAN; }
 
-/// A truth image reduced to the pixels for which `keep(i)`.
+/// Copies a truth image with only the pixels for which `keep(i)` is true.
 template <typename T, typename Keep>
 Image<T> reduced(const Image<T>& truth, const Keep& keep) {
   Image<T> out = truth;
@@ -120,10 +121,11 @@ Image<T> reduced(const Image<T>& truth, const Keep& keep) {
 template <typename T, typename Format, typename Read, typename Take>
 void for_subsets(const DenseFiles<Format>& files, const Read& read, const Take& take) {
   for (const std::string& name : names_in(files)) {
-    const std::string path = file_of(files.estimate, name, extensions_of(files.estimate_format), "--est-format");
+    const std::string path =
+        file_of(files.estimate, name, extensions_of(files.estimate_format), "--est-format");
     const Image<T> estimate = read(path, files.estimate_format);
-    const Image<T> truth =
-        read(file_of(files.truth, name, extensions_of(files.truth_format), "--gt-format"), files.truth_format);
+    const Image<T> truth = read(file_of(files.truth, name, extensions_of(files.truth_format), "--gt-format"),
+                                files.truth_format);
     check_size(estimate, truth, path);
     take("all", estimate, truth);
     if (!files.visible_truth.empty()) {
@@ -180,9 +182,7 @@ Table evaluate_flow(const DenseFiles<FlowFormat>& files) {
 
 Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf) {
   std::map<std::string, std::pair<std::vector<Image<float>>, std::vector<Image<float>>>> images;
-  const auto read = [&](const std::string& path, DepthFormat format) {
-    return read_depth(path, format, bf);
-  };
+  const auto read = [&](const std::string& path, DepthFormat format) { return read_depth(path, format, bf); };
   for_subsets<float>(files, read,
                      [&](const std::string& subset, const Image<float>& estimate, const Image<float>& truth) {
                        images[subset].first.push_back(estimate);

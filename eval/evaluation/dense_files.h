@@ -1,13 +1,15 @@
 #pragma once
 
-// Flow and depth images of any system against the truth, from files or folders of files with equal names.
+// Evaluates flow and depth images of any system against the truth, from two files or from two folders of
+// files with the same names.
 //
-//   flow   flo | kitti | vkitti         auto: .flo by its name; the two kinds of PNG must be told apart
-//          in a folder an image may stand once: as .png and .flo only where the format decides
-//   depth  disparity256 | depth256 | cm   16-bit PNG; disparity needs bf (px m)
 //
-// Subsets: every label of a mask image (8 or 16-bit PNG, 0 background), and, with KITTI's flow_noc or
-// disp_noc as second truth, the pixels that are visible in both images (noc) and those that are not (occ).
+//   flow   flo | kitti | vkitti          auto reads .flo by its name; kitti and vkitti are both PNG, so one must be
+//          given. If a folder holds an image as .png and as .flo, the format must be given as well
+//   depth  disparity256 | depth256 | cm  16-bit PNG; disparity needs bf (px m)
+//
+// Subsets: every label of a mask image (8 or 16-bit PNG, 0 is background). With KITTI's flow_noc or disp_noc
+// as second truth also the pixels visible in both images (noc) and all others (occ).
 
 #include <string>
 
@@ -23,16 +25,17 @@ constexpr Names<3> names_of(DepthFormat) { return {"disparity256", "depth256", "
 
 template <Named Format>
 struct DenseFiles {
-  std::string estimate, truth;  ///< files, or folders
+  std::string estimate, truth;  ///< two files, or two folders
   Format estimate_format{}, truth_format{};
   std::string mask;           ///< file or folder; may be empty
-  std::string visible_truth;  ///< truth of the pixels visible in both (noc); may be empty
+  std::string visible_truth;  ///< truth of the pixels visible in both images (noc); may be empty
 };
 
-/// One row per subset ("all", "noc", "occ", "mask 3"): over all images together. Throws Error on files that
-/// are missing, damaged or of another size, and when no pixel has both estimate and truth.
+/// Returns one row per subset ("all", "noc", "occ", "mask 3") over all images. Throws Error on files that are
+/// missing, damaged or of another size, and if no pixel has both an estimate and truth.
 Table evaluate_flow(const DenseFiles<FlowFormat>& files);
-/// bf: focal length times baseline, px m, for disparities; 0: not known.
+/// As evaluate_flow(), for depth. `bf` is focal length times baseline (px m), needed for disparities; 0:
+/// unknown.
 Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf);
 
 }  // namespace sextant

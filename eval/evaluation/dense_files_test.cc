@@ -14,7 +14,7 @@ Json row(const Table& table, const std::string& subset) {
   return {};
 }
 
-/// 4x1: flow (2, 0) everywhere, no truth in the last pixel.
+/// 4x1 px: flow (2, 0) everywhere, without truth in the last pixel.
 Image<Flow> true_flow() {
   Image<Flow> flow(4, 1, Flow{2, 0});
   flow(3, 0) = Flow{};
@@ -25,7 +25,7 @@ TEST(DenseFiles, FlowOverMasksAndOcclusion) {
   const TempFolder folder;
   Image<Flow> estimate(4, 1, Flow{2, 0});
   estimate(0, 0) = Flow{5, 4};  // off by 5 px
-  estimate(1, 0) = Flow{};      // none
+  estimate(1, 0) = Flow{};      // no estimate
   Image<Flow> visible = true_flow();
   visible(0, 0) = Flow{};
   Image<uint16_t> mask(4, 1);

@@ -98,7 +98,8 @@ Figure box_figure(const std::string& name, const std::string& axis,
   return figure;
 }
 
-Figure grouped_box_figure(const std::string& name, const std::string& axis, const std::vector<BoxGroup>& groups) {
+Figure grouped_box_figure(const std::string& name, const std::string& axis,
+                          const std::vector<BoxGroup>& groups) {
   Figure figure;
   figure.name = name;
   figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
@@ -122,7 +123,8 @@ Figure grouped_box_figure(const std::string& name, const std::string& axis, cons
     tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(groups[g].title), place);
     for (const Distribution& sample : groups[g].samples) {
       const auto series = static_cast<size_t>(std::ranges::find(titles, sample.title) - titles.begin());
-      boxes.push_back({place - 0.4 + pitch * (static_cast<double>(series) + 0.5), series, groups[g].title, &sample});
+      boxes.push_back(
+          {place - 0.4 + pitch * (static_cast<double>(series) + 0.5), series, groups[g].title, &sample});
     }
   }
   Fields<Box> fields = {{Column::text("position"), &Box::position},
@@ -131,8 +133,12 @@ Figure grouped_box_figure(const std::string& name, const std::string& axis, cons
                         {Column::text("title"), [](const Box& box) { return box.sample->title; }}};
   fields.add(box_fields(), [](const Box& box) { return &box.sample->values; });
   figure.data = table_of("", "", fields, boxes);
-  Panel panel{"", fmt::format("set xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) noenhanced\nset ylabel {} noenhanced\n",
-                              static_cast<double>(groups.size()) + 0.6, tics, gp_text(axis)), {}};
+  Panel panel{
+      "",
+      fmt::format(
+          "set xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) noenhanced\nset ylabel {} noenhanced\n",
+          static_cast<double>(groups.size()) + 0.6, tics, gp_text(axis)),
+      {}};
   std::vector<LegendEntry> legend;
   for (size_t series = 0; series < titles.size(); ++series) {
     const std::string x = fmt::format("(column(\"series\") == {} ? column(\"position\") : NaN)", series);

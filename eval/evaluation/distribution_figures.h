@@ -1,6 +1,6 @@
 #pragma once
 
-// Figures of how errors are distributed.
+// Figures of the distribution of errors.
 
 #include <string>
 #include <vector>
@@ -10,29 +10,32 @@
 
 namespace sextant {
 
-/// Errors of one line or box of a figure.
+/// Sample of errors that a figure draws as one line or one box.
 struct Distribution {
   std::string title;
   std::vector<double> values;  ///< not empty
 };
 
-/// Runs with errors: those of a system pooled, in order of first appearance; and each for itself.
+/// Groups the errors of runs by system, pooled over its runs, in order of first appearance. Runs without
+/// errors are left out.
 std::vector<Distribution> by_system(const std::vector<RunErrors>& runs);
+/// One distribution per run. Runs without errors are left out.
 std::vector<Distribution> by_run(const std::vector<RunErrors>& runs);
 
-/// Share of errors below x, at 101 quantiles each. `name` is that of the figure, `axis` the error with unit.
+/// Cumulative distribution: share of errors below x, at 101 quantiles of each sample. `name` is the name of
+/// the figure and `axis` the error with its unit.
 Figure cumulative_figure(const std::string& name, const std::string& axis,
                          const std::vector<Distribution>& samples);
-/// Quartiles as boxes, the median as a line, 5 % and 95 % quantiles as whiskers.
+/// Box plot: quartiles as boxes, the median as a line, 5 % and 95 % quantiles as whiskers.
 Figure box_figure(const std::string& name, const std::string& axis, const std::vector<Distribution>& samples);
 
-
-/// Boxes of several samples beside each other at each place of the axis below.
+/// Several samples whose boxes stand side by side at one tick of the x axis.
 struct BoxGroup {
-  std::string title;  ///< below the boxes
+  std::string title;  ///< label of the tick
   std::vector<Distribution> samples;
 };
 /// Boxes as in box_figure(), coloured by the title of the sample.
-Figure grouped_box_figure(const std::string& name, const std::string& axis, const std::vector<BoxGroup>& groups);
+Figure grouped_box_figure(const std::string& name, const std::string& axis,
+                          const std::vector<BoxGroup>& groups);
 
 }  // namespace sextant

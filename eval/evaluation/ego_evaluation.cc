@@ -18,7 +18,7 @@ std::vector<int> counted(size_t n) {
   return rows;
 }
 
-/// Frame numbers of a series; rows where it has none.
+/// Frame numbers of a series, or its row numbers if it has none.
 std::vector<int> frames_of(const PoseSeries& series) {
   return series.frames.empty() ? counted(series.size()) : series.frames;
 }
@@ -41,7 +41,8 @@ Association restricted(Association all, const PoseSeries& reference, const Assoc
   return kept;
 }
 
-/// By time: only the reference within the range can be matched, as when the rest was not recorded.
+/// Associates by time. Only the part of the reference within the range can be matched, as if the rest had not
+/// been recorded.
 Association by_time(const PoseSeries& reference, const PoseSeries& estimate,
                     const AssociationOptions& options) {
   if (!options.start_s && !options.end_s)
@@ -116,7 +117,7 @@ void match_interpolated(const PoseSeries& reference, PoseSeries estimate, const 
   r.interpolation = {found.largest_gap_s, found.n_outside, found.n_in_longer_gaps};
 }
 
-/// See PerFrameErrors.
+/// Computes PerFrameErrors::ER_float_acos_deg.
 std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<PosePair>& pairs) {
   std::vector<double> errors;
   for (const auto& [i, j] : pairs) {
@@ -131,7 +132,7 @@ std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<
   return errors;
 }
 
-/// Pairs of neighbours in the reference's numbering that the estimate has both.
+/// Errors of the pairs of consecutive frames of the reference that the estimate also has.
 PerFrameErrors per_frame_errors(const EgoResult& r) {
   PerFrameErrors out;
   if (!r.reference.has_rotations() || !r.estimate.has_rotations()) return out;
@@ -174,8 +175,8 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
   }
 }
 
-/// Of two sides one of which has frame numbers, the other's rows are these: wrong where a recording began
-/// later.
+/// If only one side has frame numbers, the rows of the other side are taken as frame numbers, which is wrong
+/// if its recording began later.
 void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                   std::vector<TrajectoryWarning>& warnings) {
   const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
@@ -190,7 +191,7 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                    without, frames.front())});
 }
 
-/// What is left after the offset that the user gave. Whether there is anything.
+/// Warns if a lag remains after the given offset; returns true if it does.
 bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
                  std::vector<TrajectoryWarning>& warnings) {
   const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
@@ -220,11 +221,12 @@ bool has_code(const std::vector<TrajectoryWarning>& warnings, const std::string&
   return std::ranges::any_of(warnings, [&](const TrajectoryWarning& w) { return w.code == code; });
 }
 
-/// Throws where too few poses match to mean anything.
+/// Throws Error if too few poses match for a meaningful result.
 void check_matched(const EgoResult& r, const EgoReference& reference, const PoseSeries& estimate,
                    const EgoOptions& options, const AssociationOptions& association) {
   const auto in_range = [&](double t) {
-    return !(association.start_s && t < *association.start_s) && !(association.end_s && t > *association.end_s);
+    return !(association.start_s && t < *association.start_s) &&
+           !(association.end_s && t > *association.end_s);
   };
   size_t n_reference = reference.poses.size();
   if (!reference.poses.stamps_s.empty())
@@ -232,9 +234,10 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
   const size_t shorter = std::min(n_reference, r.n_estimate);
   if (r.estimate.size() >= fewest_matched(shorter)) return;
   const std::string what =
-      r.estimate.empty() ? fmt::format("no pose matches the reference {}", reference.side.name)
-                         : fmt::format("only {} of {} poses match the reference {}, at least {} are needed",
-                                       r.estimate.size(), shorter, reference.side.name, fewest_matched(shorter));
+      r.estimate.empty()
+          ? fmt::format("no pose matches the reference {}", reference.side.name)
+          : fmt::format("only {} of {} poses match the reference {}, at least {} are needed",
+                        r.estimate.size(), shorter, reference.side.name, fewest_matched(shorter));
   const bool stamped = !reference.poses.stamps_s.empty() && !estimate.stamps_s.empty();
   if (!stamped) fail("{}: {}: check the frame numbers", r.name, what);
   fail("{}: {} within --{} s: {}", r.name, what,
@@ -243,7 +246,7 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
        explain_unmatched(reference.poses, estimate, association));
 }
 
-/// What is left over rows that are neighbours on both sides.
+/// Warns of a shift by whole rows that remains after the association.
 std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const AlignmentChoice& choice,
                                                   double offset_s) {
   const bool stamped = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
@@ -272,7 +275,8 @@ void put_errors(EgoResult& r, const EgoOptions& options) {
         std::erase_if(pairs, [&](const PosePair& pair) { return pair_distance_m(r.reference, pair) == 0; });
       over.errors = relative_errors(r.estimate, r.reference, pairs, options.relation);
     } catch (const Error&) {
-      if (needs_rotations(options.relation, true) && (!r.reference.has_rotations() || !r.estimate.has_rotations()))
+      if (needs_rotations(options.relation, true) &&
+          (!r.reference.has_rotations() || !r.estimate.has_rotations()))
         throw;
     }
     if (!over.errors.empty()) over.statistics = error_statistics(over.errors);
@@ -283,7 +287,8 @@ void put_errors(EgoResult& r, const EgoOptions& options) {
 void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                        std::vector<TrajectoryWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
-  const bool is_told = has_code(warnings, "unit") || has_code(warnings, "steps") || has_code(warnings, "inverse");
+  const bool is_told =
+      has_code(warnings, "unit") || has_code(warnings, "steps") || has_code(warnings, "inverse");
   if (!scaled && !is_told && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
@@ -298,7 +303,7 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
   }
 }
 
-/// Of pairs between which the reference stands still an error has no ratio to the distance.
+/// Drops pairs between which the reference stands still: their error has no ratio to the distance.
 void drop_still_pairs(EgoResult& r) {
   const size_t n = r.pairs.size();
   std::erase_if(r.pairs, [&](const PosePair& pair) { return pair_distance_m(r.reference, pair) == 0; });
@@ -363,7 +368,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   else
     match(reference.poses, estimate.poses, association, r);
   check_matched(r, reference, estimate.poses, options, association);
-  estimate.poses = {};  // `r` has those that matter
+  estimate.poses = {};  // `r` holds the matched poses
   warn_of_share(r, reference.poses, r.warnings);
   add(warnings_of_matched(r.reference, r.estimate));
 
@@ -374,17 +379,19 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   const auto clock = clock_is_told
                          ? std::nullopt
                          : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
-  if (clock) add({*clock});  // with another clock nothing else can be judged
+  if (clock) add({*clock});  // a shifted clock would cause the other findings
   if (!clock) {
     const size_t n = r.warnings.size();
     add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame,
                                  options.reference_frame));
     const bool explained = r.warnings.size() > n;
-    const auto shift = clock_is_told || explained ? std::nullopt : warning_of_shift(r, choice, association.offset_s);
+    const auto shift =
+        clock_is_told || explained ? std::nullopt : warning_of_shift(r, choice, association.offset_s);
     if (shift) add({*shift});
-    const bool by_convention = explained && !has_code(r.warnings, "lever_arm") && !has_code(r.warnings, "yaw") &&
-                               !has_code(r.warnings, "world");
-    const auto kind = by_convention ? std::nullopt : warning_of_alignment_kind(r.reference, r.estimate, choice);
+    const bool by_convention = explained && !has_code(r.warnings, "lever_arm") &&
+                               !has_code(r.warnings, "yaw") && !has_code(r.warnings, "world");
+    const auto kind =
+        by_convention ? std::nullopt : warning_of_alignment_kind(r.reference, r.estimate, choice);
     if (kind) add({*kind});
   }
   r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
@@ -398,7 +405,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   }
   put_errors(r, options);
   for (size_t i = 0; i < r.errors.size(); ++i) {
-    constexpr double largest = 1e100;  // squares of errors below it can be summed
+    constexpr double largest = 1e100;  // squares of smaller errors can be summed without overflow
     if (!(r.errors[i] <= largest)) {
       fail("{}: the error at pose {} of the reference {} is {}: expected at most {}", name, r.row_of(i) + 1,
            reference.side.name, r.errors[i], largest);

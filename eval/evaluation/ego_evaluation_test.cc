@@ -14,7 +14,7 @@ using testing::Field;
 auto code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
 auto text(const std::string& part) { return Field("text", &TrajectoryWarning::text, HasSubstr(part)); }
 
-/// A drive with speeds and turns that change, sampled at time t = i / rate + shift.
+/// A drive with varying speeds and turns, sampled at the times t = i / rate + shift.
 PoseSeries drive(int n, double rate_hz, double shift_s = 0, double scale = 1) {
   PoseSeries s;
   for (int i = 0; i < n; ++i) {
@@ -287,7 +287,7 @@ TEST(EgoEvaluation, WhatDoesNotDetermineAnOffsetIsAnError) {
   const EgoOptions options{.estimate_offset = true};
   expect_error([&] { evaluate(steady, noisy(steady), options); }, "do not determine a time offset");
   expect_error([&] { evaluate(drive(30, 10), drive(30, 10), options); }, "40 needed");
-  PoseSeries other = drive(300, 10);  // another motion
+  PoseSeries other = drive(300, 10);  // a different motion
   std::mt19937_64 random(3);
   for (size_t i = 1; i < other.size(); ++i)
     other.positions_m[i] =
@@ -362,7 +362,7 @@ TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
   EXPECT_NEAR(comparisons[0].difference, -0.18, 0.002);  // 0.12 * 1.5 - 0.24 * 1.5
   EXPECT_LT(comparisons[0].p_corrected.value(), 0.001);
   EXPECT_FALSE(summarize_systems(run_errors({runs.begin(), runs.begin() + 4}))[0].rmse_interval)
-      << "four runs tell too little of their spread";
+      << "four runs are too few to estimate their spread";
   runs[3] = runs[0];
   runs[3].system = "same";
   runs.resize(4);

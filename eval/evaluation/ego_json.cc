@@ -56,7 +56,7 @@ Json matrix_json(const Eigen::Matrix4d& m) {
   return json;
 }
 
-/// What was changed about a side's poses; nothing for a camera in opencv axes.
+/// Writes the conversions applied to the poses of one side; writes nothing for a camera in opencv axes.
 void put_frame(Json& json, const PoseFrame& frame, const std::string& prefix) {
   if (frame.is_default()) return;
   json["frames"][prefix + "axes"] = to_string(frame.axes);
@@ -217,10 +217,12 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
       if (key == "max") row.emplace_back(s.max);
       if (key == "sse") row.emplace_back(s.sse);
       const bool stepped = run && !run->per_frame.Et_m.empty();
-      if (key == "Et_mean_m") row.push_back(stepped ? Cell(error_statistics(run->per_frame.Et_m).mean) : Cell());
+      if (key == "Et_mean_m")
+        row.push_back(stepped ? Cell(error_statistics(run->per_frame.Et_m).mean) : Cell());
       if (key == "ER_mean_deg")
         row.push_back(stepped ? Cell(error_statistics(run->per_frame.ER_deg).mean) : Cell());
-      if (key == "translation_percent") row.push_back(run ? Cell(run->kitti.all.translation_percent) : Cell());
+      if (key == "translation_percent")
+        row.push_back(run ? Cell(run->kitti.all.translation_percent) : Cell());
       if (key == "rotation_deg_per_m") row.push_back(run ? Cell(run->kitti.all.rotation_deg_per_m) : Cell());
     }
     table.add_row(std::move(row));
@@ -258,9 +260,9 @@ Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& opt
   if (options.rpe_lengths.empty()) return table;
   table.title = fmt::format("RPE {} [{}] over several lengths{}", to_string(options.relation),
                             unit_of(options.relation), options.rpe->all_pairs ? ", all pairs" : "");
-  table.columns = {Column::text("estimate"),      Column::text("length"),    Column::count("n"),
-                   Column::number("rmse", 6),     Column::number("mean", 6), Column::number("median", 6),
-                   Column::number("std", 6),      Column::number("min", 6),  Column::number("max", 6)};
+  table.columns = {Column::text("estimate"),  Column::text("length"),    Column::count("n"),
+                   Column::number("rmse", 6), Column::number("mean", 6), Column::number("median", 6),
+                   Column::number("std", 6),  Column::number("min", 6),  Column::number("max", 6)};
   bool has_none = false;
   for (const EgoResult& r : runs) {
     for (const ErrorsOverLength& over : r.by_length) {
@@ -298,10 +300,10 @@ Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& o
     figure.data.add_row(std::move(row));
   }
   const std::string unit_text = is_one_unit ? std::string(to_string(unit)) : "number in the list";
-  figure.script = fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside right\n",
-                              gp_text(fmt::format("length [{}]", unit_text)),
-                              gp_text(fmt::format("RPE {} RMSE [{}]", to_string(options.relation),
-                                                  unit_of(options.relation))));
+  figure.script = fmt::format(
+      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside right\n",
+      gp_text(fmt::format("length [{}]", unit_text)),
+      gp_text(fmt::format("RPE {} RMSE [{}]", to_string(options.relation), unit_of(options.relation))));
   std::vector<std::string> lines;
   for (size_t k = 0; k < runs.size(); ++k) {
     lines.push_back(fmt::format(
@@ -324,7 +326,8 @@ Table ego_consistency_table(const std::vector<EgoResult>& runs) {
   for (const EgoResult& r : runs) {
     if (!r.consistency) continue;
     const TrajectoryConsistency& c = *r.consistency;
-    table.add_row({r.name, c.n, c.dof, c.nees, c.interval.low, c.interval.high, c.position_nees, c.rotation_nees});
+    table.add_row(
+        {r.name, c.n, c.dof, c.nees, c.interval.low, c.interval.high, c.position_nees, c.rotation_nees});
   }
   table.notes.push_back(
       "The interval is that of independent errors; those of neighbouring poses depend on each other, which makes it "
@@ -372,10 +375,10 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
       table.notes.push_back(fmt::format("{}: estimated minus true step: {}", r.name, errors->text()));
   }
   if (reference.step_floor_m) {
-    table.notes.push_back(
-        fmt::format("Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; E_t cannot be "
-                    "told to be better.",
-                    *reference.step_floor_m));
+    table.notes.push_back(fmt::format(
+        "Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; smaller differences "
+        "resolved below this.",
+        *reference.step_floor_m));
   }
   return table;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// Results of evaluate ego as JSON and as tables. One run:
+// Results of `evaluate ego` as JSON and as tables. The JSON of one run:
 //
 //   {"metric":"ape|rpe", "relation", "unit", "align", "delta","all_pairs" (rpe), "n",
 //    "stats":{"rmse","mean","median","std","min","max","sse"}, "reference","estimate", "n_reference",
@@ -14,9 +14,9 @@
 //    "nees":{"n","dof","mean","interval","consistent","position","rotation"} (covariances in the estimate),
 //    "warnings":[{"code","text"}]}
 //
-// What does not exist is left out: never 0, NaN or null. Several runs add "runs":[...], "systems":[...] and
-// "comparisons":[...] beside "metric" .. "align"; "n" and "stats" are then pooled over all runs of the first
-// system.
+// A value that does not exist is left out, and is never 0, NaN or null. Several runs add "runs":[...],
+// "systems":[...] and "comparisons":[...] beside "metric" .. "align"; "n" and "stats" are then pooled over
+// all runs of the first system.
 
 #include <vector>
 
@@ -31,23 +31,23 @@ namespace sextant {
 Json to_json(const ErrorStatistics& statistics);
 Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference, const EgoOptions& options);
 
-/// The statistics of the relation asked for, per run and, with several, pooled per system; with `steps` also the
-/// means of the errors per frame and of KITTI odometry.
+/// Statistics of the requested relation, per run and, for several runs, pooled per system. With `steps` also
+/// the means of the errors per frame and of KITTI odometry.
 Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& reference,
                       const EgoOptions& options, bool steps = false);
-/// Relative errors over each of several lengths; without rows where one was asked for.
+/// Relative errors over each of several lengths; without rows if a single length was requested.
 Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& options);
-/// RMSE and median against the length, a line for each run.
+/// RMSE and median of the relative errors over the length, one line per run.
 Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& options);
-/// NEES of the runs that have covariances; may be without rows.
+/// NEES of the runs that have covariances; without rows if none has.
 Table ego_consistency_table(const std::vector<EgoResult>& runs);
-/// Per-frame and KITTI odometry errors.
+/// Errors per frame and KITTI odometry errors.
 Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference);
-/// Paired comparisons; without rows when there is nothing to compare.
+/// Paired comparisons of systems; without rows for a single system.
 Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions& options);
 
-/// Paths and errors along them, the tables, the distribution of errors (cumulative per system with runs pooled, boxes
-/// per run) and the warnings. `curves` are those of the same runs.
+/// Makes the report: paths and errors along them, the tables, the distribution of errors (cumulative per
+/// system with its runs pooled, and a box per run), and the warnings. `curves` belong to the same runs.
 ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReference& reference,
                             const EgoOptions& options, const EgoCurves& curves);
 

@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-/// Of the pose change errors per frame.
+/// Pose change errors per frame of each run; `which` selects translation or rotation.
 std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
                                            std::vector<double> PerFrameErrors::*which) {
   std::vector<RunErrors> out = run_errors(runs);
@@ -20,7 +20,7 @@ std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
   return out;
 }
 
-/// Boxes of the relative errors over each of several lengths.
+/// Box plot of the relative errors over each of several lengths.
 Figure length_box_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
   std::vector<BoxGroup> groups;
   for (size_t i = 0; i < options.rpe_lengths.size(); ++i) {

@@ -51,7 +51,8 @@ void write_evo_result(const std::filesystem::path& path, const EgoResult& result
   zip.add("info.json", json_line(info));
   zip.add("stats.json", json_line(to_json(result.statistics)));
   zip.add("error_array.npy", encode_npy(result.errors));
-  std::vector<int> rows;  // matched ones that errors belong to: a relative error to its second pose
+  std::vector<int>
+      rows;  // matched rows that the errors belong to; a relative error belongs to its second pose
   for (size_t i = 0; i < result.errors.size(); ++i)
     rows.push_back(result.pairs.empty() ? static_cast<int>(i) : result.pairs[i].second);
   if (!result.estimate.stamps_s.empty()) {

@@ -15,11 +15,11 @@
 
 namespace sextant {
 
-/// Writes to a temporary name, then renames. Throws Error.
+/// Writes the zip under a temporary name, then renames it. Throws Error if it cannot be written.
 void write_evo_result(const std::filesystem::path& path, const EgoResult& result, const EgoOptions& options,
                       const std::string& reference_name);
 
-/// The bytes of an .npy file of `rows` x `columns` doubles; columns 0: one-dimensional.
+/// Encodes an .npy file of `rows` x `columns` doubles; with `columns` 0 the array is one-dimensional.
 std::string encode_npy(std::span<const double> values, size_t columns = 0);
 
 }  // namespace sextant

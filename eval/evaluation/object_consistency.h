@@ -1,9 +1,10 @@
 #pragma once
 
-// Whether the covariances of logged objects fit their errors: the NEES of trajectory_consistency.h, an object at a time.
+// Consistency of the covariances of logged objects with their errors: the NEES of trajectory_consistency.h
+// for each object.
 //
-//   of poses    T_world_object against the true poses, in one world, without an alignment
-//   of motions  the motions against the true motions, in the frame of the log
+//   pose covariances     errors of T_world_object against the true poses, in one world, without an alignment
+//   motion covariances   errors of the motions against the true motions, in the frame of the log
 
 #include <cstdint>
 #include <string>
@@ -15,6 +16,7 @@
 
 namespace sextant {
 
+/// NEES of one object in one run.
 struct ObjectConsistency {
   std::string system;
   uint64_t run = 0;
@@ -22,10 +24,11 @@ struct ObjectConsistency {
   TrajectoryConsistency nees;
 };
 
-/// One for each object with covariances and truth. Throws Error as trajectory_consistency() does.
+/// Returns the NEES of each object that has covariances and truth. Throws Error as trajectory_consistency()
+/// does.
 std::vector<ObjectConsistency> object_consistency(const ObjectLog& log, uint64_t run = 0);
 
-/// A row per system, run and object.
+/// Table with one row per system, run and object.
 Table object_consistency_table(const std::vector<ObjectConsistency>& found);
 
 }  // namespace sextant

@@ -37,20 +37,23 @@ Motions true_motions(const ObjectLog& log) {
   return motions;
 }
 
-/// H of a step of a path, in the frame `to`.
-std::optional<SE3> step_motion(const Motions& poses, ObjectFrame key, MotionFrame to, const MotionSample& at) {
+/// Motion of an object between two poses of its path, converted to the frame `to`.
+std::optional<SE3> step_motion(const Motions& poses, ObjectFrame key, MotionFrame to,
+                               const MotionSample& at) {
   const auto P0 = find(poses, before(key)), P1 = find(poses, key);
   if (!P0 || !P1) return std::nullopt;
   return change_frame(*P1 * P0->inverse(), MotionFrame::world, to, at);
 }
 
-/// Compares `given` with `reference`, (key, sample) -> std::optional<SE3>, at poses L of the objects.
+/// Collects motions `given` with the `reference`, a function (key, sample) -> std::optional<SE3>, at the
+/// poses L of the objects.
 template <typename Reference>
 MotionData motion_data(const Motions& given, MotionFrame declared, const Motions& L, const Trajectory& camera,
                        const Reference& reference) {
   MotionData data{declared, {}, given};
   for (const auto& [key, motion] : given) {
-    MotionSample sample{key, motion, {}, find(L, before(key)), camera.pose(key.second - 1), camera.pose(key.second)};
+    MotionSample sample{
+        key, motion, {}, find(L, before(key)), camera.pose(key.second - 1), camera.pose(key.second)};
     const std::optional<SE3> expected = reference(key, sample);
     if (!expected) continue;
     sample.reference = *expected;
@@ -101,13 +104,15 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
   const PoseData data{SharedFrame::body, of_camera(camera), of_camera(truth), {}};
   std::vector<LogDiagnosis> out = told(explain_poses(data), subject);
   if (!out.empty()) return out;
-  // Both wrong in the same way agree with each other.
+  // Two paths that are wrong in the same way agree with each other, so each is also examined alone.
   const auto own = explain_alone(series_of(camera)), of_truth = explain_alone(series_of(truth));
   if (own && of_truth && own->best.code == "inverse" && of_truth->best.code == "inverse") {
-    out.push_back({"inverse", fmt::format("{} and true camera: the poses look inverted (world to body): the camera moves "
-                                          "along one direction of its own axes within {:.1f} deg when read so, {:.1f} "
-                                          "deg as declared: invert each pose of both",
-                                          subject, std::sqrt(own->best.residual), std::sqrt(own->declared))});
+    out.push_back(
+        {"inverse",
+         fmt::format("{} and true camera: the poses look inverted (world to body): the camera moves "
+                     "along one direction of its own axes within {:.1f} deg when read so, {:.1f} "
+                     "deg as declared: invert each pose of both",
+                     subject, std::sqrt(own->best.residual), std::sqrt(own->declared))});
     return out;
   }
   Motions steps;
@@ -115,15 +120,18 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
     if (const auto last = truth.pose(frame - 1)) steps.emplace(ObjectFrame(0, frame), last->inverse() * pose);
   }
   if (!bodies_that_reverse(steps, {Eigen::Vector3d::UnitZ()}).empty()) {
-    out.push_back({"backwards", subject + " and true camera: backwards (-z of the camera) in all of the log: unless the camera looks "
-                                          "backwards, the poses are inverted (world to body): invert each pose of both"});
+    out.push_back(
+        {"backwards",
+         subject +
+             " and true camera: backwards (-z of the camera) in all of the log: unless the camera looks "
+             "backwards, the poses are inverted (world to body): invert each pose of both"});
   }
   return out;
 }
 
-/// The poses of `path` against steps that follow the motions: each path starts where `path` does.
-std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Motions& motions, const ObjectLog& log,
-                                                  const Trajectory& camera) {
+/// Compares the poses of `path` with paths that follow the motions, which start at the same poses.
+std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Motions& motions,
+                                                  const ObjectLog& log, const Trajectory& camera) {
   if (log.frame != MotionFrame::world) return {};
   PoseData data{SharedFrame::world, path, {}, camera.poses()};
   for (const auto& [key, H] : motions) {
@@ -135,27 +143,31 @@ std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Mot
   return explain_poses(data);
 }
 
-/// Rotations of motions that no object makes.
+/// Reports rotations that no object performs between successive frames.
 std::vector<LogDiagnosis> diagnose_rotations(const Motions& motions, const std::string& subject) {
   const auto found = explain_rotations(motions);
   if (!found) return {};
   return {{found->best.code, message(*found, subject, "m")}};
 }
 
-/// Motions in the objects' own frames that are inverse in truth and estimate agree with each other, but drive backwards.
+/// Reports motions in the objects' own frames along which they drive backwards. If truth and estimate are
+/// both inverse, they agree with each other, so only the direction shows it.
 std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions& motions) {
   if (log.frame != MotionFrame::body) return {};
-  const std::vector<int> backwards = bodies_that_reverse(motions, {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()});
+  const std::vector<int> backwards =
+      bodies_that_reverse(motions, {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()});
   if (backwards.empty()) return {};
-  return {{"backwards",
-           fmt::format("{}, motions of object{} {}: backwards (-x or -z of their own axes) in all of the log: if x or z "
-                       "points forward, the motions are inverted, from frame k to k-1: invert each motion; --truth decides",
-                       log.estimator, backwards.size() > 1 ? "s" : "", fmt::join(backwards, ", "))}};
+  return {
+      {"backwards",
+       fmt::format(
+           "{}, motions of object{} {}: backwards (-x or -z of their own axes) in all of the log: if x or z "
+           "points forward, the motions are inverted, from frame k to k-1: invert each motion; --truth decides",
+           log.estimator, backwards.size() > 1 ? "s" : "", fmt::join(backwards, ", "))}};
 }
 
-// ---- against the truth of a data set
+// ---- Comparison with the truth of a data set.
 
-/// Both paths of poses start with the camera pose that the log and the data set share.
+/// Transforms the log so that both camera paths agree at the first frame that they share.
 ObjectLog moved(ObjectLog log, const SequenceTruth& truth) {
   move_to_world_of(truth.camera, log);
   return log;
@@ -164,7 +176,7 @@ ObjectLog moved(ObjectLog log, const SequenceTruth& truth) {
 size_t n_steps(const MotionData& data) { return data.samples.size(); }
 size_t n_steps(const PoseData& data) { return data.given.size(); }
 
-/// For each object of the log the explanation by the true object that each reading fits best.
+/// Explains each object of the log by comparing every reading with the true object that it fits best.
 template <typename Data, typename DataOf, typename Residual, typename NullOf>
 std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const std::set<int>& true_ids,
                                                  const std::vector<Hypothesis<Data>>& table,
@@ -186,7 +198,8 @@ std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const
         if (times * reading.residual > *null) continue;
         if (id == true_id) own_best[reading.code] = reading;
         const auto known = best.find(reading.code);
-        if (known == best.end() || reading.residual < known->second.residual) best[reading.code] = std::move(reading);
+        if (known == best.end() || reading.residual < known->second.residual)
+          best[reading.code] = std::move(reading);
       }
     }
     if (!declared) continue;
@@ -198,12 +211,13 @@ std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const
     if (const auto found = explain(*declared, readings, {.times = times})) {
       out.emplace(id, *found);
     } else if (declared_own) {
-      // Where the log may have the ids of the truth: a reading that fits the object of the same id, and better than the
-      // declared reading fits any other.
+      // If the log may use the ids of the truth: readings that fit the object with the same id, provided they
+      // fit it better than the declared reading fits any other object.
       readings.clear();
       for (const Hypothesis<Data>& hypothesis : table) {
         const auto known = own_best.find(hypothesis.code);
-        if (known != own_best.end() && 2 * known->second.residual <= *declared) readings.push_back(known->second);
+        if (known != own_best.end() && 2 * known->second.residual <= *declared)
+          readings.push_back(known->second);
       }
       if (const auto own = explain(*declared_own, readings, {.times = times})) out.emplace(id, *own);
     }
@@ -235,23 +249,26 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
 
   const Trajectory& true_camera = holds_poses(log.true_camera) ? log.true_camera : log.camera;
   const auto by_poses = [&](const Motions& poses) {
-    return [&](ObjectFrame key, const MotionSample& sample) { return step_motion(poses, key, log.frame, sample); };
+    return [&](ObjectFrame key, const MotionSample& sample) {
+      return step_motion(poses, key, log.frame, sample);
+    };
   };
-  const std::vector<ObjectExplanation> of_truth = explain_motions(
-      motion_data(truth, log.frame, log.true_poses, true_camera, by_poses(log.true_poses)));
+  const std::vector<ObjectExplanation> of_truth =
+      explain_motions(motion_data(truth, log.frame, log.true_poses, true_camera, by_poses(log.true_poses)));
   append(out, told(of_truth, name + ", true motions against the true poses"));
   if (of_truth.empty())
-    append(out, told(explain_by_motions(log.true_poses, truth, log, true_camera), name + ", true poses against the true motions"));
+    append(out, told(explain_by_motions(log.true_poses, truth, log, true_camera),
+                     name + ", true poses against the true motions"));
 
   const Motions& L = log.true_poses.empty() ? log.poses : log.true_poses;
-  const std::vector<ObjectExplanation> of_estimate = explain_motions(
-      motion_data(given, log.frame, L, log.camera.empty() ? true_camera : log.camera,
-                  [&](ObjectFrame key, const MotionSample&) { return find(truth, key); }));
-  // Where the truth is what looks wrong, the estimates differ from it for that reason.
+  const std::vector<ObjectExplanation> of_estimate =
+      explain_motions(motion_data(given, log.frame, L, log.camera.empty() ? true_camera : log.camera,
+                                  [&](ObjectFrame key, const MotionSample&) { return find(truth, key); }));
+  // If the truth itself looks wrong, the estimates differ from it for that reason.
   if (of_truth.empty()) append(out, told(of_estimate, name + ", estimated motions"));
 
-  const std::vector<ObjectExplanation> of_poses = explain_poses(
-      {SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
+  const std::vector<ObjectExplanation> of_poses =
+      explain_poses({SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
   append(out, told(of_poses, name + ", estimated poses of objects"));
 
   if (of_poses.empty()) {
@@ -271,7 +288,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
   const std::string& name = log.estimator;
   const Motions given = estimates(log);
   std::vector<LogDiagnosis> out = diagnose_rotations(given, name + ", estimated motions");
-  // As read: in another world an inverse pose is no longer the inverse of a camera's pose.
+  // Uses the log as read: moved to another world, an inverse pose is no longer the inverse of a camera pose.
   append(out, diagnose_camera(as_read.camera, truth.camera, name + ", estimated camera"));
   if (!out.empty() && out.front().code.starts_with("quaternion")) return out;
 
@@ -285,8 +302,8 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                          return step_motion(path, key, log.frame, sample);
                        });
   };
-  append(out, told(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame), motions_of,
-                                                          motion_residual, null_of_motions),
+  append(out, told(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame),
+                                                          motions_of, motion_residual, null_of_motions),
                                     ids.size()),
                    name + ", estimated motions"));
   if (out.empty()) {
@@ -317,7 +334,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
 }
 
 void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<LogDiagnosis>& found) {
-  // `times`: how many times the largest value expected the value is.
+  // `times` is the ratio of the value to the largest expected value.
   const auto because = [&](double times) {
     std::string text;
     for (const LogDiagnosis& diagnosis : found) text += "; " + diagnosis.text;
@@ -332,7 +349,7 @@ void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<Log
       const SE3 body = log.frame == MotionFrame::body ? motion : body_motion(motion, *L);
       speed_mps = body.translation().norm() * rate_hz;
     } else {
-      // The object is somewhere within 100 m of the camera, or of the origin.
+      // An object is assumed to lie within 100 m of the camera, or of the origin.
       constexpr double reach_m = 100;
       const auto camera = log.true_camera.pose(key.second - 1);
       const Eigen::Vector3d c = camera ? camera->translation() : Eigen::Vector3d::Zero();
@@ -340,8 +357,10 @@ void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<Log
       speed_mps = std::max(0.0, (motion * c - c).norm() - by_rotation_m) * rate_hz;
     }
     if (speed_mps > fastest_mps) {
-      fail("{}: the true speed of object {} at frame {} is {:.4g} m/s at {:.4g} Hz, expected at most {} m/s{}",
-           log.motion_lines.at(key), key.first, key.second, speed_mps, rate_hz, fastest_mps, because(speed_mps / fastest_mps));
+      fail(
+          "{}: the true speed of object {} at frame {} is {:.4g} m/s at {:.4g} Hz, expected at most {} m/s{}",
+          log.motion_lines.at(key), key.first, key.second, speed_mps, rate_hz, fastest_mps,
+          because(speed_mps / fastest_mps));
     }
   }
   const double most_m = largest_step_m * step_rate_hz / rate_hz;
@@ -352,7 +371,8 @@ void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<Log
       const double step_m = (pose.translation() - last->translation()).norm();
       if (step_m > most_m) {
         fail("{}: the true {} moves {:.4g} m from frame {} to {}, expected at most {:.4g} m at {:.4g} Hz{}",
-             lines.at(key), what, step_m, key.second - 1, key.second, most_m, rate_hz, because(step_m / most_m));
+             lines.at(key), what, step_m, key.second - 1, key.second, most_m, rate_hz,
+             because(step_m / most_m));
       }
     }
   };
@@ -374,16 +394,18 @@ std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) 
     const auto middle = of_object.begin() + static_cast<std::ptrdiff_t>(of_object.size() / 2);
     std::ranges::nth_element(of_object, middle);
     if (*middle <= fastest_mps) continue;
-    out.push_back({"speed", fmt::format("{}, estimated motions of object {}: median speed {:.4g} m/s at {:.4g} Hz, expected "
-                                        "at most {} m/s: are the translations in metres, and is --rate right?",
-                                        log.estimator, id, *middle, rate_hz, fastest_mps)});
+    out.push_back(
+        {"speed",
+         fmt::format("{}, estimated motions of object {}: median speed {:.4g} m/s at {:.4g} Hz, expected "
+                     "at most {} m/s: are the translations in metres, and is --rate right?",
+                     log.estimator, id, *middle, rate_hz, fastest_mps)});
   }
   return out;
 }
 
 std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
   constexpr double moves_m = 0.01;
-  // Rows that were turned from another frame, or rounded, are the identity up to their last digits.
+  // Rows that were converted from another frame, or rounded, are the identity up to their last digits.
   constexpr double rounding = 1e-6;
   const auto is_identity = [](const SE3& T) {
     return T.translation().norm() <= rounding && T.rotation().vec().norm() <= rounding;
@@ -401,8 +423,9 @@ std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
   std::map<int, std::vector<int>> out;
   for (const auto& [key, motion] : log.motions) {
     if (!is_identity(motion.estimate)) continue;
-    // Where the truth is not known: objects that move in most of their other steps.
-    const bool moves = motion.truth ? step_m(key, *motion.truth) > moves_m : 2 * moving[key.first] > all[key.first] / 2;
+    // Without a known truth, an object counts as moving if it moves in most of its other steps.
+    const bool moves =
+        motion.truth ? step_m(key, *motion.truth) > moves_m : 2 * moving[key.first] > all[key.first] / 2;
     if (moves) out[key.first].push_back(key.second);
   }
   return out;
@@ -418,7 +441,7 @@ std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
   std::map<int, std::vector<int>> out;
   for (const auto& [id, steps] : known) {
     for (int k = *steps.begin(); k <= *steps.rbegin(); ++k) {
-      // Frames that a data set's truth does not have are none of the object's.
+      // Frames that the data set's truth lacks do not belong to the object.
       const bool counts = !log.truth_of_source || steps.contains(k);
       if (counts && !log.motions.contains({id, k})) out[id].push_back(k);
     }

@@ -1,4 +1,4 @@
-// Plants in logs that others bring: what was scored without a word must be an error or be named.
+// Plants mistakes in users' logs. A mistake must be refused or named, never scored silently.
 
 #include "sextant/eval/evaluation/object_diagnosis.h"
 
@@ -19,7 +19,8 @@ SE3 about_y(double angle, const Eigen::Vector3d& t) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())), t};
 }
 
-/// Two cars in front of a camera that drives; estimates are 5 % off. Logs of it in both formats, with plants.
+/// Two cars in front of a moving camera; estimates have errors of 5 %. Writes logs in both formats, with
+/// planted mistakes.
 struct Drive {
   static constexpr int n_frames = 30;
   std::map<ObjectFrame, SE3> L;         // T_world_object
@@ -56,21 +57,22 @@ const Plant as_is = [](const SE3& H, const SE3&, int) { return H; };
 std::string csv(const SE3& T) {
   const Eigen::Vector3d& t = T.translation();
   const Eigen::Quaterniond& q = T.rotation();
-  return fmt::format("{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g}", t.x(), t.y(), t.z(), q.x(), q.y(),
-                     q.z(), q.w());
+  return fmt::format("{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g}", t.x(), t.y(), t.z(), q.x(),
+                     q.y(), q.z(), q.w());
 }
 std::string row(const SE3& T, bool transposed = false) {
   std::string text;
-  for (int i = 0; i < 16; ++i) text += fmt::format(" {:.12g}", transposed ? T.matrix()(i % 4, i / 4) : T.matrix()(i / 4, i % 4));
+  for (int i = 0; i < 16; ++i)
+    text += fmt::format(" {:.12g}", transposed ? T.matrix()(i % 4, i / 4) : T.matrix()(i / 4, i % 4));
   return text;
 }
 
-/// What is planted where.
+/// The mistakes planted in each part of a log.
 struct Plants {
   Plant estimate = as_is, truth = as_is;
   CameraPlant camera = [](const SE3& C) { return C; };
   std::function<bool(int)> keep = [](int) { return true; };
-  int shift = 0;         ///< of the estimates against the truth
+  int shift = 0;  ///< frames by which the estimates are shifted against the truth
   bool with_poses = true;
   bool transposed = false;
 };
@@ -96,7 +98,8 @@ class ObjectDiagnosis : public testing::TestWithParam<LogFormat> {
       }
     }
     for (const auto& [key, L] : drive.L) {
-      if (plants.with_poses && !vdo) poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(L), csv(L));
+      if (plants.with_poses && !vdo)
+        poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(L), csv(L));
     }
     for (const auto& [k, C] : drive.camera.poses()) {
       cameras += vdo ? fmt::format("{}{}\n", k, row(plants.camera(C)))
@@ -135,7 +138,7 @@ class ObjectDiagnosis : public testing::TestWithParam<LogFormat> {
   TempFolder folder_;
 };
 
-/// Translations as the format writes them, `factor` times too large.
+/// Scales translations by `factor`, in the format's frame.
 Plant scaled(LogFormat format, double factor) {
   return [=](const SE3& H, const SE3& L, int) {
     if (format != LogFormat::vdo) return SE3(H.rotation(), factor * H.translation());
@@ -154,20 +157,25 @@ TEST_P(ObjectDiagnosis, RightLogsAreReadAsTheyAre) {
 
 TEST_P(ObjectDiagnosis, InverseEstimatesAreNamed) {
   for (const double slow : {1.0, 0.05})
-    expect_named(evaluate(Drive(slow), {.estimate = [](const SE3& H, const SE3&, int) { return H.inverse(); }}), "inverse");
+    expect_named(
+        evaluate(Drive(slow), {.estimate = [](const SE3& H, const SE3&, int) { return H.inverse(); }}),
+        "inverse");
 }
 
 TEST_P(ObjectDiagnosis, EstimatesInAnotherFrameAreNamed) {
   const Drive drive;
   if (GetParam() == LogFormat::vdo) {
-    expect_named(evaluate(drive, {.estimate = [](const SE3& H, const SE3& L, int) { return L * H * L.inverse(); }}),
-                 "frame_world");
+    expect_named(
+        evaluate(drive, {.estimate = [](const SE3& H, const SE3& L, int) { return L * H * L.inverse(); }}),
+        "frame_world");
   } else {
-    expect_named(evaluate(drive, {.estimate = [](const SE3& H, const SE3& L, int) { return body_motion(H, L); }}),
-                 "frame_body");
+    expect_named(
+        evaluate(drive, {.estimate = [](const SE3& H, const SE3& L, int) { return body_motion(H, L); }}),
+        "frame_body");
     expect_named(evaluate(drive, {.estimate =
                                       [&](const SE3& H, const SE3&, int k) {
-                                        return drive.camera.pose(k)->inverse() * H * *drive.camera.pose(k - 1);
+                                        return drive.camera.pose(k)->inverse() * H *
+                                               *drive.camera.pose(k - 1);
                                       }}),
                  "frame_camera");
   }
@@ -189,12 +197,15 @@ TEST_P(ObjectDiagnosis, CentimetresOfTheEstimateAreNamed) {
 }
 
 TEST_P(ObjectDiagnosis, AbsurdTruthIsAnErrorThatNamesTheLine) {
-  expect_error(Drive(), {.estimate = scaled(GetParam(), 100), .truth = scaled(GetParam(), 100)}, "the true speed of object 1 at frame ");
-  expect_error(Drive(), {.truth = scaled(GetParam(), 1000)}, GetParam() == LogFormat::vdo ? "obj_mot_gt.txt:" : "motion_log.csv:");
+  expect_error(Drive(), {.estimate = scaled(GetParam(), 100), .truth = scaled(GetParam(), 100)},
+               "the true speed of object 1 at frame ");
+  expect_error(Drive(), {.truth = scaled(GetParam(), 1000)},
+               GetParam() == LogFormat::vdo ? "obj_mot_gt.txt:" : "motion_log.csv:");
 }
 
 TEST_P(ObjectDiagnosis, ShiftedEstimatesAreNamed) {
-  for (const int shift : {1, 2, 3}) expect_named(evaluate(Drive(), {.shift = shift}), fmt::format("lag_{}", shift));
+  for (const int shift : {1, 2, 3})
+    expect_named(evaluate(Drive(), {.shift = shift}), fmt::format("lag_{}", shift));
 }
 
 TEST_P(ObjectDiagnosis, AnInvertedCameraIsNamed) {
@@ -219,8 +230,9 @@ TEST_P(ObjectDiagnosis, MissingFramesCountAndAreListed) {
 TEST_P(ObjectDiagnosis, IdentitiesOfAMovingObjectAreListed) {
   const Plants plants{.estimate = [](const SE3& H, const SE3&, int k) { return k > 26 ? SE3() : H; }};
   const ObjectScores scores = evaluate(Drive(), plants);
-  EXPECT_THAT(scores.warnings, Contains(HasSubstr("object 1: 3 estimates are exactly the identity while the object "
-                                                  "moves, frames 27-29")));
+  EXPECT_THAT(scores.warnings,
+              Contains(HasSubstr("object 1: 3 estimates are exactly the identity while the object "
+                                 "moves, frames 27-29")));
   EXPECT_THAT(scores.warnings, Contains(HasSubstr("--identity lost")));
 }
 
@@ -272,7 +284,8 @@ TEST(QuaternionOrder, ShowsInBothColumnsAtOnce) {
   for (int k = 1; k < 8; ++k) {
     const SE3 T = about_y(0.01 * k, {0, 0, 0.5 + 0.1 * k});
     const Eigen::Quaterniond& q = T.rotation();
-    const std::string pose = fmt::format("0,0,{},{},{},{},{}", T.translation().z(), q.w(), q.x(), q.y(), q.z());
+    const std::string pose =
+        fmt::format("0,0,{},{},{},{},{}", T.translation().z(), q.w(), q.x(), q.y(), q.z());
     motions += fmt::format("{},1,{},{}\n", k, pose, pose);
   }
   folder.write("m_object_motion_log.csv", motions);
@@ -292,8 +305,8 @@ TEST(PlainObjectFiles, AreReadInEveryLayoutAndScoredByTheirRate) {
         const auto text = [&](const SE3& T) {
           const Eigen::Quaterniond& q = T.rotation();
           if (tum)
-            return fmt::format("{} {} {} {} {} {} {} {}\n", k / 20.0, T.translation().x(), T.translation().y(),
-                               T.translation().z(), q.x(), q.y(), q.z(), q.w());
+            return fmt::format("{} {} {} {} {} {} {} {}\n", k / 20.0, T.translation().x(),
+                               T.translation().y(), T.translation().z(), q.x(), q.y(), q.z(), q.w());
           std::string line = std::to_string(k);
           for (int i = 0; i < 12; ++i) line += fmt::format(" {}", T.matrix()(i / 4, i % 4));
           return line + "\n";
@@ -316,7 +329,8 @@ TEST(PlainObjectFiles, AreReadInEveryLayoutAndScoredByTheirRate) {
   }
 }
 
-/// Poses of objects with errors of known covariance, written as plain files: NEES of the objects, or the error.
+/// Poses of objects with errors of known covariance, written as plain files, must give the expected NEES or
+/// an error.
 TEST(PlainObjectFiles, CovariancesOfObjectsAreJudgedByTheirNees) {
   constexpr int n_poses = 400;
   const auto evaluate = [&](double times, bool exchanged, std::optional<CovarianceConvention> convention) {
@@ -328,7 +342,7 @@ TEST(PlainObjectFiles, CovariancesOfObjectsAreJudgedByTheirNees) {
       SE3 pose = about_y(0.3 * id, {2.0 * id, 1, 9});
       for (int k = 0; k < n_poses; ++k) {
         pose = pose * about_y(0.02 * std::cos(0.1 * k), {0, 0, 0.5});
-        // Position in the world, rotation in the body: openvins.
+        // openvins: position in the world, rotation in the body.
         const Eigen::Matrix<double, 6, 1> sigma(0.004, 0.002, 0.003, 0.05, 0.02, 0.08);  // rotation, position
         Vector6d e;
         for (int i = 0; i < 6; ++i) e[i] = sigma[i] * normal(random);
@@ -388,7 +402,7 @@ TEST(ObjectPaths, AreAlignedAnObjectAtATime) {
     EXPECT_NEAR(e.rpe->Et_m, 0, 1e-9);
     EXPECT_NEAR(e.chained_rpe->Et_m, 0, 1e-9);
   }
-  // Errors per axis are relative to the first pose: another origin of the body is none.
+  // Errors per axis are relative to the first pose, so another origin of the body causes none.
   for (const auto& [key, L] : drive.L) log.poses[key] = L * moved;
   for (const ObjectPathErrors& e : object_path_errors(log)) EXPECT_NEAR(e.axes->largest_m, 0, 1e-9);
 }

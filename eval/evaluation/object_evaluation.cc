@@ -17,7 +17,7 @@ std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, ObjectFram
   return it == poses.end() ? std::nullopt : std::optional(it->second);
 }
 
-/// A motion in both frames; `world` needs L where the log is in the body frame, and the other way round.
+/// A motion in both frames; converting one to the other needs L.
 struct MotionInFrames {
   std::optional<SE3> world, body;
 };
@@ -30,7 +30,7 @@ MotionInFrames motions_of(const SE3& motion, MotionFrame frame, const std::optio
   return m;
 }
 
-/// X = inverse(T_k) H T_k-1.
+/// Motion in camera coordinates, X = inverse(T_k) H T_k-1; empty if a camera pose is missing.
 std::optional<SE3> camera_motion(const SE3& H, const Trajectory& camera, int frame) {
   const auto before = camera.pose(frame - 1), after = camera.pose(frame);
   if (!before || !after) return std::nullopt;
@@ -60,7 +60,7 @@ void put_velocities(Record& record, const MotionInFrames& estimate, const Motion
       velocity_error_kmh(record.values["v_kmh"], true_kmh);
 }
 
-/// The metrics of the table.
+/// Metrics in the table: all that do not need flow.
 const std::vector<const MetricDefinition*>& table_metrics() {
   static const std::vector<const MetricDefinition*> metrics = [] {
     std::vector<const MetricDefinition*> of_objects = metrics_for(in_summary);
@@ -110,7 +110,8 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     if (motion == log.motions.end() || motion->second.truth || log.true_poses.contains(key))
       with_truth.insert(key.first);
   }
-  // Steps that neither the log nor its truth has, within the life of an object whose truth is known.
+  // Steps that neither the log nor its truth contains, between the first and last frame of an object with
+  // known truth.
   for (const auto& [id, steps] : missing_steps(log)) {
     for (const int k : steps) {
       if (with_truth.contains(id)) keys.insert({id, k});

@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-constexpr const char* not_drawn = "NaN";  // interrupts gnuplot's line
+constexpr const char* not_drawn = "NaN";  // gnuplot interrupts the line here
 
 struct StateStyle {
   StepState state;
@@ -24,7 +24,7 @@ constexpr std::array<StateStyle, 5> state_styles = {{{StepState::estimated, "#00
                                                      {StepState::missed, "#E69F00"},
                                                      {StepState::gated, "#B9BDC4"}}};
 
-/// The first run of each system, in order of first appearance.
+/// The records of the first run of each system, in order of first appearance.
 std::vector<std::pair<std::string, RecordRefs>> first_runs(const std::vector<Record>& records) {
   std::vector<std::pair<std::string, RecordRefs>> systems;
   for (const Record& record : records) {
@@ -118,7 +118,7 @@ Figure path_figure(const ObjectTracks& tracks) {
     }
   }
   const bool lying = axes.longer_than_wide();
-  const std::string across = lying ? "z" : "x", up = lying ? "x" : "z";  // of the paper
+  const std::string across = lying ? "z" : "x", up = lying ? "x" : "z";  // axes of the figure
   std::vector<Position> positions;
   std::vector<LegendEntry> legend;
   Panel panel;
@@ -194,11 +194,11 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
   for (const auto& [state, colour] : state_styles) {
     if (std::ranges::none_of(spans, [&](const StateSpan& span) { return span.state == state; })) continue;
     const std::string fill = fmt::format("fc rgb \"{}\" fs solid 1 noborder", colour);
-    panel.plots.push_back(fmt::format(
-        "data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):"
-        "(column(\"row\")-0.38):(column("
-        "\"row\")+0.38) with boxxyerror {}",
-        only_where({{"state", std::string(to_string(state))}}, "column(\"first\")"), fill));
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):"
+                    "(column(\"row\")-0.38):(column("
+                    "\"row\")+0.38) with boxxyerror {}",
+                    only_where({{"state", std::string(to_string(state))}}, "column(\"first\")"), fill));
     legend.push_back({std::string(to_string(state)), "with boxes " + fill});
   }
   figure.data =

@@ -1,7 +1,7 @@
 #pragma once
 
-// Figures of logged object motions: paths from above, statuses and tracklets over time. Of each system its
-// first run.
+// Figures of logged object motions: paths from above, states and tracklets over time. For each system they
+// show its first run.
 
 #include <string>
 #include <vector>
@@ -18,9 +18,9 @@ namespace sextant {
 struct ObjectTracks {
   std::string system;
   uint64_t run = 0;
-  std::vector<BodyTrack> bodies;  ///< the camera first, where the log has it
+  std::vector<BodyTrack> bodies;  ///< the camera first if the log has it
 };
-/// Logged poses; of a log with motions alone the paths that chained_poses() makes of them.
+/// Takes the logged poses; for a log of motions only, the paths that chained_poses() makes from them.
 ObjectTracks object_tracks(const ObjectLog& log, uint64_t run);
 
 /// State of a step of an object.
@@ -29,21 +29,23 @@ constexpr Names<5> names_of(StepState) {
   return {"estimated", "estimated, no truth", "gap", "missed", "outside the gates"};
 }
 
-/// Successive frames of one object in one state.
+/// Successive frames of one object in the same state.
 struct StateSpan {
   int object = 0, first = 0, last = 0;
   StepState state = StepState::estimated;
 };
-/// States of the steps of one run, by object and frame. A step without an estimate is a gap between estimates of
-/// its object, and missed before the first or behind the last one.
+/// Returns the states of the steps of one run, by object and frame. A step without an estimate is a gap if it
+/// lies between estimates of its object, and missed before the first or after the last one.
 std::vector<StateSpan> state_spans(const std::vector<const Record*>& records);
 
+/// One figure per system: true and estimated paths from above.
 std::vector<Figure> object_path_figures(const std::vector<ObjectTracks>& tracks);
+/// One figure per system: the state of every step of every object.
 std::vector<Figure> object_state_figures(const std::vector<Record>& records);
-/// Number of tracklets, stretches of successive estimated steps, that are at least as long as x.
+/// Number of tracklets (stretches of successive estimated steps) that are at least x steps long, over x.
 Figure tracklet_figure(const std::vector<Record>& records);
 
-/// The paths with errors and speeds along them to walk through, of the first run of each system.
+/// Interactive view of the paths with errors and speeds along them, for the first run of each system.
 Explorer object_explorer(const std::vector<ObjectTracks>& tracks, const std::vector<Record>& records,
                          const std::string& Et_key, const std::string& ER_key);
 

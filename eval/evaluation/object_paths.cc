@@ -18,13 +18,14 @@ struct Paths {
   PoseSeries estimate, reference;
 };
 
-/// Poses of the object that both have.
+/// Poses of the object `id` at the frames that both sides have.
 Paths common_paths(const Poses& estimate, const Poses& reference, int id) {
   Paths paths;
   for (auto it = estimate.lower_bound({id, 0}); it != estimate.end() && it->first.first == id; ++it) {
     const auto truth = reference.find(it->first);
     if (truth == reference.end()) continue;
-    for (auto [series, pose] : {std::pair(&paths.estimate, &it->second), std::pair(&paths.reference, &truth->second)}) {
+    for (auto [series, pose] :
+         {std::pair(&paths.estimate, &it->second), std::pair(&paths.reference, &truth->second)}) {
       series->add(pose->rotation().toRotationMatrix(), pose->translation());
       series->frames.push_back(it->first.second);
     }
@@ -69,7 +70,7 @@ std::optional<ObjectPathErrors::PerAxis> per_axis(const Paths& paths) {
   return axes;
 }
 
-/// Every pose and the next one, as RPE takes them; `successive`: those of successive frames alone.
+/// Pairs of each pose and the next one, for RPE; with `successive` only pairs of successive frames.
 std::vector<PosePair> steps_of(const PoseSeries& series, bool successive) {
   std::vector<PosePair> pairs;
   for (size_t i = 1; i < series.size(); ++i) {
@@ -94,19 +95,26 @@ std::vector<ObjectPathErrors> object_path_errors(const ObjectLog& log, uint64_t 
     for (const auto& [key, pose] : *poses) ids.insert(key.first);
   }
   for (const int id : ids) {
-    const Paths logged = common_paths(log.poses, log.true_poses, id), by_motions = common_paths(chained, log.true_poses, id);
-    ObjectPathErrors errors{log.estimator, run, id, absolute(logged), relative(logged, steps_of(logged.estimate, false)),
-                            relative(by_motions, steps_of(by_motions.estimate, true)), per_axis(logged)};
+    const Paths logged = common_paths(log.poses, log.true_poses, id),
+                by_motions = common_paths(chained, log.true_poses, id);
+    ObjectPathErrors errors{log.estimator,
+                            run,
+                            id,
+                            absolute(logged),
+                            relative(logged, steps_of(logged.estimate, false)),
+                            relative(by_motions, steps_of(by_motions.estimate, true)),
+                            per_axis(logged)};
     if (errors.rpe || errors.chained_rpe) out.push_back(std::move(errors));
   }
   return out;
 }
 
 Table object_path_table(const std::vector<ObjectPathErrors>& errors) {
-  Table table{"Object poses",
-              "RMSE. APE after a rigid alignment of each object's path; RPE over steps of one pose; chained: RPE of the "
-              "path chained from the logged motions.",
-              folded_columns({"estimator"})};
+  Table table{
+      "Object poses",
+      "RMSE. APE after a rigid alignment of each object's path; RPE over steps of one pose; chained: RPE of the "
+      "path chained from the logged motions.",
+      folded_columns({"estimator"})};
   table.add_columns({Column::count("run"), Column::text("object"), Column::count("poses"),
                      Column::number("ape_m", "APE [m]", 4), Column::number("ape_deg", "APE [deg]", 4),
                      Column::number("rpe_m", "RPE [m]", 4), Column::number("rpe_deg", "RPE [deg]", 4),
@@ -114,18 +122,19 @@ Table object_path_table(const std::vector<ObjectPathErrors>& errors) {
                      Column::number("chained_rpe_deg", "chained [deg]", 4)});
   for (const ObjectPathErrors& e : errors) {
     table.add_row({e.system, e.run + 1, std::to_string(e.object), e.ape ? Cell(e.ape->n) : Cell(),
-                   cell(e.ape, &PathError::Et_m), cell(e.ape, &PathError::ER_deg), cell(e.rpe, &PathError::Et_m),
-                   cell(e.rpe, &PathError::ER_deg), cell(e.chained_rpe, &PathError::Et_m),
-                   cell(e.chained_rpe, &PathError::ER_deg)});
+                   cell(e.ape, &PathError::Et_m), cell(e.ape, &PathError::ER_deg),
+                   cell(e.rpe, &PathError::Et_m), cell(e.rpe, &PathError::ER_deg),
+                   cell(e.chained_rpe, &PathError::Et_m), cell(e.chained_rpe, &PathError::ER_deg)});
   }
   return table;
 }
 
 Table object_axis_table(const std::vector<ObjectPathErrors>& errors) {
-  Table table{"Object poses, errors per axis",
-              "As the Oxford Multimotion benchmark: log of the pose error since the first pose, means of absolute "
-              "values, in the object's axes.",
-              folded_columns({"estimator"})};
+  Table table{
+      "Object poses, errors per axis",
+      "As the Oxford Multimotion benchmark: log of the pose error since the first pose, means of absolute "
+      "values, in the object's axes.",
+      folded_columns({"estimator"})};
   table.add_columns({Column::count("run"), Column::text("object"), Column::number("x_m", "x [m]", 4),
                      Column::number("y_m", "y [m]", 4), Column::number("z_m", "z [m]", 4),
                      Column::number("rx_deg", "rx [deg]", 3), Column::number("ry_deg", "ry [deg]", 3),
@@ -133,7 +142,8 @@ Table object_axis_table(const std::vector<ObjectPathErrors>& errors) {
   for (const ObjectPathErrors& e : errors) {
     if (!e.axes) continue;
     const auto& [m, deg, largest] = *e.axes;
-    table.add_row({e.system, e.run + 1, std::to_string(e.object), m.x(), m.y(), m.z(), deg.x(), deg.y(), deg.z(), largest});
+    table.add_row({e.system, e.run + 1, std::to_string(e.object), m.x(), m.y(), m.z(), deg.x(), deg.y(),
+                   deg.z(), largest});
   }
   return table;
 }

@@ -28,7 +28,7 @@ constexpr auto error_titles =
                                {"Et_body_m", "Et_body", "E_t, body frame [m]"},
                                {"ER_body_deg", "ER_body", "E_R, body frame [deg]"}});
 
-/// Those of error_titles that the presets use.
+/// Selects the entries of error_titles that the presets use.
 std::vector<ErrorTitle> errors_of(std::span<const MetricPreset> presets) {
   std::vector<ErrorTitle> used;
   std::ranges::copy_if(error_titles, std::back_inserter(used), [&](const ErrorTitle& error) {
@@ -39,7 +39,7 @@ std::vector<ErrorTitle> errors_of(std::span<const MetricPreset> presets) {
   return used;
 }
 
-/// Pooled aggregate and interval of one error of one system.
+/// Pooled aggregate with its interval, for one error of one system.
 std::vector<Cell> pooled_cells(const std::vector<SystemSummary>& summaries, const std::string& system,
                                Aggregate how) {
   const auto s = std::ranges::find(summaries, system, &SystemSummary::name);
@@ -49,7 +49,7 @@ std::vector<Cell> pooled_cells(const std::vector<SystemSummary>& summaries, cons
           interval ? Cell(interval->high) : Cell()};
 }
 
-/// Runs of each system, and its true and estimated steps.
+/// Counts of a system: its runs, and its true and estimated steps.
 struct SystemCount {
   std::map<uint64_t, int> runs;
   int n_truth = 0, n_estimated = 0;
@@ -66,7 +66,7 @@ std::map<std::string, SystemCount> counts_of(const std::vector<Record>& records)
   return counts;
 }
 
-/// Section with the paths of camera and objects, and the states, speeds and errors over time.
+/// Section with the paths of the camera and the objects, and states, speeds and errors over time.
 ReportSection path_section(const ObjectScores& scores, const MetricPreset& preset) {
   const std::vector<Record>& records = scores.records;
   ReportSection section{"paths", "Paths and steps over time", {}, {}, object_path_figures(scores.tracks), {}};
@@ -175,7 +175,9 @@ Json object_json(const ObjectScores& scores, std::span<const MetricPreset> prese
 
 const MetricPreset& usual_preset(const std::vector<Record>& records) {
   for (const MetricPreset& preset : metric_presets()) {
-    const auto has_error = [&](const Record& record) { return find_number(record.errors, preset.object_Et_key).has_value(); };
+    const auto has_error = [&](const Record& record) {
+      return find_number(record.errors, preset.object_Et_key).has_value();
+    };
     if (std::ranges::any_of(records, has_error)) return preset;
   }
   return metric_presets().front();
@@ -183,11 +185,11 @@ const MetricPreset& usual_preset(const std::vector<Record>& records) {
 
 Table object_screen_table(const std::vector<Record>& records, const MetricPreset& preset) {
   const Table all = object_table(records, {&preset, 1});
-  Table table{"Object motions", fmt::format("Preset {}: {} ({}). --preset all prints the others.", preset.name,
-                                            preset.description, to_string(preset.aggregate))};
+  Table table{"Object motions", fmt::format("Preset {}: {} ({}). --preset all prints the others.",
+                                            preset.name, preset.description, to_string(preset.aggregate))};
   std::vector<size_t> places;
-  for (const char* key : {"estimator", "object", "n_truth", "n_estimated", "coverage_percent", "Et_m", "ER_deg",
-                          "Ev_kmh", "v_gt_kmh", "other"}) {
+  for (const char* key : {"estimator", "object", "n_truth", "n_estimated", "coverage_percent", "Et_m",
+                          "ER_deg", "Ev_kmh", "v_gt_kmh", "other"}) {
     const auto place = all.find_column(key);
     if (!place) continue;
     places.push_back(*place);
@@ -213,7 +215,8 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
   ReportSection overall{"overall", systems.title, {}, {{"systems", systems}}, {}, {}};
   if (!comparison.rows.empty()) overall.tables.push_back({"comparison", comparison});
   document.sections.push_back(std::move(overall));
-  document.sections.push_back(path_section(scores, presets.size() == 1 ? presets.front() : usual_preset(records)));
+  document.sections.push_back(
+      path_section(scores, presets.size() == 1 ? presets.front() : usual_preset(records)));
   document.sections.push_back(
       {"per_object", objects.title, {}, {{"objects", objects, {"preset", "estimator"}}}, {}, {}});
   if (!scores.paths.empty()) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Everything that `evaluate objects` finds in the logs of several runs, as JSON and as a document.
+// Everything that `evaluate objects` computes from the logs of several runs, as JSON and as a document.
 
 #include <map>
 #include <string>
@@ -14,26 +14,28 @@
 
 namespace sextant {
 
-/// The rate of a log's frames, and where it is known from.
+/// Frame rate of a log, and its origin.
 struct FrameRate {
   double hz = 10;
-  std::string source;  ///< "--rate", "of SOURCE", "time stamps of the log", "default, --rate changes it"
+  std::string
+      source;  ///< where the rate comes from: "--rate", "of SOURCE", "time stamps of the log", "default, --rate changes it"
 
-  std::string text() const;  ///< "10 Hz (default, --rate changes it)"
+  std::string text() const;  ///< formats "10 Hz (default, --rate changes it)"
 };
 
+/// Results of all logs together.
 struct ObjectScores {
   std::vector<Record> records;
-  std::vector<std::string> folders;   ///< without the names of systems
-  std::vector<std::string> warnings;  ///< texts of `diagnoses` first
+  std::vector<std::string> folders;   ///< one per log, without the prefix SYSTEM=
+  std::vector<std::string> warnings;  ///< texts of `diagnoses` first, then other warnings
   std::vector<LogDiagnosis> diagnoses;
-  std::map<std::string, FrameRate> rates;  ///< by system
-  std::vector<ObjectTracks> tracks;        ///< of every log
-  std::vector<ObjectPathErrors> paths;     ///< of logs with true poses
-  std::vector<ObjectConsistency> consistency;  ///< of logs with covariances
-  bool is_comparison = false;              ///< several folders or systems
+  std::map<std::string, FrameRate> rates;      ///< by system
+  std::vector<ObjectTracks> tracks;            ///< paths of the camera and the objects, one per log
+  std::vector<ObjectPathErrors> paths;         ///< one per object of logs that hold true poses
+  std::vector<ObjectConsistency> consistency;  ///< one per object of logs that hold covariances
+  bool is_comparison = false;                  ///< several folders or systems
 
-  std::string rate_text() const;  ///< "Frame rate: 10 Hz (--rate)"; of each system where they differ
+  std::string rate_text() const;  ///< "Frame rate: 10 Hz (--rate)"; the rate of each system if they differ
 };
 
 /// {"schema":1,"rates":[{"system","hz","source"}],"presets":[{"preset","aggregate","rows":[..]}],"systems":[..],
@@ -41,12 +43,15 @@ struct ObjectScores {
 /// tables.
 Json object_json(const ObjectScores& scores, std::span<const MetricPreset> presets);
 
+/// Makes the report of all logs: tables under the presets, paths, states, distributions of errors and
+/// warnings.
 ReportDocument object_document(const ObjectScores& scores, std::span<const MetricPreset> presets);
 
-/// The first preset whose errors the records have: the one to print where none is asked for.
+/// Returns the first preset whose errors the records have. It is printed if the user requests no preset.
 const MetricPreset& usual_preset(const std::vector<Record>& records);
 
-/// One line an object, for a screen: steps, coverage, E_t, E_R and E_v under one preset, and missing steps.
+/// One row per object, short enough for a terminal: steps, coverage, E_t, E_R and E_v under one preset, and
+/// missing steps.
 Table object_screen_table(const std::vector<Record>& records, const MetricPreset& preset);
 
 }  // namespace sextant

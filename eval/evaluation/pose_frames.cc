@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r\n,;";
 
-/// The numbers of a text, comments (#) left out; empty where a word is none.
+/// Parses the numbers of a text without its comments (#); empty if a word is not a number.
 std::optional<std::vector<double>> numbers_in(std::string_view text) {
   constexpr size_t max_values = 64;
   std::vector<double> values;

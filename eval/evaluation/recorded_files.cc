@@ -15,7 +15,7 @@
 namespace sextant {
 namespace {
 
-/// "NAME=PATH": a run of the system NAME. A plain path has none.
+/// An estimate "NAME=PATH" of the system NAME; the system of a plain path is empty.
 struct Estimate {
   std::string system;
   std::string path;
@@ -28,8 +28,8 @@ Estimate parse_estimate(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/// What tables call the estimates: NAME, with the number of the run where it has several; without a name the end of
-/// the path that no other has.
+/// Labels of the estimates in tables: NAME, with the number of the run if it has several. An estimate without
+/// a name is labelled by the end of its path that distinguishes it.
 std::vector<std::string> labels_of(const std::vector<Estimate>& estimates) {
   std::map<std::string, int> runs, seen;
   for (const Estimate& e : estimates) ++runs[e.system];
@@ -58,7 +58,7 @@ std::vector<std::string> labels_of(const std::vector<Estimate>& estimates) {
   return labels;
 }
 
-/// Whether `text` has the form "adapter:path" and is not the name of a file.
+/// Returns true if `text` has the form "adapter:path" and is not the name of a file.
 bool looks_like_source(const std::string& text) {
   const size_t colon = text.find(':');
   if (colon == std::string::npos || colon < 2) return false;
@@ -68,7 +68,8 @@ bool looks_like_source(const std::string& text) {
   return !fs::exists(text, ignored);
 }
 
-/// Time stamps from frame numbers, or from rows where there are none; false where the poses have stamps.
+/// Computes time stamps from frame numbers, or from rows if there are none; returns false if the poses
+/// already have stamps.
 bool add_stamps(PoseSeries& poses, const std::optional<double>& rate_hz) {
   if (!rate_hz || !poses.stamps_s.empty()) return false;
   for (size_t i = 0; i < poses.size(); ++i)
@@ -88,7 +89,7 @@ EgoReference reference_of(const EgoFiles& files) {
   return reference;
 }
 
-/// evo's EuRoC files are compared with estimates in TUM format.
+/// Format of an estimate; for a reference in evo's EuRoC format the estimates are in TUM format.
 std::string format_of_estimate(const EgoFiles& files, const std::string& path) {
   if (!files.estimate_format.empty()) return files.estimate_format;
   if (files.format != "euroc") return files.format;
@@ -106,7 +107,8 @@ std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_
   return encode_tum(series);
 }
 
-/// <DIR>/<system>, of the second and later runs of a system <DIR>/<system>_2 ...; `taken` holds the names of earlier logs.
+/// Writes <DIR>/<system>, and <DIR>/<system>_2 ... for further runs of a system; `taken` holds the names used
+/// by earlier logs.
 void write_objects(ObjectLog& log, int run_of_system, double rate_hz, const ObjectFiles& files,
                    std::vector<std::string>& taken) {
   if (log.poses.empty()) log.poses = chained_poses(log);
@@ -129,9 +131,11 @@ void write_objects(ObjectLog& log, int run_of_system, double rate_hz, const Obje
   }
 }
 
-/// The logs of one folder; those of SYSTEM=DIR under that name, with the module where there are several.
+/// Reads the logs of one folder. Logs of SYSTEM=DIR have this name, followed by the module if the folder
+/// holds several.
 std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& files) {
-  ObjectLogRequest request{.format = files.format, .stage = files.stage, .frame = files.frame, .rate_hz = files.rate_hz};
+  ObjectLogRequest request{
+      .format = files.format, .stage = files.stage, .frame = files.frame, .rate_hz = files.rate_hz};
   request.rules.covariance = files.covariance;
   std::vector<ObjectLog> logs = read_object_logs(estimate.path, request);
   for (ObjectLog& log : logs) {
@@ -141,21 +145,22 @@ std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& file
   return logs;
 }
 
-/// The flag, the data set, the log's time stamps, 10 Hz: the first that is known.
+/// Returns the first known rate: --rate, the data set's, that of the log's time stamps, 10 Hz.
 FrameRate frame_rate(const ObjectFiles& files, ObjectLog& log, const std::optional<SourceObjects>& source) {
   if (files.rate_hz) return {*files.rate_hz, "--rate"};
   const FrameRate rate = source        ? FrameRate{source->rate_hz, "of " + files.truth}
                          : log.rate_hz ? FrameRate{*log.rate_hz, "time stamps of the log"}
                                        : FrameRate{10, "default, --rate changes it"};
   if (log.rate_hz && std::abs(*log.rate_hz / rate.hz - 1) > 0.01) {
-    log.warnings.push_back(fmt::format("{}: the log's time stamps are {:.4g} Hz, {} has {:.4g} Hz, which counts: --rate "
-                                       "decides",
-                                       log.estimator, *log.rate_hz, files.truth, rate.hz));
+    log.warnings.push_back(
+        fmt::format("{}: the log's time stamps are {:.4g} Hz, {} has {:.4g} Hz, which counts: --rate "
+                    "decides",
+                    log.estimator, *log.rate_hz, files.truth, rate.hz));
   }
   return rate;
 }
 
-/// Says which steps are missing, and what becomes of identities.
+/// Warns of missing steps, and of identity estimates with how they are counted.
 void note_steps(ObjectLog& log, IdentityMotions identity) {
   for (const auto& [id, steps] : identity_steps(log)) {
     const bool lost = identity == IdentityMotions::lost;
@@ -174,10 +179,10 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
   std::map<int, int> logged;
   for (const auto& [key, motion] : log.motions) ++logged[key.first];
   for (const auto& [id, steps] : missing_steps(log)) {
-    if (!logged.contains(id)) continue;  // not detected: the coverage says so
-    log.warnings.push_back(fmt::format("{}, object {}: {} of {} steps have no estimate, frames {}", log.estimator, id,
-                                       steps.size(), steps.size() + static_cast<size_t>(logged[id]),
-                                       ranges_text(steps)));
+    if (!logged.contains(id)) continue;  // not detected: the coverage counts it
+    log.warnings.push_back(fmt::format("{}, object {}: {} of {} steps have no estimate, frames {}",
+                                       log.estimator, id, steps.size(),
+                                       steps.size() + static_cast<size_t>(logged[id]), ranges_text(steps)));
   }
 }
 
@@ -202,7 +207,7 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
   to_camera(scores.reference.poses, options.reference_frame);
   check_physical(scores.reference.poses, scores.reference.side.name, options.max_speed_m_s);
   const std::vector<std::string> labels = labels_of(estimates);
-  std::string problems;  // of every estimate: a table never leaves one out
+  std::string problems;  // one line per bad estimate: a table never silently leaves one out
   for (size_t i = 0; i < estimates.size(); ++i) {
     try {
       TrajectoryFile file = i == 0 ? first.get() : read(estimates[i].path);
@@ -239,7 +244,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   if (!files.truth.empty()) source = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;
   std::map<std::string, int> runs;
-  std::vector<std::string> folders;  // of --save-tum
+  std::vector<std::string> folders;  // folders for --save-tum
   for (const std::string& text : files.folders) {
     const Estimate estimate = parse_estimate(text);
     scores.folders.push_back(estimate.path);
@@ -257,8 +262,10 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       std::ranges::move(object_records(log, std::string(to_string(files.format)), name, rate.hz,
                                        static_cast<uint64_t>(run)),
                         std::back_inserter(scores.records));
-      std::ranges::move(object_path_errors(log, static_cast<uint64_t>(run)), std::back_inserter(scores.paths));
-      std::ranges::move(object_consistency(log, static_cast<uint64_t>(run)), std::back_inserter(scores.consistency));
+      std::ranges::move(object_path_errors(log, static_cast<uint64_t>(run)),
+                        std::back_inserter(scores.paths));
+      std::ranges::move(object_consistency(log, static_cast<uint64_t>(run)),
+                        std::back_inserter(scores.consistency));
       scores.tracks.push_back(object_tracks(log, static_cast<uint64_t>(run)));
       if (!files.tum.empty()) write_objects(log, run + 1, rate.hz, files, folders);
       for (const LogDiagnosis& diagnosis : found) scores.warnings.push_back(diagnosis.text);

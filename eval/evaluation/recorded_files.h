@@ -1,7 +1,7 @@
 #pragma once
 
-// Files of recorded results against a reference, as `evaluate ego` and `evaluate objects` take them: each
-// estimate PATH or SYSTEM=PATH, a run of that system; the reference a file or a SOURCE of a data set.
+// Evaluates files of recorded results against a reference, for `evaluate ego` and `evaluate objects`. An
+// estimate is PATH or SYSTEM=PATH, one run of that system; the reference is a file or a SOURCE of a data set.
 
 #include <optional>
 #include <string>
@@ -16,65 +16,72 @@
 
 namespace sextant {
 
+/// Files of `evaluate ego`, and how to read them.
 struct EgoFiles {
-  std::string reference;                 ///< a file, or a SOURCE
-  std::vector<std::string> estimates;    ///< none: what the log `reference` holds beside its truth
-  std::string format = "auto";           ///< of all files
-  std::string reference_format;          ///< where it differs
-  std::string estimate_format;           ///< where it differs
+  std::string reference;  ///< a file, or a SOURCE
+  std::vector<std::string>
+      estimates;  ///< PATH or SYSTEM=PATH; empty: the estimates that the log `reference` holds beside its truth
+  std::string format = "auto";           ///< format of all files
+  std::string reference_format;          ///< if it differs from `format`; empty: `format`
+  std::string estimate_format;           ///< if it differs from `format`; empty: `format`
   std::optional<double> rate_hz;         ///< frame k of files without time stamps is at k / rate_hz
-  std::string data_root;                 ///< for a SOURCE
-  Json source_options = Json::object();  ///< {"source": {..}} for a SOURCE
+  std::string data_root;                 ///< root folder of a SOURCE
+  Json source_options = Json::object();  ///< {"source": {..}}, options of a SOURCE
 };
 
+/// Results of `evaluate ego`: the reference and one result per estimate.
 struct EgoScores {
   EgoReference reference;
-  std::vector<EgoResult> runs;  ///< in order of the estimates
+  std::vector<EgoResult> runs;  ///< in the order of the estimates
 };
 
-/// Throws Error on bad files.
+/// Reads and evaluates all files. Throws Error on bad files.
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options);
 
-/// reference.tum and estimate_<i>.tum: matched and aligned.
+/// Writes reference.tum and estimate_<i>.tum, the matched poses after the alignment.
 void write_tum(const EgoScores& scores, const std::string& folder);
 
-/// Exact identities as estimates of objects that move: counted as estimates, or as lost steps.
+/// How estimates are counted that are exactly the identity although the object moves: as estimates, or as
+/// lost steps.
 enum class IdentityMotions { count, lost };
 constexpr Names<2> names_of(IdentityMotions) { return {"count", "lost"}; }
 
+/// Logs of `evaluate objects`, and how to read them.
 struct ObjectFiles {
-  std::vector<std::string> folders;  ///< of logs
+  std::vector<std::string> folders;  ///< DIR or SYSTEM=DIR, one log each
   LogFormat format = LogFormat::vdo;
   LogStage stage = LogStage::any;
-  std::optional<MotionFrame> frame;  ///< of the logged motions, where it is not the format's own
+  std::optional<MotionFrame> frame;  ///< frame of the logged motions; empty: the default of the format
   IdentityMotions identity = IdentityMotions::count;
-  std::optional<CovarianceConvention> covariance = std::nullopt;  ///< of covariances in plain files
-  std::string truth;                     ///< SOURCE whose objects replace the logs' truth; empty: none
-  std::optional<double> rate_hz;         ///< of frames, for velocities; empty: frame_rate()
-  std::string tum;                       ///< folder for obj_<id>.tum and obj_<id>_gt.tum; empty: none
-  std::string data_root;                 ///< for a SOURCE
-  Json source_options = Json::object();  ///< {"source": {..}} for a SOURCE
+  std::optional<CovarianceConvention> covariance =
+      std::nullopt;   ///< convention of the covariances in plain files
+  std::string truth;  ///< SOURCE whose objects replace the logs' truth; empty: none
+  std::optional<double>
+      rate_hz;      ///< frame rate, for velocities; empty: from the truth, the log's time stamps, or 10 Hz
+  std::string tum;  ///< folder for obj_<id>.tum and obj_<id>_gt.tum; empty: none
+  std::string data_root;                 ///< root folder of a SOURCE
+  Json source_options = Json::object();  ///< {"source": {..}}, options of a SOURCE
 };
 
-/// Throws Error on bad files.
+/// Reads and evaluates all logs. Throws Error on bad files.
 ObjectScores evaluate_object_files(const ObjectFiles& files);
 
-// ---- the truth of a SOURCE as a reference for recorded results. `options` as of `--options` and `--set`, e.g.
-// {"source":{"truth":"rectified"}}.
+// ---- The truth of a SOURCE as a reference for recorded results. `options` are those of `--options` and
+// `--set`, e.g. {"source":{"truth":"rectified"}}.
 
-/// Poses have frame numbers, and time stamps: those of the data set, else frame / rate. Throws Error when the
-/// source has no true poses. `every_pose`: also poses of frames that the source does not have, as KITTI's GPS/IMU file where only some
-/// images are there.
+/// Reads the true camera poses of a SOURCE, with frame numbers and time stamps (those of the data set,
+/// otherwise frame / rate). With `every_pose` also poses of frames without images are returned, such as those
+/// of KITTI's GPS/IMU file. Throws Error if the source has no true poses.
 EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
                               bool every_pose = false);
 
-/// The truth of a SOURCE.
+/// True objects of a SOURCE, with its frame rate.
 struct SourceObjects {
   SequenceTruth truth;
   double rate_hz = 10;
 };
 
-/// The truth with the objects of the frames that SOURCE@first-last asks for. Throws Error when there are none.
+/// Reads the truth of the frames that SOURCE@first-last requests. Throws Error if it has no objects.
 SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options);
 
 }  // namespace sextant

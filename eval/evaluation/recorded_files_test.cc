@@ -14,7 +14,7 @@ namespace {
 constexpr int n_recorded = 20;
 constexpr double rate_hz = 5;
 
-/// A curve that climbs.
+/// A curved path that climbs.
 SE3 camera_pose(int frame) {
   const double a = 0.1 * frame;
   return {Eigen::Quaterniond(Eigen::AngleAxisd(a, Eigen::Vector3d(0.1, 1, 0.2).normalized())),
@@ -27,7 +27,8 @@ std::string seven(const SE3& T) {
   return fmt::format("{} {} {} {} {} {} {}\n", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
-/// pose_left.txt as TartanAir has it, in NED axes and without a time, and the same poses of the camera with stamps.
+/// pose_left.txt in TartanAir's form, in NED axes and without times, and the same poses of the camera with
+/// stamps.
 class PosesWithoutTime : public testing::Test {
  protected:
   PosesWithoutTime() {

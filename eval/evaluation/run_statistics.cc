@@ -15,7 +15,7 @@ struct System {
   std::vector<const RunErrors*> runs;
 };
 
-/// Runs without errors count nowhere.
+/// Groups runs by system; runs without errors are ignored.
 std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
   std::vector<System> systems;
   for (const RunErrors& run : runs) {
@@ -29,7 +29,7 @@ std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
   return systems;
 }
 
-/// Interval of a function of the sums over runs of 1, e, e^2.
+/// Bootstrap interval of a statistic that depends on the sums of 1, e and e^2 over the runs.
 std::optional<Interval> interval(const std::vector<ErrorStatistics>& runs, const std::vector<size_t>& counts,
                                  double (*statistic)(double n, double sum, double squares)) {
   const auto pooled = [&](std::span<const size_t> drawn) {
@@ -47,7 +47,7 @@ std::optional<Interval> interval(const std::vector<ErrorStatistics>& runs, const
   return cluster_bootstrap(runs.size(), pooled);
 }
 
-/// Mean error over the runs by step.
+/// Mean error over the runs at each step.
 std::map<ErrorStep, double> mean_by_step(const System& system) {
   std::map<ErrorStep, std::pair<double, int>> sums;
   for (const RunErrors* run : system.runs) {
@@ -74,7 +74,8 @@ std::vector<double> stretch_means(const std::vector<double>& values, size_t n_st
 }
 
 std::optional<SystemComparison> compare(const System& a, const System& b) {
-  constexpr size_t fewest = 6, most = 20;  // stretches; below 6 no p-value can be under 0.03
+  constexpr size_t fewest = 6,
+                   most = 20;  // number of stretches; with fewer than 6 no p-value can be below 0.03
   const std::map<ErrorStep, double> of_a = mean_by_step(a), of_b = mean_by_step(b);
   std::vector<double> differences;
   for (const ErrorStep& step : common_keys<std::map<ErrorStep, double>>({&of_a, &of_b}))

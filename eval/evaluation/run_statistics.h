@@ -1,13 +1,14 @@
 #pragma once
 
-// Several runs of several systems on one task.
+// Statistics of several runs of several systems on the same data.
 //
-//   pooled      statistics of the errors of all runs of a system together: never a mean of RMSEs
-//   intervals   of the pooled RMSE and mean, 95 %, bootstrap over runs (lib/stats/bootstrap.h): a run is what
-//               was drawn independently, its errors are not. Needs 5 runs
-//   comparison  of two systems over the steps both have, each system's errors averaged over its runs there.
-//               Neighbouring errors depend on each other, so the differences are averaged over up to 20
-//               stretches as long as each other, and the sign-flip test (lib/stats/tests.h) judges their mean
+//
+//   pooled      statistics of the errors of all runs of a system together, never a mean of RMSEs
+//   intervals   95 % intervals of the pooled RMSE and mean, by the bootstrap over runs (lib/stats/bootstrap.h):
+//               runs are independent, the errors within a run are not. At least 5 runs are needed
+//   comparison  two systems over the steps that both have, with each system's errors averaged over its runs.
+//               Neighbouring errors depend on each other, so the differences are averaged over up to 20 stretches
+//               of equal length, and the sign-flip test (lib/stats/tests.h) is applied to these means
 
 #include <optional>
 #include <string>
@@ -19,34 +20,36 @@
 
 namespace sextant {
 
-/// What an error belongs to: body (0: the camera) and row of the reference, or frame.
+/// Key of an error: body (0 is the camera) and row or frame of the reference.
 using ErrorStep = std::pair<int, int>;
 
 /// The errors of one run.
 struct RunErrors {
   std::string system;
-  std::string run;               ///< what figures call it
+  std::string run;               ///< label in figures
   std::vector<double> errors;    ///< may be empty
   std::vector<ErrorStep> steps;  ///< one per error
 };
 
+/// Pooled statistics of one system.
 struct SystemSummary {
   std::string name;
-  int n_runs = 0;  ///< that have errors
+  int n_runs = 0;  ///< number of runs that have errors
   size_t n_errors = 0;
   ErrorStatistics pooled;
   std::optional<Interval> rmse_interval, mean_interval;
 };
 
-/// Error of a minus error of b; clusters are the stretches, p_corrected is over all pairs of systems.
+/// Error of a minus error of b. The clusters are the stretches; p_corrected accounts for all pairs of
+/// systems.
 struct SystemComparison : PairedComparison {
   std::string a, b;
-  size_t n_common = 0;  ///< steps that both have
+  size_t n_common = 0;  ///< number of steps that both have
 };
 
-/// In order of first appearance; systems without errors are left out.
+/// Summarises the systems in order of first appearance; systems without errors are left out.
 std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs);
-/// Every pair of systems that have enough steps in common (6).
+/// Compares every pair of systems that share enough steps (6).
 std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs);
 
 }  // namespace sextant

@@ -13,14 +13,15 @@ struct Recording {
   const char* sequence;
   const char* file;
   double Et_m, ER_deg;       ///< known means per frame
-  double ER_float_acos_deg;  ///< as published for ORB-SLAM3; 0: not known
+  double ER_float_acos_deg;  ///< as published for ORB-SLAM3; 0: not published
 };
 
 class RealRecordings : public testing::TestWithParam<Recording> {};
 
-// Mean per-frame errors against the rectified truth. E_t of all and E_R of VDO-SLAM are known from elsewhere
-// (0.039 m and 0.048 deg, ...). For E_R of ORB-SLAM3 0.060, 0.041 and 0.062 deg are known, which are those of
-// single precision with acos and without its zeros; in double it is what numpy has with 2 atan2 on the files.
+// Mean per-frame errors against the rectified truth. Independent values exist for E_t of all systems and for
+// E_R of VDO-SLAM (0.039 m and 0.048 deg, ...). For ORB-SLAM3 E_R is published as 0.060, 0.041 and 0.062 deg,
+// computed in single precision with acos and without zeros; the values in double agree with numpy's 2 atan2
+// on the files.
 TEST_P(RealRecordings, AgreeWithWhatIsKnown) {
   SEXTANT_NEEDS_DATA("kitti_tracking_peers");
   const Recording& known = GetParam();

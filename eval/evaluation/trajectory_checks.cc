@@ -11,19 +11,18 @@
 namespace sextant {
 namespace {
 
-/// Poses that find a partner of their own: of several with one partner one counts.
+/// Counts the poses that find a partner; several poses with the same partner count once.
 size_t count_partners(const std::vector<double>& reference, std::vector<double> estimate, double factor,
                       double offset_s, double max_difference_s) {
   for (double& t : estimate) t = t * factor + offset_s;
-  const Association found =
-      associate_by_time(reference, estimate, {.max_difference_s = max_difference_s});
+  const Association found = associate_by_time(reference, estimate, {.max_difference_s = max_difference_s});
   const std::set<int> rows(found.reference.begin(), found.reference.end());
   const std::set<int> own(found.estimate.begin(), found.estimate.end());
   return std::min(rows.size(), own.size());
 }
 
 struct Unit {
-  double factor;  ///< on the estimate's stamps
+  double factor;  ///< factor from the stated to this unit, on the estimate's stamps
   const char* side;
   const char* unit;
 };
@@ -38,8 +37,8 @@ std::string remedy_of(const Unit& unit) {
   const std::string header =
       fmt::format("write '# t [{}] tx ty tz qx qy qz qw' above its first line", unit.unit);
   if (std::string_view(unit.unit) != "ns") return header;
-  return fmt::format("give --{}-format tum_ns, or {}", std::string_view(unit.side) == "estimate" ? "est" : "ref",
-                     header);
+  return fmt::format("give --{}-format tum_ns, or {}",
+                     std::string_view(unit.side) == "estimate" ? "est" : "ref", header);
 }
 
 }  // namespace
@@ -55,12 +54,12 @@ void check_physical(const PoseSeries& poses, const std::string& name, double max
     if (step_m <= shortest_m || !absurd) continue;
     std::string place = poses.lines.empty() ? "" : fmt::format(":{}", poses.lines[i]);
     if (place.empty())
-      place = poses.frames.empty() ? fmt::format(": pose {}", i + 1) : fmt::format(": frame {}", poses.frames[i]);
-    const std::string what =
-        stamped ? fmt::format("{:.4g} m in {:.4g} s, {:.4g} m/s, is above {:.4g} m/s", step_m, duration_s,
-                              step_m / duration_s, max_speed_m_s)
-                : fmt::format("{:.4g} m in {} frame{} is above {:.4g} m a frame", step_m, frames,
-                              frames == 1 ? "" : "s", longest_m);
+      place =
+          poses.frames.empty() ? fmt::format(": pose {}", i + 1) : fmt::format(": frame {}", poses.frames[i]);
+    const std::string what = stamped ? fmt::format("{:.4g} m in {:.4g} s, {:.4g} m/s, is above {:.4g} m/s",
+                                                   step_m, duration_s, step_m / duration_s, max_speed_m_s)
+                                     : fmt::format("{:.4g} m in {} frame{} is above {:.4g} m a frame", step_m,
+                                                   frames, frames == 1 ? "" : "s", longest_m);
     fail(
         "{}{}: the true step is absurd: {}; expected metres and {}: is a pose an outlier, or the unit wrong? "
         "--max-speed sets the limit",
@@ -78,8 +77,9 @@ std::string explain_unmatched(const PoseSeries& reference, const PoseSeries& est
   const std::vector<double>&a = reference.stamps_s, &b = estimate.stamps_s;
   const size_t shorter = std::min(a.size(), b.size());
   const size_t enough = std::max<size_t>(2, shorter / 2);
-  std::string text = fmt::format("the reference's time stamps are {:.10g} .. {:.10g} s, the estimate's {:.10g} .. {:.10g} s",
-                                 a.front(), a.back(), b.front(), b.back());
+  std::string text =
+      fmt::format("the reference's time stamps are {:.10g} .. {:.10g} s, the estimate's {:.10g} .. {:.10g} s",
+                  a.front(), a.back(), b.front(), b.back());
   const auto tolerance = [&](double factor) {
     const double step = a.size() > 1 && b.size() > 1 ? std::min(median_step(a), factor * median_step(b)) : 0;
     return std::max(options.max_difference_s, 0.25 * step);
@@ -98,9 +98,10 @@ std::string explain_unmatched(const PoseSeries& reference, const PoseSeries& est
     const double offset_s = a.front() - b.front();
     const size_t by_offset = with_offset ? count_partners(a, b, 1, offset_s, tolerance(1)) : 0;
     if (by_offset >= enough && by_offset >= most) {
-      return text + fmt::format("; with an offset of {:.6f} s {} poses match: give --offset {:.6f}, which "
-                                "--estimate-offset refines",
-                                offset_s, by_offset, offset_s);
+      return text + fmt::format(
+                        "; with an offset of {:.6f} s {} poses match: give --offset {:.6f}, which "
+                        "--estimate-offset refines",
+                        offset_s, by_offset, offset_s);
     }
     if (!best || most < enough) continue;
     text += fmt::format("; read as {} {} of the {}'s time stamps match: {}", best->unit, most, best->side,
@@ -123,11 +124,13 @@ std::string explain_unmatched(const PoseSeries& reference, const PoseSeries& est
     return distances[distances.size() / 2];
   }();
   if (nearest <= 1 && a.size() > 1 && nearest <= 2 * median_step(a)) {
-    return text + fmt::format("; the nearest stamps are {:.3g} s apart in the median: give --max-difference, or "
-                              "--interpolate {:.3g}",
-                              nearest, 1.5 * median_step(a));
+    return text + fmt::format(
+                      "; the nearest stamps are {:.3g} s apart in the median: give --max-difference, or "
+                      "--interpolate {:.3g}",
+                      nearest, 1.5 * median_step(a));
   }
-  return text + ": check the clocks, the unit of time (a header 't [ms]' names it), --offset and --max-difference";
+  return text +
+         ": check the clocks, the unit of time (a header 't [ms]' names it), --offset and --max-difference";
 }
 
 }  // namespace sextant

@@ -14,15 +14,17 @@ namespace {
 Vector6d error_of(const PoseSeries& estimate, const PoseSeries& reference, size_t i) {
   Vector6d e;
   e.head<3>() = reference.positions_m[i] - estimate.positions_m[i];
-  e.tail<3>() = so3_log(
-      Eigen::Quaterniond(Eigen::Matrix3d(reference.rotations[i] * estimate.rotations[i].transpose())).normalized());
+  e.tail<3>() =
+      so3_log(Eigen::Quaterniond(Eigen::Matrix3d(reference.rotations[i] * estimate.rotations[i].transpose()))
+                  .normalized());
   return e;
 }
 
-/// Position and rotation exchanged, as where rotation stands first in the file.
+/// Exchanges the blocks of position and rotation, for files in which rotation comes first.
 PoseCovariance exchanged(const PoseCovariance& P) {
   PoseCovariance Q;
-  Q << P.bottomRightCorner<3, 3>(), P.bottomLeftCorner<3, 3>(), P.topRightCorner<3, 3>(), P.topLeftCorner<3, 3>();
+  Q << P.bottomRightCorner<3, 3>(), P.bottomLeftCorner<3, 3>(), P.topRightCorner<3, 3>(),
+      P.topLeftCorner<3, 3>();
   return Q;
 }
 
@@ -33,7 +35,8 @@ PoseCovariance cross_transposed(const PoseCovariance& P) {
   return Q;
 }
 
-/// e' P^-1 e, and with log det P twice the negative log-likelihood; empty where P is not positive definite.
+/// e' P^-1 e, and twice the negative log-likelihood, which adds log det P; empty if P is not positive
+/// definite.
 struct Score {
   double nees = 0, twice_neg_log = 0;
 };
@@ -46,10 +49,12 @@ std::optional<Score> score(const Vector6d& e, const PoseCovariance& P) {
 }
 
 std::string place(const PoseSeries& poses, size_t i, const std::string& name) {
-  return poses.lines.empty() ? fmt::format("{}: pose {}", name, i + 1) : fmt::format("{}:{}", name, poses.lines[i]);
+  return poses.lines.empty() ? fmt::format("{}: pose {}", name, i + 1)
+                             : fmt::format("{}:{}", name, poses.lines[i]);
 }
 
-/// Throws where another order explains the errors; the pose named is the one that shows it most.
+/// Throws Error if another order of the numbers explains the errors; the message names the pose that shows it
+/// most clearly.
 void check_order_of_blocks(const PoseSeries& estimate, const PoseSeries& reference, const std::string& name) {
   const auto n = static_cast<double>(estimate.size());
   struct Other {
@@ -57,10 +62,12 @@ void check_order_of_blocks(const PoseSeries& estimate, const PoseSeries& referen
     const char* cause;
   };
   for (const auto& [read, cause] :
-       {Other{exchanged, "rotation seems to stand before position: give --covariance openvins, or gtsam, or write "
-                         "position first"},
-        Other{cross_transposed, "the blocks between position and rotation seem to be transposed: write the matrix row "
-                                "by row"}}) {
+       {Other{exchanged,
+              "rotation seems to stand before position: give --covariance openvins, or gtsam, or write "
+              "position first"},
+        Other{cross_transposed,
+              "the blocks between position and rotation seem to be transposed: write the matrix row "
+              "by row"}}) {
     double declared = 0, other = 0, gain = 0, largest = 0;
     size_t at = 0;
     bool possible = true;
@@ -88,7 +95,8 @@ void check_order_of_blocks(const PoseSeries& estimate, const PoseSeries& referen
 
 }  // namespace
 
-std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& estimate, const PoseSeries& reference,
+std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& estimate,
+                                                            const PoseSeries& reference,
                                                             const std::string& name) {
   if (estimate.covariances.empty()) return std::nullopt;
   const bool rotations = reference.has_rotations();

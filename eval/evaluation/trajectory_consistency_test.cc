@@ -14,7 +14,7 @@ namespace {
 
 constexpr int n_poses = 2000;
 
-/// Planted errors and their covariances, written as TUM files.
+/// Errors of known covariance, written as TUM files together with the covariances.
 class Consistency : public testing::Test {
  protected:
   Consistency() {
@@ -25,8 +25,9 @@ class Consistency : public testing::Test {
       for (int k = 0; k < 36; ++k) A(k / 6, k % 6) = normal(rng);
       Vector6d sigma;
       sigma << 0.1, 0.2, 0.15, 0.01, 0.02, 0.015;
-      const PoseCovariance P =
-          sigma.asDiagonal() * PoseCovariance(0.2 * A * A.transpose() + PoseCovariance::Identity()) * sigma.asDiagonal();
+      const PoseCovariance P = sigma.asDiagonal() *
+                               PoseCovariance(0.2 * A * A.transpose() + PoseCovariance::Identity()) *
+                               sigma.asDiagonal();
       Vector6d x;
       for (int k = 0; k < 6; ++k) x[k] = normal(rng);
       const Vector6d e = P.llt().matrixL() * x;
@@ -34,7 +35,7 @@ class Consistency : public testing::Test {
       const Eigen::Matrix3d R = so3_exp({0.3 * std::sin(t), t, 0.2 * std::cos(t)}).toRotationMatrix();
       const Eigen::Vector3d p(3 * std::sin(0.3 * t), std::cos(t), 2 * t);
       truth_.add(R, p);
-      // e is what is missing from the estimate.
+      // e is the correction from the estimate to the truth.
       poses_.add(so3_exp(-e.tail<3>()).toRotationMatrix() * R, p - e.head<3>());
       covariances_.push_back(P);
     }
@@ -73,7 +74,8 @@ class Consistency : public testing::Test {
 
   static PoseCovariance exchanged(const PoseCovariance& P) {
     PoseCovariance Q;
-    Q << P.bottomRightCorner<3, 3>(), P.bottomLeftCorner<3, 3>(), P.topRightCorner<3, 3>(), P.topLeftCorner<3, 3>();
+    Q << P.bottomRightCorner<3, 3>(), P.bottomLeftCorner<3, 3>(), P.topRightCorner<3, 3>(),
+        P.topLeftCorner<3, 3>();
     return Q;
   }
 
@@ -96,8 +98,9 @@ TEST_F(Consistency, TrueCovariancesGiveSixAndFourTimesSmallerOnesTwentyFour) {
   const EgoResult small = evaluate(quarter);
   EXPECT_NEAR(small.consistency->nees, 24, 1.2);
   EXPECT_FALSE(small.consistency->is_consistent());
-  EXPECT_NEAR(evaluate([](const PoseCovariance& P, const auto&) { return PoseCovariance(4 * P); }).consistency->nees, 1.5,
-              0.1);
+  EXPECT_NEAR(
+      evaluate([](const PoseCovariance& P, const auto&) { return PoseCovariance(4 * P); }).consistency->nees,
+      1.5, 0.1);
 }
 
 TEST_F(Consistency, OfARecordingOfOdometry) {
@@ -107,17 +110,21 @@ TEST_F(Consistency, OfARecordingOfOdometry) {
     for (size_t i = 0; i < poses_.size(); ++i) {
       const Eigen::Quaterniond q(poses_.rotations[i]);
       const Eigen::Vector3d& p = poses_.positions_m[i];
-      Sample s{static_cast<uint32_t>(i / 20), static_cast<uint32_t>(i % 20) * 50'000'000U,
+      Sample s{static_cast<uint32_t>(i / 20),
+               static_cast<uint32_t>(i % 20) * 50'000'000U,
                {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()}};
-      for (int k = 0; k < 36; ++k) s.covariance[static_cast<size_t>(k)] = times * covariances_[i](k / 6, k % 6);
+      for (int k = 0; k < 36; ++k)
+        s.covariance[static_cast<size_t>(k)] = times * covariances_[i](k / 6, k % 6);
       bag.messages.push_back(ros1_message(bag.type, s));
       mcap.messages.push_back(cdr_message(mcap.type, s));
     }
-    const EgoFiles files{.reference = folder_.write("gt.tum", encode_tum(truth_)),
-                         .estimates = {folder_.write("r.bag", bag_of({bag})), folder_.write("r.mcap", mcap_of({mcap})),
-                                       folder_.write("r.db3", rosbag2_of({mcap}))}};
+    const EgoFiles files{
+        .reference = folder_.write("gt.tum", encode_tum(truth_)),
+        .estimates = {folder_.write("r.bag", bag_of({bag})), folder_.write("r.mcap", mcap_of({mcap})),
+                      folder_.write("r.db3", rosbag2_of({mcap}))}};
     std::vector<double> found;
-    for (const EgoResult& run : evaluate_ego_files(files, {}).runs) found.push_back(run.consistency.value().nees);
+    for (const EgoResult& run : evaluate_ego_files(files, {}).runs)
+      found.push_back(run.consistency.value().nees);
     return found;
   };
   EXPECT_THAT(nees(1), testing::Each(testing::DoubleNear(6, 0.3)));
@@ -127,8 +134,8 @@ TEST_F(Consistency, OfARecordingOfOdometry) {
 TEST_F(Consistency, OfPlainFilesOfObjects) {
   const auto nees = [&](LogFormat format, double times, Columns columns, double seen_from_m = 0) {
     const TempFolder logs;
-    const std::string rows = read_file(written(
-        [&](const PoseCovariance& P, const auto&) { return PoseCovariance(times * P); }, columns));
+    const std::string rows = read_file(
+        written([&](const PoseCovariance& P, const auto&) { return PoseCovariance(times * P); }, columns));
     logs.write("obj_3.tum", rows);
     PoseSeries moved = truth_;
     for (Eigen::Vector3d& p : moved.positions_m) p.x() += seen_from_m;
@@ -146,7 +153,7 @@ TEST_F(Consistency, OfPlainFilesOfObjects) {
   }
   EXPECT_GT(nees(LogFormat::poses, 1, full, 1).nees, 20) << "no alignment hides an offset";
 
-  // The same errors of motions.
+  // The same errors, as errors of motions.
   for (size_t i = 0; i < poses_.size(); ++i) {
     const Eigen::Vector3d e_p = truth_.positions_m[i] - poses_.positions_m[i];
     const Eigen::Matrix3d e_R = truth_.rotations[i] * poses_.rotations[i].transpose();
@@ -182,13 +189,15 @@ TEST_F(Consistency, ConventionsOfOpenVinsAndGtsam) {
   const EgoResult of_blocks = evaluate(openvins, blocks);
   EXPECT_NEAR(of_blocks.consistency->position_nees, 3, 0.2) << "what OpenVINS writes: rotation first";
   EXPECT_NEAR(of_blocks.consistency->rotation_nees.value(), 3, 0.2);
-  EXPECT_NEAR(evaluate(openvins, full, {.covariance = CovarianceConvention::openvins}).consistency->nees, 6, 0.3);
+  EXPECT_NEAR(evaluate(openvins, full, {.covariance = CovarianceConvention::openvins}).consistency->nees, 6,
+              0.3);
   const Change gtsam = [](const PoseCovariance& P, const Eigen::Matrix3d& R) {
     PoseCovariance J = PoseCovariance::Zero();
     J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R.transpose();
     return exchanged(J * P * J.transpose());
   };
-  EXPECT_NEAR(evaluate(gtsam, triangle, {.covariance = CovarianceConvention::gtsam}).consistency->nees, 6, 0.3);
+  EXPECT_NEAR(evaluate(gtsam, triangle, {.covariance = CovarianceConvention::gtsam}).consistency->nees, 6,
+              0.3);
 }
 
 TEST_F(Consistency, BlocksInAnotherOrderAreAnErrorWithTheLine) {
@@ -204,7 +213,8 @@ TEST_F(Consistency, BlocksInAnotherOrderAreAnErrorWithTheLine) {
     Q.topRightCorner<3, 3>() = P.topRightCorner<3, 3>().transpose();
     return Q;
   };
-  EXPECT_THAT(error(exchange), AllOf(testing::ContainsRegex("est.tum:[0-9]+: "), HasSubstr("rotation seems to stand before")));
+  EXPECT_THAT(error(exchange),
+              AllOf(testing::ContainsRegex("est.tum:[0-9]+: "), HasSubstr("rotation seems to stand before")));
   EXPECT_THAT(error(exchange, triangle), HasSubstr("--covariance"));
   EXPECT_THAT(error(cross), testing::ContainsRegex("est.tum:[0-9]+: .*(positive definite|transposed)"));
   EXPECT_THAT(error(one_block), HasSubstr("est.tum:1: the covariance of the pose is not symmetric"));

@@ -18,7 +18,8 @@ namespace {
 using testing::Field;
 
 Eigen::Matrix3d turn(double yaw, double pitch, double roll) {
-  return (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitX()) *
+  return (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitX()) *
           Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()))
       .toRotationMatrix();
 }
@@ -86,7 +87,7 @@ PoseSeries truth(Scene scene, unsigned seed, int n = 400) {
   return out;
 }
 
-/// What odometry makes of it: steps with noise, chained.
+/// Simulates odometry: adds noise to the steps of the truth and chains them.
 PoseSeries estimate_of(const PoseSeries& truth, unsigned seed, double noise = 0.004) {
   std::mt19937 rng(seed + 1000);
   std::normal_distribution<double> normal;
@@ -96,7 +97,8 @@ PoseSeries estimate_of(const PoseSeries& truth, unsigned seed, double noise = 0.
     const RelativePose step = relative_pose(truth, i - 1, i);
     const Eigen::Vector3d w = 0.05 * noise * vector();
     out.rotations[i] = out.rotations[i - 1] * step.rotation * so3_exp(w).toRotationMatrix();
-    out.positions_m[i] = out.positions_m[i - 1] + out.rotations[i - 1] * (step.translation_m + noise * vector());
+    out.positions_m[i] =
+        out.positions_m[i - 1] + out.rotations[i - 1] * (step.translation_m + noise * vector());
   }
   return out;
 }
@@ -128,7 +130,8 @@ void w_first(PoseSeries& s) {  // written as w x y z, read as x y z w
 void to_steps(PoseSeries& s, bool inverse) {
   const PoseSeries poses = s;
   for (size_t i = 0; i < s.size(); ++i) {
-    RelativePose step = i == 0 ? RelativePose{poses.rotations[0], poses.positions_m[0]} : relative_pose(poses, i - 1, i);
+    RelativePose step =
+        i == 0 ? RelativePose{poses.rotations[0], poses.positions_m[0]} : relative_pose(poses, i - 1, i);
     s.rotations[i] = inverse ? Eigen::Matrix3d(step.rotation.transpose()) : step.rotation;
     s.positions_m[i] = inverse ? Eigen::Vector3d(-s.rotations[i] * step.translation_m) : step.translation_m;
   }
@@ -175,14 +178,23 @@ std::vector<PlantedMistake> plants() {
       {"estimate ned", [=](S&, S& e) { turned(e, ned.transpose(), ned); }, "axes", "--axes ned"},
       {"estimate flu", [=](S&, S& e) { turned(e, flu.transpose(), flu); }, "axes", "--axes flu"},
       {"reference ned", [=](S& r, S&) { turned(r, ned.transpose(), ned); }, "axes", "--ref-axes ned"},
-      {"body flu", [=](S&, S& e) { turned(e, Eigen::Matrix3d::Identity(), flu); }, "body",
-       "--body-from-camera \"0 0 1 0 -1 0 0 0 0 -1 0 0", {Alignment::none}},
+      {"body flu",
+       [=](S&, S& e) { turned(e, Eigen::Matrix3d::Identity(), flu); },
+       "body",
+       "--body-from-camera \"0 0 1 0 -1 0 0 0 0 -1 0 0",
+       {Alignment::none}},
       {"body oblique", [=](S&, S& e) { turned(e, Eigen::Matrix3d::Identity(), turn(0.4, 0.3, 0.2)); }, "body",
        "--body-from-camera"},
-      {"world z up", [=](S&, S& e) { turned(e, flu.transpose(), Eigen::Matrix3d::Identity()); }, "alignment", "se3 would leave",
+      {"world z up",
+       [=](S&, S& e) { turned(e, flu.transpose(), Eigen::Matrix3d::Identity()); },
+       "alignment",
+       "se3 would leave",
        {Alignment::none}},
-      {"world z up, named", [=](S&, S& e) { turned(e, flu.transpose(), Eigen::Matrix3d::Identity()); }, "world",
-       "x forward, y left, z up", {Alignment::none}},
+      {"world z up, named",
+       [=](S&, S& e) { turned(e, flu.transpose(), Eigen::Matrix3d::Identity()); },
+       "world",
+       "x forward, y left, z up",
+       {Alignment::none}},
       {"steps", [](S&, S& e) { to_steps(e, false); }, "steps", "T_k-1,k"},
       {"inverse steps", [](S&, S& e) { to_steps(e, true); }, "steps", "T_k,k-1"},
       {"one late", [](S&, S& e) { delayed(e, 1); }, "lag", "late"},
@@ -197,30 +209,33 @@ std::string codes(const EgoResult& r) {
   return text;
 }
 
-/// Every plant on both kinds of path, with time stamps and with frame numbers.
+/// Every mistake is planted in both kinds of path, with time stamps and with frame numbers.
 TEST(TrajectoryDiagnosis, EveryPlantIsNamedWithItsRemedy) {
   for (const Scene scene : {Scene::drive, Scene::walk}) {
     for (const unsigned seed : {1U, 2U, 3U}) {
       for (const bool stamped : {true, false}) {
         for (const PlantedMistake& plant : plants()) {
-          // What a hand does has no direction: both files wrong alike cannot be seen there.
+          // A hand-held camera has no main direction of motion, so two files with the same mistake cannot be
+          // detected.
           if (scene == Scene::walk && std::string(plant.name).starts_with("both")) continue;
           for (const Alignment alignment : plant.alignments) {
-            SCOPED_TRACE(fmt::format("{}, scene {}, seed {}, {}, {}", plant.name, static_cast<int>(scene), seed,
-                                     to_string(alignment), stamped ? "stamps" : "rows"));
+            SCOPED_TRACE(fmt::format("{}, scene {}, seed {}, {}, {}", plant.name, static_cast<int>(scene),
+                                     seed, to_string(alignment), stamped ? "stamps" : "rows"));
             PoseSeries reference = truth(scene, seed), estimate = estimate_of(reference, seed);
             plant.plant(reference, estimate);
             if (!stamped) {
               const double t0 = reference.stamps_s[0];
               for (PoseSeries* s : {&reference, &estimate}) {
-                for (const double t : s->stamps_s) s->frames.push_back(static_cast<int>(std::lround((t - t0) * 10)));
+                for (const double t : s->stamps_s)
+                  s->frames.push_back(static_cast<int>(std::lround((t - t0) * 10)));
                 s->stamps_s.clear();
               }
             }
             const EgoResult r = evaluate_aligned(reference, estimate, alignment);
-            EXPECT_THAT(r.warnings, Contains(testing::AllOf(Field("code", &TrajectoryWarning::code, plant.code),
-                                                            Field("text", &TrajectoryWarning::text,
-                                                                  testing::HasSubstr(plant.remedy)))))
+            EXPECT_THAT(r.warnings,
+                        Contains(testing::AllOf(
+                            Field("code", &TrajectoryWarning::code, plant.code),
+                            Field("text", &TrajectoryWarning::text, testing::HasSubstr(plant.remedy)))))
                 << codes(r);
           }
         }
@@ -229,12 +244,14 @@ TEST(TrajectoryDiagnosis, EveryPlantIsNamedWithItsRemedy) {
   }
 }
 
-/// Positions on a line leave the rotation about it open: the rotations of the poses decide.
+/// Positions on a line leave the rotation about it undetermined; the rotations of the poses determine it.
 TEST(TrajectoryDiagnosis, OrientationsAreJudgedOnAStraightRoad) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     for (const PlantedMistake& plant : plants()) {
       const std::string_view code = plant.code;
-      if (std::string(plant.name).starts_with("both") || (code != "inverse" && code != "columns" && code != "axes")) continue;
+      if (std::string(plant.name).starts_with("both") ||
+          (code != "inverse" && code != "columns" && code != "axes"))
+        continue;
       SCOPED_TRACE(fmt::format("{}, seed {}", plant.name, seed));
       PoseSeries reference = truth(Scene::highway, seed), estimate = estimate_of(reference, seed);
       plant.plant(reference, estimate);
@@ -245,8 +262,8 @@ TEST(TrajectoryDiagnosis, OrientationsAreJudgedOnAStraightRoad) {
 }
 
 bool is_diagnosis(const TrajectoryWarning& w) {
-  for (const char* code : {"inverse", "axes", "columns", "transposed", "unit", "steps", "body", "world", "lag",
-                           "alignment", "lever_arm", "yaw", "scale"}) {
+  for (const char* code : {"inverse", "axes", "columns", "transposed", "unit", "steps", "body", "world",
+                           "lag", "alignment", "lever_arm", "yaw", "scale"}) {
     if (w.code == code) return true;
   }
   return false;
@@ -256,21 +273,23 @@ TEST(TrajectoryDiagnosis, RightTrajectoriesAreNotQuestioned) {
   int n = 0, alarms = 0;
   for (const Scene scene : scenes) {
     for (unsigned seed = 1; seed <= 20; ++seed) {
-      for (const Alignment alignment : {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3}) {
+      for (const Alignment alignment :
+           {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3}) {
         for (const double noise : {0.0005, 0.004, 0.02}) {
           const PoseSeries reference = truth(scene, seed), estimate = estimate_of(reference, seed, noise);
           const bool moves = scene != Scene::standing && scene != Scene::pure_rotation;
           if (!moves && alignment != Alignment::none && alignment != Alignment::origin) continue;
           const EgoResult r = evaluate_aligned(reference, estimate, alignment);
           ++n;
-          // On a straight road drift bends the path as a whole: that an alignment removes most of it is true.
+          // On a straight road drift bends the whole path, so it is true that an alignment removes most of
+          // it.
           const bool is_alarm = std::ranges::any_of(r.warnings, [&](const TrajectoryWarning& w) {
             return is_diagnosis(w) && !(scene == Scene::highway && std::string_view(w.code) == "alignment");
           });
           alarms += is_alarm;
           if (is_alarm)
-            ADD_FAILURE() << "scene " << static_cast<int>(scene) << " seed " << seed << " " << to_string(alignment)
-                          << " noise " << noise << codes(r);
+            ADD_FAILURE() << "scene " << static_cast<int>(scene) << " seed " << seed << " "
+                          << to_string(alignment) << " noise " << noise << codes(r);
         }
       }
     }
@@ -279,7 +298,8 @@ TEST(TrajectoryDiagnosis, RightTrajectoriesAreNotQuestioned) {
   EXPECT_EQ(alarms, 0);
 }
 
-/// ORB-SLAM3 and VDO-SLAM of nine sequences, DynOSAM's camera logs, TartanAir's and Virtual KITTI's true poses.
+/// Trajectories of ORB-SLAM3 and VDO-SLAM on nine sequences, DynOSAM's camera logs, and the true poses of
+/// TartanAir and Virtual KITTI.
 TEST(TrajectoryDiagnosis, RecordingsAreNotQuestioned) {
   const char* root = std::getenv("SEXTANT_DATA");
   if (!root) GTEST_SKIP() << "SEXTANT_DATA is not set: it holds the recordings";
@@ -295,7 +315,8 @@ TEST(TrajectoryDiagnosis, RecordingsAreNotQuestioned) {
       ADD_FAILURE() << what << codes(r);
     }
   };
-  const auto files = [&](const EgoFiles& given, Alignment alignment, const std::vector<std::string>& known = {}) {
+  const auto files = [&](const EgoFiles& given, Alignment alignment,
+                         const std::vector<std::string>& known = {}) {
     EgoOptions options;
     options.alignment = alignment;
     for (const EgoResult& r : evaluate_ego_files(given, options).runs)
@@ -305,7 +326,8 @@ TEST(TrajectoryDiagnosis, RecordingsAreNotQuestioned) {
     const std::string sequence = entry.path().stem().string();
     for (const Alignment alignment : {Alignment::none, Alignment::se3, Alignment::sim3}) {
       EgoFiles given{.reference = "kitti:" + (data / "kitti_tracking").string() + "#" + sequence,
-                     .estimates = {entry.path().string()}, .estimate_format = "kitti"};
+                     .estimates = {entry.path().string()},
+                     .estimate_format = "kitti"};
       files(given, alignment);
     }
   }
@@ -337,7 +359,8 @@ TEST(TrajectoryDiagnosis, RecordingsAreNotQuestioned) {
     PoseSeries poses;
     while (file.next()) {
       const auto v = file.values();
-      poses.add(Eigen::Quaterniond(v[6], v[3], v[4], v[5]).normalized().toRotationMatrix(), {v[0], v[1], v[2]});
+      poses.add(Eigen::Quaterniond(v[6], v[3], v[4], v[5]).normalized().toRotationMatrix(),
+                {v[0], v[1], v[2]});
       poses.stamps_s.push_back(0.1 * static_cast<double>(poses.size()));
     }
     for (const Alignment alignment : {Alignment::none, Alignment::se3, Alignment::sim3})

@@ -16,12 +16,12 @@ namespace sextant {
 namespace {
 
 constexpr size_t fewest = 10;
-constexpr double most = 0.5;  // "most of the error": of the sum of squares
+constexpr double most = 0.5;  // share of the sum of squared errors
 
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
-/// Of the `n` poses from pose `first` on every k-th, at most 1000: enough for one constant. The others are never copied, as a
-/// trajectory may take most of the memory.
+/// Takes every k-th of the `n` poses from pose `first` on, at most 1000, which suffice for one constant. The
+/// other poses are never copied, since a trajectory may take most of the memory.
 PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
   constexpr size_t enough = 1000;
   const size_t every = (n + enough - 1) / enough;
@@ -40,7 +40,7 @@ PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
 
 PoseSeries thinned(const PoseSeries& series) { return thinned(series, 0, series.size()); }
 
-/// How well two paths agree.
+/// Differences between two paths.
 struct Agreement {
   double squares = 0;    ///< sum of squared distances, m^2
   double angle_deg = 0;  ///< mean angle between rotations
@@ -65,8 +65,8 @@ Eigen::Vector3d mean_position(const PoseSeries& series) {
   return mean;
 }
 
-/// Positions on a line leave the rotation about it open after an alignment to them: the rotations of the poses close it,
-/// with the angle that leaves the least of them in the sense of chordal distances.
+/// An alignment to positions on a line does not determine the rotation about it. This function chooses the
+/// rotation by the rotations of the poses, such that the sum of squared chordal distances is least.
 void close_roll(PoseSeries& estimate, const PoseSeries& reference) {
   constexpr double flat = 1e-3;
   if (!reference.has_rotations() || !estimate.has_rotations()) return;
@@ -91,7 +91,7 @@ void close_roll(PoseSeries& estimate, const PoseSeries& reference) {
 
 bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
 
-/// Aligns as chosen; false where that is not determined.
+/// Aligns as chosen; returns false if the poses do not determine the alignment.
 bool try_align(PoseSeries& estimate, const PoseSeries& reference, const AlignmentChoice& choice) {
   try {
     align(estimate, reference, choice.alignment, choice.n_to_align, choice.up);
@@ -102,7 +102,7 @@ bool try_align(PoseSeries& estimate, const PoseSeries& reference, const Alignmen
   return true;
 }
 
-/// After alignment; empty where that is not determined.
+/// Agreement after the alignment; empty if the poses do not determine it.
 std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, const PoseSeries& all_estimate,
                                            const AlignmentChoice& choice) {
   const PoseSeries reference = thinned(all_reference);
@@ -128,7 +128,8 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
   PoseSeries moved = estimate;
   for (size_t i = 0; i < moved.size(); ++i) moved.positions_m[i] += moved.rotations[i] * *l;
   const auto then = aligned_agreement(reference, moved, choice);
-  // A longer one, as of an orbit, is nearly a shift or a scale: it must explain as much as another convention.
+  // A longer lever arm, as of an orbit, is nearly equivalent to a translation or a scale, so it must explain
+  // as much as another convention.
   constexpr double share_of_extent = 0.1;
   double squares = 0;
   const Eigen::Vector3d mean = mean_position(reference);
@@ -185,7 +186,7 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
 
 // ---- clock
 
-/// Mean squared distance when the estimate's stamps are moved by `shift_s`.
+/// Mean squared distance after the estimate's stamps are moved by `shift_s`.
 std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSeries& estimate, double shift_s,
                                       const AlignmentChoice& choice) {
   std::vector<double> times;
@@ -200,11 +201,11 @@ std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSer
   return found->squares / static_cast<double>(at.asked.size());
 }
 
-// ---- conventions, by the rule of hypothesis.h
+// ---- Conventions, by the rule of hypothesis.h.
 
 bool scales(Alignment a) { return a == Alignment::sim3 || a == Alignment::scale; }
 
-/// Squares of the position error over the path's extent and of the rotation error in rad.
+/// Squared position error over the squared extent of the path, plus the squared rotation error in rad.
 double residual(const Agreement& agreement, const PoseSeries& reference, bool with_rotations) {
   constexpr double least_m2 = 1e-6;
   const auto n = static_cast<double>(reference.size());
@@ -215,7 +216,8 @@ double residual(const Agreement& agreement, const PoseSeries& reference, bool wi
   return agreement.squares / n / std::max(variance, least_m2) + (with_rotations ? angle * angle : 0);
 }
 
-/// The constant rotation from the right that is nearest to all, after the alignment.
+/// Fits the constant rotation of the body axes, applied from the right, that is nearest to the differences of
+/// all poses after the alignment.
 std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentChoice& choice,
                                    const PoseFrame& frame) {
   constexpr double least_rad = 10 * std::numbers::pi / 180;
@@ -229,23 +231,26 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
   Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
   const Eigen::Matrix3d B = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   const double angle = rotation_angle_rad(Eigen::Quaterniond(B));
-  if (is_near_axes(B, least_rad)) return std::nullopt;  // the others of the table
+  if (is_near_axes(B, least_rad))
+    return std::nullopt;  // the hypotheses about exchanged axes cover this rotation
   for (Eigen::Matrix3d& R : estimate.rotations) R = R * B;
-  const std::string remedy =
-      frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B) : "correct --body-from-camera";
-  return Reading{"body",
-                 fmt::format("the estimate is of a body turned by {:.1f} deg against the camera", degrees(angle)),
-                 remedy, residual(agreement(pair.reference, estimate), pair.reference, true), price};
+  const std::string remedy = frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B)
+                                                : "correct --body-from-camera";
+  return Reading{
+      "body",
+      fmt::format("the estimate is of a body turned by {:.1f} deg against the camera", degrees(angle)),
+      remedy, residual(agreement(pair.reference, estimate), pair.reference, true), price};
 }
 
-/// Of two readings that explain the pair alike, one of each side: the side that looks wrong by itself. Inverse poses
-/// move more than those of a camera.
+/// Chooses between two readings that explain the pair equally well, one of each side, by which side looks
+/// wrong by itself: inverse poses move more than those of a camera.
 Reading chosen(const Explanation& found, const TrajectoryPair& pair) {
   for (const Reading& other : found.alike) {
     if (other.code != found.best.code || other.cause.starts_with("the estimate")) continue;
     bool of_reference = explain_alone(pair.reference) && !explain_alone(pair.estimate);
     if (other.code == "inverse" && !explain_alone(pair.estimate))
-      of_reference = of_reference || path_in_pieces_m(pair.reference) > 1.02 * path_in_pieces_m(pair.estimate);
+      of_reference =
+          of_reference || path_in_pieces_m(pair.reference) > 1.02 * path_in_pieces_m(pair.estimate);
     Reading best = of_reference ? other : found.best;
     best.remedy += fmt::format("; the other way round, {}: {}", of_reference ? found.best.cause : other.cause,
                                of_reference ? found.best.remedy : other.remedy);
@@ -263,7 +268,7 @@ std::string agreement_text(const Agreement& a, size_t n, bool with_rotations) {
 std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, const AlignmentChoice& choice,
                                                   Alignment given, const PoseFrame& frame,
                                                   const PoseFrame& reference_frame) {
-  constexpr double negligible = 0.03, explained = 0.05;  // 3 %: 17 % of the extent, or 10 deg
+  constexpr double negligible = 0.03, explained = 0.05;  // 3 % of the squares: 17 % of the extent, or 10 deg
   const auto now = aligned_agreement(pair.reference, pair.estimate, choice);
   if (!now) return std::nullopt;
   const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
@@ -290,8 +295,9 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   std::string rest = agreement_text(*now, pair.estimate.size(), rotations);
   return TrajectoryWarning{
       best.code,
-      fmt::format("{}: {}{} (declared reading{}: {}; read so, {:.3g} times less of the squared error is left)", best.cause,
-                  best.remedy, with, with, rest, declared / std::max(best.residual, 1e-12 * declared))};
+      fmt::format(
+          "{}: {}{} (declared reading{}: {}; read so, {:.3g} times less of the squared error is left)",
+          best.cause, best.remedy, with, with, rest, declared / std::max(best.residual, 1e-12 * declared))};
 }
 
 std::optional<TrajectoryWarning> convention(const TrajectoryPair& pair, const AlignmentChoice& choice,
@@ -307,26 +313,30 @@ std::optional<TrajectoryWarning> convention(const TrajectoryPair& pair, const Al
   return std::nullopt;
 }
 
-/// What each side alone says, where both say the same.
+/// Examines each side alone, and warns if both have the same mistake.
 std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const PoseSeries& estimate) {
   const auto a = explain_alone(reference);
   if (!a) return std::nullopt;
   const auto b = explain_alone(estimate);
   if (!b || a->best.code != b->best.code) return std::nullopt;
-  const std::string what = a->best.code == "inverse"      ? "hold inverse poses, T_camera_world: give --inverse and --ref-inverse"
-                           : a->best.code == "transposed" ? "hold transposed rotations: transpose the rotation of each line"
-                                                          : "have quaternions with w at the other end: check the order of the columns";
+  const std::string what = a->best.code == "inverse"
+                               ? "hold inverse poses, T_camera_world: give --inverse and --ref-inverse"
+                           : a->best.code == "transposed"
+                               ? "hold transposed rotations: transpose the rotation of each line"
+                               : "have quaternions with w at the other end: check the order of the columns";
   return TrajectoryWarning{
       a->best.code,
-      fmt::format("both files seem to {} (the reference moves along one direction of its own axes within {:.1f} deg "
-                  "when read so, {:.1f} deg as declared; the estimate within {:.1f} and {:.1f} deg)",
-                  what, std::sqrt(a->best.residual), std::sqrt(a->declared), std::sqrt(b->best.residual),
-                  std::sqrt(b->declared))};
+      fmt::format(
+          "both files seem to {} (the reference moves along one direction of its own axes within {:.1f} deg "
+          "when read so, {:.1f} deg as declared; the estimate within {:.1f} and {:.1f} deg)",
+          what, std::sqrt(a->best.residual), std::sqrt(a->declared), std::sqrt(b->best.residual),
+          std::sqrt(b->declared))};
 }
 
-// ---- shifted rows
+// ---- Shifted rows.
 
-/// Sum of squares of steps' differences: translations in m, rotations in rad times their typical lever of 10 m.
+/// Sum of squared differences of the steps: translations in m, rotations in rad times a typical lever of 10
+/// m.
 double step_squares(const PoseSeries& reference, const PoseSeries& estimate, size_t shift_r, size_t shift_e,
                     size_t n) {
   constexpr double lever_m = 10;
@@ -363,7 +373,7 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
   const auto explains = [&](std::optional<double> then) { return then && *then <= (1 - most) * *now; };
   if (!explains(squares(std::clamp(0.5 * step * (*before - *after) / bend, -step, step))))
     return std::nullopt;
-  try {  // a shift along a straight path may be drift: what the motions alone say decides
+  try {  // a shift along a straight path may be drift, so the motions alone must confirm it
     const OffsetEstimate found = estimate_offset(reference, estimate, offset_s, "");
     const bool is_zero = found.low_s <= offset_s && offset_s <= found.high_s;
     const double shift_s = found.offset_s - offset_s;
@@ -396,7 +406,7 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   while (2 * k <= n / 4 && turn_rms(k) < turn_rad) k *= 2;
   if (turn_rms(k) < least_turn_rad) return std::nullopt;
 
-  // Normal equations of (l, s); s is eliminated.
+  // Normal equations of (l, s), from which s is eliminated.
   Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   for (size_t i = 0; i + k < n; ++i) {
@@ -425,20 +435,23 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   return l;
 }
 
-std::optional<TrajectoryWarning> warning_of_rows_shifted(const PoseSeries& reference, const PoseSeries& estimate,
-                                                         const AlignmentChoice& choice,
-                                                         const std::function<std::string(int frames)>& remedy) {
+std::optional<TrajectoryWarning> warning_of_rows_shifted(
+    const PoseSeries& reference, const PoseSeries& estimate, const AlignmentChoice& choice,
+    const std::function<std::string(int frames)>& remedy) {
   constexpr int most_rows = 3;
   constexpr size_t least_poses = 20;
   constexpr double confirmed = 1.5;
-  if (!reference.has_rotations() || !estimate.has_rotations() || estimate.size() < least_poses) return std::nullopt;
+  if (!reference.has_rotations() || !estimate.has_rotations() || estimate.size() < least_poses)
+    return std::nullopt;
   AlignmentChoice all = choice;
   all.n_to_align = 0;
   const size_t n = estimate.size() - most_rows;
-  const auto shifted = [&](int k) {  // the estimate's row i + k belongs to row i
-    const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0, of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
+  const auto shifted = [&](int k) {  // row i + k of the estimate belongs to row i
+    const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0,
+                 of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
     const double steps = step_squares(reference, estimate, of_reference, of_estimate, n);
-    const auto found = aligned_agreement(thinned(reference, of_reference, n), thinned(estimate, of_estimate, n), all);
+    const auto found =
+        aligned_agreement(thinned(reference, of_reference, n), thinned(estimate, of_estimate, n), all);
     return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
   };
   const auto [squares_0, steps_0] = shifted(0);
@@ -446,23 +459,27 @@ std::optional<TrajectoryWarning> warning_of_rows_shifted(const PoseSeries& refer
   for (int k = -most_rows; k <= most_rows; ++k) {
     if (k == 0) continue;
     const auto [squares, steps] = shifted(k);
-    const std::string cause =
-        fmt::format("the estimate is {} by {} frame{}", k > 0 ? "late" : "early", std::abs(k), std::abs(k) > 1 ? "s" : "");
-    const bool by_path = squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
-    const bool by_steps = explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
-    if (by_path || by_steps)
-      readings.push_back({"lag", cause, remedy(-k), steps, 0});
+    const std::string cause = fmt::format("the estimate is {} by {} frame{}", k > 0 ? "late" : "early",
+                                          std::abs(k), std::abs(k) > 1 ? "s" : "");
+    const bool by_path =
+        squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
+    const bool by_steps =
+        explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
+    if (by_path || by_steps) readings.push_back({"lag", cause, remedy(-k), steps, 0});
   }
   const auto best = std::ranges::min_element(readings, {}, &Reading::residual);
   if (best == readings.end() || !(steps_0 > 1e-12)) return std::nullopt;
-  return TrajectoryWarning{"lag", fmt::format("{}: {} (RMS difference of the steps {:.3g} m read so, {:.3g} m as declared)",
-                                              best->cause, best->remedy, std::sqrt(best->residual), std::sqrt(steps_0))};
+  return TrajectoryWarning{
+      "lag", fmt::format("{}: {} (RMS difference of the steps {:.3g} m read so, {:.3g} m as declared)",
+                         best->cause, best->remedy, std::sqrt(best->residual), std::sqrt(steps_0))};
 }
 
-std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all_reference, const PoseSeries& all_estimate,
-                                                      const AlignmentChoice& choice) {
+std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all_reference,
+                                                           const PoseSeries& all_estimate,
+                                                           const AlignmentChoice& choice) {
   constexpr double times = 10;
-  if ((choice.alignment != Alignment::none && choice.alignment != Alignment::origin) || all_estimate.size() < 3)
+  if ((choice.alignment != Alignment::none && choice.alignment != Alignment::origin) ||
+      all_estimate.size() < 3)
     return std::nullopt;
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   const auto rmse = [&](Alignment alignment, const Eigen::Vector3d& up) -> std::optional<double> {
@@ -491,16 +508,16 @@ std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all
   const bool rescales = u && std::abs(std::log(u->y_from_x.scale)) > std::log(1.1);
   const double least = std::min({*se3, rescales ? *sim3 : *se3, yaw.value_or(*se3)});
   if (*now <= times * least || *now <= 1e-4 * extent) return std::nullopt;
-  std::string text = fmt::format("--align {} leaves an RMSE of {:.3g} m; --align se3 would leave {:.3g} m, sim3 {:.3g} m",
-                                 to_string(choice.alignment), *now, *se3, *sim3);
+  std::string text =
+      fmt::format("--align {} leaves an RMSE of {:.3g} m; --align se3 would leave {:.3g} m, sim3 {:.3g} m",
+                  to_string(choice.alignment), *now, *se3, *sim3);
   if (yaw) text += fmt::format(", yaw --up {} {:.3g} m", up, *yaw);
   return TrajectoryWarning{"alignment", text + ": are both in one world?"};
 }
 
 std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_reference,
                                                         const PoseSeries& all_estimate,
-                                                        const AlignmentChoice& choice,
-                                                        const PoseFrame& frame,
+                                                        const AlignmentChoice& choice, const PoseFrame& frame,
                                                         const PoseFrame& reference_frame) {
   if (all_estimate.size() < fewest) return {};
   const bool rotations = all_reference.has_rotations() && all_estimate.has_rotations();
@@ -509,7 +526,7 @@ std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_re
   all.n_to_align = 0;
   const auto now = aligned_agreement(reference, estimate, all);
   if (!now) return {};
-  // In other axes nothing else can be judged. Steps are chained before poses are left out.
+  // With wrong axes nothing else can be judged. Steps are chained before poses are left out.
   constexpr size_t most_poses = 20'000;
   const bool few = all_estimate.size() <= most_poses;
   const TrajectoryPair pair =

@@ -15,7 +15,7 @@ using testing::Field;
 
 auto has_code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
 
-/// A flight with turns about all axes, right-down-forward.
+/// A flight that rotates about all axes, in right-down-forward axes.
 PoseSeries flight(int n) {
   PoseSeries s;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
@@ -41,7 +41,7 @@ PoseSeries with_random_errors(PoseSeries s) {
   return s;
 }
 
-/// The poses of the body on which the camera sits.
+/// Poses of the body that carries the camera.
 PoseSeries body_of(PoseSeries camera, const Eigen::Vector3d& lever) {
   for (size_t i = 0; i < camera.size(); ++i) camera.positions_m[i] -= camera.rotations[i] * lever;
   return camera;
@@ -151,7 +151,7 @@ TEST(Explanation, QuaternionsInAnotherOrder) {
   }
 }
 
-// ---- the same, planted in recorded trajectories
+// ---- The same mistakes, planted in recorded trajectories.
 
 struct Real {
   EgoReference reference;
@@ -182,7 +182,7 @@ class PlantedInRealTrajectories : public testing::TestWithParam<const char*> {
     return evaluate_ego(real.reference, std::move(file), "planted", options);
   }
   Real real;
-  double rmse = 0;  ///< of what was not planted
+  double rmse = 0;  ///< of the recording without a planted mistake
 };
 
 TEST_P(PlantedInRealTrajectories, LeverArm) {
@@ -237,7 +237,7 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
     const EgoResult told = evaluate(planted, aligned);
     const double times = told.statistics.rmse / evaluate(real.estimate, aligned).statistics.rmse;
     RecordProperty(fmt::format("rmse_times_{:.0f}_ms", 1e3 * late_s), fmt::format("{:.2f}", times));
-    if (times * times > 2.5) {  // the shift is most of the squared errors
+    if (times * times > 2.5) {  // the shift causes most of the squared error
       EXPECT_THAT(told.warnings, Contains(has_code("lag"))) << late_s << " s late";
     }
   }

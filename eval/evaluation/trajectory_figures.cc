@@ -11,13 +11,13 @@
 namespace sextant {
 namespace {
 
-constexpr const char* interrupted = "NaN";  // interrupts gnuplot's line
+constexpr const char* interrupted = "NaN";  // gnuplot interrupts the line here
 constexpr const char* reference_colour = "#B0B0B0";
 constexpr size_t n_line_colours = 7;
 
 Cell number_cell(double value) { return std::isfinite(value) ? Cell(value) : Cell(interrupted); }
 
-/// Curve 0 of a figure is the reference, curve k + 1 is run k.
+/// Returns curve k of a figure: 0 is the reference, k + 1 is run k.
 const TrajectoryCurve& curve_of(const EgoCurves& curves, size_t k) {
   return k == 0 ? curves.reference : curves.runs[k - 1];
 }
@@ -34,7 +34,7 @@ std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference)
   return legend;
 }
 
-/// Colours from small to large errors, distinct in grey as well.
+/// Colours from small to large errors, distinct in greyscale as well.
 constexpr const char* error_palette =
     "set palette maxcolors 24\n"
     "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", "
@@ -42,7 +42,7 @@ constexpr const char* error_palette =
 
 using PoseColumns = Fields<std::pair<const TrajectoryCurve*, size_t>>;
 
-/// A column of what the curves have, by the pose; a list that a curve does not have is "NaN".
+/// Adds a column with one value per pose; it is "NaN" for a curve whose `list` is empty.
 template <typename List, typename Number>
 void add_column(const std::string& key, List TrajectoryCurve::*list, const Number& number,
                 PoseColumns& columns) {
@@ -64,8 +64,9 @@ void add_vector(const std::array<std::string, 3>& keys, std::vector<Eigen::Vecto
         keys[static_cast<size_t>(k)], list, [k](const Eigen::Vector3d& v) { return v[k]; }, columns);
 }
 
-/// Data of a figure: a row for each drawn pose of each curve, and a row without numbers before each gap.
-/// The column "curve" numbers them. Adds to the caption how many poses are drawn where these are not all.
+/// Fills the data of a figure: a row for each drawn pose of each curve, and a row without numbers before each
+/// gap; the column "curve" holds the number of the curve. The caption says how many poses are drawn if not
+/// all are.
 void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figure) {
   const size_t most = std::min(drawn_poses, std::max<size_t>(60, 4 * drawn_poses / (curves.runs.size() + 1)));
   figure.data.columns = {Column::count("curve"), Column::text("name")};
@@ -177,7 +178,7 @@ Figure path_figure(const EgoCurves& curves, const EqualAxes& axes) {
   return figure;
 }
 
-/// The range of the colours: errors above their 99 % quantile have the colour of that quantile.
+/// Upper end of the colour scale: the 99 % quantile of the errors; larger errors have the same colour.
 double colour_end(const EgoCurves& curves) {
   std::vector<double> errors;
   for (const TrajectoryCurve& run : curves.runs)
@@ -227,12 +228,12 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
 }
 
 struct Along {
-  std::string x, y;   ///< columns
-  std::string title;  ///< of y
+  std::string x, y;   ///< columns of the data
+  std::string title;  ///< title of y
   bool with_reference = false;
 };
 
-/// Panels over time or the path, an x range from the first to the last pose.
+/// Makes panels over time or path length, with an x range from the first to the last pose.
 void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t columns,
                double panel_height_cm, Figure& figure) {
   const PanelLayout layout{.columns = columns,
@@ -286,7 +287,7 @@ Figure error_figure(const EgoCurves& curves) {
   return figure;
 }
 
-/// Three quantities in the first row and their errors in the second.
+/// Figure with three quantities in the first row and their errors in the second.
 Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::string& caption,
                    const std::array<std::string, 3>& names, const std::string& unit,
                    std::vector<Eigen::Vector3d> TrajectoryCurve::*values,
@@ -311,7 +312,7 @@ Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::
   return figure;
 }
 
-/// Table of every pose of a curve, with a column for each quantity that it has.
+/// Table of every pose of a curve, with a column for each quantity that the curve has.
 Table curve_table(const TrajectoryCurve& curve, const EgoCurves& curves) {
   PoseColumns columns;
   add_number(curves.has_time ? "time_s" : "time_frames", &TrajectoryCurve::time, columns);
@@ -349,11 +350,10 @@ std::vector<Figure> along_figures(const EgoCurves& curves) {
     const int out = curves.axes.out;
     figures.push_back(axes_figure(
         curves, "rotation",
-        fmt::format(
-            "Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes "
-            "{0}, {1}, {2}; "
-            "below, their differences to the reference.",
-            name(out), name((out + 2) % 3), name((out + 1) % 3)),
+        fmt::format("Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes "
+                    "{0}, {1}, {2}; "
+                    "below, their differences to the reference.",
+                    name(out), name((out + 2) % 3), name((out + 1) % 3)),
         {"roll", "pitch", "yaw"}, "deg", &TrajectoryCurve::angles_deg, &TrajectoryCurve::angle_error_deg));
   }
   Figure speed;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Figures of recorded camera paths against a reference: from above, and what changes along them.
+// Figures of recorded camera paths against a reference: paths from above, and quantities along the path.
 
 #include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/records/output.h"
@@ -9,21 +9,23 @@
 
 namespace sextant {
 
-/// Poses of one curve that a figure draws, at most about; further ones are thinned() and the caption says
-/// so. Of several curves together 4 times as many.
+/// Approximate largest number of poses that a figure draws of one curve; all curves together have at most
+/// four times as many. Longer curves are reduced by thinned(), and the caption says so.
 inline constexpr size_t drawn_poses = 900;
 
-/// Paths of all systems from above beside the reference, and each again, coloured by its error.
+/// Paths of all systems from above with the reference, first in the colours of the systems, then coloured by
+/// the error.
 std::vector<Figure> path_figures(const EgoCurves& curves);
 
-/// The error over time and over the path; position and angles with their errors; speed.
+/// Figures along the path: the error over time and over path length; position and angles with their errors;
+/// speed.
 std::vector<Figure> along_figures(const EgoCurves& curves);
 
-/// Paths and curves to walk through on the page. All poses up to explored_poses, then those that thinned()
-/// keeps.
+/// Interactive view of paths and curves for the page. It holds all poses up to explored_poses, otherwise
+/// those that thinned() keeps.
 Explorer ego_explorer(const EgoCurves& curves);
 
-/// curves/<name>.csv of the reference and each run: every pose, with a column for each quantity.
+/// Writes curves/<name>.csv for the reference and each run: every pose, with a column for each quantity.
 OutputFiles curve_files(const EgoCurves& curves);
 
 }  // namespace sextant

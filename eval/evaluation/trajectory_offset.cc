@@ -19,14 +19,14 @@ double median_step(const std::vector<double>& times) {
 
 namespace {
 
-/// Length (m) and angle (rad) of the step to pose i; no angle without rotations.
+/// Length (m) and angle (rad) of the step to pose i; the angle is 0 without rotations.
 std::array<double, 2> step_of(const PoseSeries& series, size_t i) {
   if (!series.has_rotations()) return {(series.positions_m[i] - series.positions_m[i - 1]).norm(), 0};
   const RelativePose step = relative_pose(series, i - 1, i);
   return {step.translation_m.norm(), rotation_angle_rad(Eigen::Quaterniond(step.rotation))};
 }
 
-/// Length of path and sum of angles up to each time: differences of them give motion over any interval.
+/// Path length and sum of rotation angles up to each time; differences give the motion over any interval.
 struct Motion {
   std::vector<double> times, path_m, angle_rad;
 
@@ -40,9 +40,9 @@ struct Motion {
   }
 };
 
-constexpr size_t max_steps = 1000;  // of long recordings the first ones
+constexpr size_t max_steps = 1000;  // longer recordings are compared over their first steps only
 
-/// How many windows to shift to each side: 20, or 1 s where that is more.
+/// Number of windows to shift to each side: 20, or 1 s if that is longer.
 int shifts(double duration_s, double width_s) {
   constexpr int fewest = 20, most = 200;
   const double reach_s = std::min(1.0, duration_s / 4);
@@ -87,7 +87,8 @@ std::array<std::vector<double>, 2> motion_in_windows(const Motion& motion, doubl
   return out;
 }
 
-/// Top of the parabola through the best score and its neighbours, relative to it, -0.5 .. 0.5.
+/// Position of the maximum of the parabola through the best score and its neighbours, relative to the best
+/// one, in -0.5 .. 0.5.
 double peak_offset(const std::vector<double>& scores, std::vector<double>::const_iterator best) {
   if (best == scores.begin() || best + 1 == scores.end()) return 0;
   const double before = best[-1], after = best[1], bend = before - 2 * *best + after;
@@ -96,7 +97,7 @@ double peak_offset(const std::vector<double>& scores, std::vector<double>::const
 
 // ---- offset
 
-/// Speed and rotation rate of the steps between poses, at their middles.
+/// Speed and rotation rate of the steps between poses, at the middle of each step.
 struct Rates {
   std::vector<double> times, durations;
   std::array<std::vector<double>, 2> values;  // m/s, rad/s
@@ -118,8 +119,8 @@ Rates rates_of(const PoseSeries& series) {
 
 using Signals = std::array<std::vector<double>, 2>;
 
-/// Smoothed by a Gaussian of deviation `width`, cut at five, at begin + i width + shift. NaN where no step is
-/// near.
+/// Signals smoothed by a Gaussian of deviation `width`, cut at five deviations, and sampled at begin + i
+/// width + shift. NaN if no step is near.
 Signals smoothed(const Rates& rates, double begin, double width, size_t n, double shift) {
   constexpr double reach = 5;
   Signals out;
@@ -138,8 +139,8 @@ Signals smoothed(const Rates& rates, double begin, double width, size_t n, doubl
   return out;
 }
 
-/// The score and what belongs to it for one pair of recordings. Offsets are on top of the initial one, which may
-/// be large (an epoch) and leave few digits.
+/// The score of an offset between two recordings. Offsets are relative to the initial one, which may be large
+/// (an epoch) and would leave few digits.
 class OffsetSearch {
  public:
   OffsetSearch(const PoseSeries& reference, const PoseSeries& estimate, double initial_s)
@@ -160,7 +161,7 @@ class OffsetSearch {
   double reach() const { return reach_; }
   double width() const { return width_; }
 
-  /// Correlations at the offset `d`, without the times from `left_out` to `until`.
+  /// Correlations at the offset `d`, leaving out the samples from `left_out` to `until`.
   std::array<double, 2> correlations(double d, size_t left_out = 0, size_t until = 0) const {
     const Signals r = smoothed(reference_, begin_, width_, n_, d);
     std::array<double, 2> rho{};
@@ -183,7 +184,7 @@ class OffsetSearch {
     return 0.5 * static_cast<double>(n_ - (until - left_out)) * sum;
   }
 
-  /// Of steps of half a width over the whole range.
+  /// Best offset on a grid of half widths over the whole range.
   double coarse_best() const {
     double best = 0, highest = -std::numeric_limits<double>::infinity();
     const int steps = static_cast<int>(std::lround(2 * reach_ / width_));
@@ -197,7 +198,7 @@ class OffsetSearch {
     return best;
   }
 
-  /// Golden section within half a width of `d`.
+  /// Golden-section search within half a width of `d`.
   double refined(double d, size_t left_out = 0, size_t until = 0) const {
     constexpr double golden = 0.6180339887498949;
     double low = d - 0.5 * width_, high = d + 0.5 * width_;
@@ -222,12 +223,12 @@ class OffsetSearch {
   }
 
  private:
-  static constexpr size_t max_samples = 4000;  // of long recordings the first ones
+  static constexpr size_t max_samples = 4000;  // longer recordings are compared over their first samples only
 
   Rates reference_, estimate_;
   double width_ = 0, reach_ = 0, begin_ = 0;
   size_t n_ = 0;
-  Signals signal_;  // of the estimate
+  Signals signal_;  // signal of the estimate
 };
 
 }  // namespace
@@ -266,7 +267,8 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
   const auto k = static_cast<int>(best - scores.begin()) - n_shifts;
   const LagEstimate lag{(k + peak_offset(scores, best)) * width, *best,
                         scores[static_cast<size_t>(n_shifts)]};
-  // Smooth motions correlate well also without the shift; then it must explain half of what is left.
+  // Smooth motions correlate well without a shift too; then the shift must explain half of the remaining
+  // difference to 1.
   const double gain = lag.correlation - lag.correlation_0;
   const bool explains = gain > 0.1 || (gain > 5e-4 && gain > 0.5 * (1 - lag.correlation_0));
   if (k == 0 || lag.correlation < 0.8 || !explains) return std::nullopt;
@@ -303,7 +305,8 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
   }
   double sum = 0, squares = 0;
   for (size_t k = 0; k < n_stretches; ++k) {
-    const double d = search.refined(shift_s, k * out.n / n_stretches, (k + 1) * out.n / n_stretches) - shift_s;
+    const double d =
+        search.refined(shift_s, k * out.n / n_stretches, (k + 1) * out.n / n_stretches) - shift_s;
     sum += d;
     squares += d * d;
   }

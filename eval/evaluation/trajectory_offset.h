@@ -1,19 +1,20 @@
 #pragma once
 
-// The time offset of two clocks from the motions alone: how fast each moves and turns does not depend on
-// world, mounting or drift.
+// Time offset between two clocks, estimated from the motions alone: speeds and rotation rates do not depend
+// on the world frame, on the mounting or on drift.
 //
-// estimate_lag() is a quick look for warnings; estimate_offset() measures:
+// estimate_lag() is a fast check for warnings; estimate_offset() measures the offset:
 //
-//   signals   speed and rotation rate of each step between poses, smoothed by a Gaussian of one step (the
-//             longer of the two medians) at times one such step apart. Without smoothing, interpolation would
-//             average noise at fractional shifts alone, and the best shift would lie between the samples, wrongly
-//   score     L(d) = -n/2 sum over both of log(1 - rho(d)^2), rho the correlation (0 where it is negative) of
-//             the estimate at t with the reference at t + d: the profile likelihood for signals equal up to
-//             scale, bias and noise, so that each counts as much as it agrees
-//   search    steps of half a step, then golden section
-//   interval  95 %: jackknife over 20 stretches of time, Student's t. Errors that go on through the whole
-//             recording are not in it
+//
+//   signals   speed and rotation rate of each step between poses, smoothed by a Gaussian of one step (the longer of
+//             the two median steps) and sampled at such steps. Without smoothing, interpolation would average the
+//             noise at fractional shifts only, and would favour shifts between the samples
+//   score     L(d) = -n/2 sum over both signals of log(1 - rho(d)^2), where rho is the correlation (0 if negative)
+//             of the estimate at t with the reference at t + d. This is the profile likelihood of signals that are
+//             equal up to scale, bias and noise, and weights each signal by how well it agrees
+//   search    on a grid of half steps, then by golden section
+//   interval  95 %, by the jackknife over 20 stretches of time with Student's t. It does not include errors that
+//             persist throughout the recording
 
 #include <optional>
 #include <string>
@@ -23,33 +24,34 @@
 
 namespace sextant {
 
-/// Of at least two times.
+/// Median difference of successive times; needs at least two times.
 double median_step(const std::vector<double>& times);
 
-/// The shift of the estimate's clock that makes motions agree best: its stamps are late by lag_s. Looked for
-/// up to 20 of the longer time steps, or 1 s where that is more. Empty when nothing stands out: too little
-/// motion, correlation below 0.8, or better than without a shift by neither 0.1 nor half of what is missing
-/// to 1.
+/// Shift of the estimate's clock at which the motions agree best: its stamps are late by `lag`. Shifts up to
+/// 20 of the longer time steps, or 1 s if that is longer, are tried. Empty if there is too little motion, if
+/// the correlation is below 0.8, or if it exceeds the unshifted correlation neither by 0.1 nor by half of the
+/// difference to 1.
 struct LagEstimate {
   double lag = 0;            ///< in units of the times
-  double correlation = 0;    ///< of speeds and rotation rates at this lag
-  double correlation_0 = 0;  ///< without
+  double correlation = 0;    ///< correlation of speeds and rotation rates at this lag
+  double correlation_0 = 0;  ///< correlation without a shift
 };
 std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
                                         const std::vector<double>& reference_times,
                                         const PoseSeries& estimate,
                                         const std::vector<double>& estimate_times);
 
-/// What to add to the estimate's stamps.
+/// Offset to add to the estimate's stamps, with its interval.
 struct OffsetEstimate {
   double offset_s = 0;
-  double low_s = 0, high_s = 0;  ///< 95 %
+  double low_s = 0, high_s = 0;  ///< 95 % interval
   double speed_correlation = 0, rotation_correlation = 0;
-  size_t n = 0;  ///< times compared
+  size_t n = 0;  ///< number of times compared
 };
 
-/// Around `initial_s`, as far as estimate_lag(). Throws Error "NAME: ..." where the motions do not determine
-/// it: fewer than 40 times to compare, correlations below 0.8, or the best at the end of the range.
+/// Searches around `initial_s`, over the range of estimate_lag(). Throws Error "NAME: ..." if the motions do
+/// not determine the offset: fewer than 40 times to compare, correlations below 0.8, or the best offset at
+/// the end of the range.
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name);
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double gap_steps = 10;
 
-/// The angle that differs from `angle` by whole turns and is nearest to `other`.
+/// Returns the angle that differs from `angle` by full turns and is nearest to `other`.
 double nearest_turn(double other, double angle) { return angle + 360 * std::round((other - angle) / 360); }
 
 /// Roll, pitch and yaw, each in [-180, 180].
@@ -74,7 +74,7 @@ TrajectoryCurve curve_of_reference(const PoseSeries& poses, bool has_time, const
   return curve;
 }
 
-/// The requested error at each pose; the largest where several pairs end at it.
+/// Returns the requested error at each pose; the largest one if several pairs end at it.
 std::vector<double> errors_by_pose(const EgoResult& run) {
   std::vector<double> errors(run.estimate.size(), no_number);
   for (size_t i = 0; i < run.errors.size(); ++i) {

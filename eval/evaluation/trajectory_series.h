@@ -1,16 +1,18 @@
 #pragma once
 
 // Quantities along recorded camera paths, one value for each matched pose, in the world of the reference
-// after the alignment. Figures, pages and CSV files are functions of these.
+// after the alignment. Figures, pages and CSV files are made from these.
 //
 //   time      s since the reference's first stamp; without time stamps the frame number
 //   path_m    length of the reference's path up to the pose
-//   angles    R = R_v(yaw) R_b(pitch) R_c(roll) about the axes v, b, c of the world: yaw about the axis v that
-//             the plane of the figures leaves out, roll about the first axis of that plane, or z where v is y.
-//             This is yaw, pitch, roll of a camera with z ahead in a world with y down, and of a vehicle with x
-//             ahead in a world with z up. Continuous: whole turns accumulate
-//   speed     distance from the pose before divided by the time between both
-//   gaps      a curve is interrupted where its step in time is more than 10 times its median step
+//
+//   angles    R = R_v(yaw) R_b(pitch) R_c(roll) about the axes v, b, c of the world. Yaw is about v, the axis that
+//             the plane of the figures leaves out; roll is about the first axis of that plane, or about z if v is
+//             y. For a camera with z forward in a world with y down, and for a vehicle with x forward in a world
+//             with z up, these are the usual yaw, pitch and roll. Full turns accumulate, so curves are continuous
+//
+//   speed     distance to the previous pose divided by the time between both
+//   gaps      a curve is interrupted at a time step longer than 10 times its median step
 
 #include <array>
 #include <optional>
@@ -22,64 +24,65 @@
 
 namespace sextant {
 
-/// Plane of the world that a path from above shows; extent: all but the one along which the path extends
-/// least, or --up.
+/// Plane of the world in which paths are drawn from above. `extent` leaves out --up, or the axis along which
+/// the path extends least.
 enum class ViewPlane { extent, xy, xz, yz };
 constexpr Names<4> names_of(ViewPlane) { return {"extent", "xy", "xz", "yz"}; }
 
-/// Indices of the axes to the right, up, and left out: {0, 2, 1} for xz.
+/// Indices of the axes drawn to the right and upwards, and of the axis left out; {0, 2, 1} for xz.
 struct ViewAxes {
   int right = 0, up = 2, out = 1;
 };
 constexpr std::array<const char*, 3> axis_names = {"x", "y", "z"};
 
-/// The axes of `plane`; of ViewPlane::extent for these positions. With extents of two axes below 5 % of the
-/// largest, as of a straight road, the choice is xz (the ground of a camera's world), or xy where y is the
-/// longest.
+/// Returns the axes of `plane`; for ViewPlane::extent they are chosen from the positions. If two axes extend
+/// less than 5 % of the largest, as for a straight road, the plane is xz (the ground in a camera's world), or
+/// xy if the path extends most along y.
 ViewAxes view_axes(ViewPlane plane, const std::vector<Eigen::Vector3d>& positions_m,
                    const std::optional<Eigen::Vector3d>& up = std::nullopt);
 
-/// Lists are as long as `time`, or empty where the recording does not have the quantity.
+/// One curve. Every list has one value per pose, or is empty if the recording does not have the quantity.
 struct TrajectoryCurve {
-  std::string name;  ///< as legends print it
+  std::string name;  ///< name in legends
   std::vector<double> time;
-  std::vector<int> frame;  ///< of the reference: its frame number, or its row
+  std::vector<int> frame;  ///< frame number in the reference, or row if it has none
   std::vector<double> path_m;
   std::vector<Eigen::Vector3d> position_m;
   std::vector<Eigen::Vector3d> angles_deg;  ///< roll, pitch, yaw
-  std::vector<double> speed;                ///< m/s, or m a frame; NaN at the first pose and behind gaps
-  // Against the reference; all empty for the reference itself.
-  std::vector<double> error;                      ///< of the requested relation; NaN where the pose has none
+  std::vector<double> speed;                ///< m/s, or m per frame; NaN at the first pose and after gaps
+  // Compared with the reference; empty for the curve of the reference itself.
+  std::vector<double> error;  ///< error of the requested relation; NaN if the pose has none
   std::vector<Eigen::Vector3d> position_error_m;  ///< estimate minus reference
   std::vector<Eigen::Vector3d> angle_error_deg;   ///< differences of the angles, in (-180, 180]
-  std::vector<bool> begins;                       ///< the curve begins here, or anew behind a gap
+  std::vector<bool> begins;  ///< true at the first pose and at the first pose after each gap
 
   size_t size() const { return time.size(); }
 };
 
+/// The curves of a reference and of the runs that are compared with it.
 struct EgoCurves {
   ViewAxes axes;
-  bool has_time = false;      ///< time is in s, else frame numbers
+  bool has_time = false;      ///< `time` is in s; otherwise it holds frame numbers
   std::string error_title;    ///< "APE trans part [m]"
-  TrajectoryCurve reference;  ///< of all its poses, also unmatched ones
+  TrajectoryCurve reference;  ///< all poses of the reference, also unmatched ones
   std::vector<TrajectoryCurve> runs;
 
   std::string time_title() const { return has_time ? "time [s]" : "frame"; }
   std::string speed_title() const { return has_time ? "speed [m/s]" : "speed [m a frame]"; }
 };
 
-/// "APE trans part [m]".
+/// Formats the title of the error axis, e.g. "APE trans part [m]".
 std::string error_title(const EgoOptions& options);
 
 EgoCurves ego_curves(const std::vector<EgoResult>& runs, const EgoReference& reference,
                      const EgoOptions& options, ViewPlane plane);
 
-/// Indices of at most about `most` poses: of each of the equally long groups of consecutive poses the first
-/// and those of the smallest and largest error, besides the last pose and both ends of every gap. All where
-/// there are no more than `most`.
+/// Selects about `most` poses to draw: the poses are divided into equally long groups, and each group keeps
+/// its first pose and the poses with its smallest and largest error. The last pose and both ends of every gap
+/// are kept as well. Returns all indices if there are no more than `most`.
 std::vector<size_t> thinned(const TrajectoryCurve& curve, size_t most);
 
-/// Largest distance of a position to the line through the positions that `kept` names, m.
+/// Largest distance (m) of a position from the polyline through the positions `kept`.
 double thinning_distance_m(const TrajectoryCurve& curve, const std::vector<size_t>& kept);
 
 }  // namespace sextant

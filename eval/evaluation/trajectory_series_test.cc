@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-/// A camera with y down that drives `step_m` along z in each 0.1 s and turns about y by `turn_deg`.
+/// A camera with y down that moves by `step_m` along z in each 0.1 s and turns about y by `turn_deg`.
 PoseSeries turning_drive(int n, double step_m, double turn_deg = 0, double begin_s = 1000) {
   PoseSeries series;
   Eigen::Vector3d p = Eigen::Vector3d::Zero();

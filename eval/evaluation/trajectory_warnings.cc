@@ -20,7 +20,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// Whether "gt" stands in a file name as a word of its own.
+/// Returns true if `word` stands in a file name separately, not within a longer word.
 bool has_word(const std::string& name, std::string_view word) {
   const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
   for (size_t at = name.find(word); at != std::string::npos; at = name.find(word, at + 1)) {
@@ -96,7 +96,7 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
     return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
   };
   size_t identities = 0, repeated = 0, first_repeated = 0, same = 0;
-  // A recording may stand at its origin first, as long as the estimate does.
+  // A recording may stand at its origin for a while, and the estimate with it.
   constexpr double stands_m = 0.5;
   bool left_origin = false;
   for (size_t i = 0; i < estimate.size(); ++i) {

@@ -1,21 +1,25 @@
 #pragma once
 
-// What is suspicious about a pair of trajectories, told before somebody believes the numbers. Each warning
-// has a code that programs can test and a text that says what was seen and what to do.
+// Warnings about a suspicious pair of trajectories, printed with the results. Each warning has a code that
+// programs can test, and a text with the finding and the remedy.
 //
-//   swapped         the estimate calls itself ground truth (name, comment), or the reference calls itself an
-//                   estimate, or the estimate is the denser and longer of the two by far
+//
+//   swapped         the name or comments of the estimate call it ground truth, or those of the reference call it
+//                   an estimate, or the estimate is much denser and longer than the reference
 //   scale           Umeyama's scale is outside 0.9 .. 1.1 although the alignment does not correct it
 //   rates           median time steps differ by more than a factor of 1.5
 //   unmatched       less than 80 % of the poses of the shorter trajectory have a partner
 //   coverage        the matched poses span less than 80 % of the reference's time or frames
-//   rows            one side has frame numbers that do not begin at 0, the other has none: its rows are taken
-//                   as frames
-//   clock           median time steps of below 1e-5 s or above 1000 s: another unit than seconds?
+//
+//   rows            one side has frame numbers that do not begin at 0, the other has none, so that its rows are
+//                   taken as frame numbers
+//
+//   clock           a median time step below 1e-5 s or above 1000 s: is the unit not seconds?
 //   lag             speed and rotation rate agree much better when the estimate is shifted in time
-//   repeated_poses  the estimate stands still, exactly, while the reference moves: 5 poses or more
-//   identity        the reference holds exact identity poses after it, or the estimate, has left its origin:
-//                   missing truth, logged as identity
+//
+//   repeated_poses  the estimate repeats a pose exactly, 5 times or more, while the reference moves
+//   identity        the reference contains exact identity poses after it, or the estimate, has left the origin:
+//                   missing truth that was logged as identity
 //   identical       all poses of both are equal: the same file twice?
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary
 
@@ -32,20 +36,20 @@ struct TrajectoryWarning {
   std::string text;
 };
 
-/// What is known of one side besides its poses.
+/// Description of one side besides its poses.
 struct TrajectorySide {
   std::string name;      ///< file name
-  std::string comments;  ///< of its first lines, lower case
+  std::string comments;  ///< comments in its first lines, in lower case
   std::string format;
 };
 
-/// Before association: swapped, clock, rates.
+/// Checks that need no association: swapped, clock, rates.
 std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const TrajectorySide& reference_side,
                                                 const PoseSeries& estimate,
                                                 const TrajectorySide& estimate_side);
 
-/// After association, before alignment: repeated poses, identities.
+/// Checks after the association and before the alignment: repeated_poses, identity, identical.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
 
 }  // namespace sextant

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
 """usage: eval/fuzz/fault_test.py [--minutes N] [--seed N] [--only NAME] [--kills N] [--reproduce N] [--program FILE] [--keep]
 
-Kills, fills disks, damages journals and packs, and compares what is there in the end with what an undisturbed
-run writes, file by file and byte by byte. Of records their times are left out: nothing else may differ.
+Kills runs, fills disks, damages journals and correspondence caches, and compares the final files with those of an
+undisturbed run, byte by byte. Only the times in records may differ.
 
-  --minutes N    rounds of every fault until these are over; each is done at least once (2)
-  --seed N       of when and where (0)
+  --minutes N    duration; rounds of every fault are repeated until it is over, each at least once (2)
+  --seed N       seed of the moments and places of faults (0)
   --only NAME    one kind of fault: kill, merge, pack, hosts, node, refused, interrupt, journal, packs, disk, scratch,
                  report, make, output
-  --kills N      instead: kill -9 of sweep, merge and pack making, N times each at random moments; with --only kill,
-                 merge or pack of these alone
+  --kills N      instead: kill -9 of sweep, of merge and of writing the cache, N times each at random moments; with
+                 --only kill, merge or pack only one of these
   --reproduce N  instead: `sextant reproduce` killed N times, then compared; takes N times half a minute
   --program FILE the sextant program (build/release/bin/sextant)
   --keep         leave the working folder
 
-Full disks are file systems of a few hundred kB in memory, which needs root; without it those are skipped, and it
-says so. Exit codes: 0 held, 1 something differed, 2 usage.
+Full disks are file systems of a few hundred kB in memory, which needs root; without it those faults are skipped with a
+message. Exit codes: 0 no difference, 1 something differed, 2 usage.
 """
 
 import collections
@@ -92,7 +92,7 @@ class Faults(ShardFaults):
     def prepare(self):
         out = self.work / "whole"
         start = time.monotonic()
-        self.run(self.sweep_words(out))  # makes the pack too
+        self.run(self.sweep_words(out))  # also writes the correspondence cache
         shutil.rmtree(out)
         start = time.monotonic()
         self.run(self.sweep_words(out))

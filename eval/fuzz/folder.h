@@ -1,6 +1,6 @@
 #pragma once
 
-// A folder of files as one text, for readers that want a folder:
+// A folder of files as one text, for readers that need a folder:
 //
 //   @@ label_02/0000.txt
 //   0 1 Car ...
@@ -8,8 +8,8 @@
 //   @@ oxts/0000.txt
 //   ...
 //
-// A line "@@ NAME" begins a file; its content ends before the newline before the next such line, or at the
-// end.
+// A line "@@ NAME" begins a file. Its content ends before the newline that precedes the next such line, or
+// at the end of the text.
 
 #include <filesystem>
 #include <string_view>
@@ -18,7 +18,7 @@
 
 namespace sextant {
 
-/// Bytes laid out below the system's temporary folder while this lives.
+/// Writes the files to a folder below the system's temporary folder and removes them on destruction.
 class FuzzFolder {
  public:
   /// Throws Error on a text of another form, on names that leave the folder, and on more than 64 files.

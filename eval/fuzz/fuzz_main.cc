@@ -1,5 +1,5 @@
-// The program that scripts/maintain/fuzz runs: libFuzzer on the target named by SEXTANT_FUZZ_TARGET; "list" prints
-// them.
+// The program that scripts/maintain/fuzz runs: libFuzzer on the target named by SEXTANT_FUZZ_TARGET. The
+// name "list" prints all targets.
 
 #include <cstdio>
 #include <cstdlib>
@@ -31,6 +31,7 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
-  refusal(*target, {reinterpret_cast<const char*>(bytes), size});  // an exception ends the program: found
+  refusal(*target, {reinterpret_cast<const char*>(bytes),
+                    size});  // an exception ends the program, which libFuzzer reports as a finding
   return 0;
 }

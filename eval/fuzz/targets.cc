@@ -61,7 +61,7 @@ namespace {
 
 using Bytes = std::string_view;
 
-/// What was taken, written, is taken again as the same.
+/// Checks that accepted data, written and read again, are unchanged.
 template <typename Decode, typename Encode>
 std::function<void(Bytes)> unchanged(Decode decode, Encode encode) {
   return [=](Bytes bytes) {
@@ -70,7 +70,7 @@ std::function<void(Bytes)> unchanged(Decode decode, Encode encode) {
   };
 }
 
-// ---- JSON and results of ours
+// ---- JSON and our own results
 
 void json(Bytes bytes) {
   const Json value = parse_json(bytes, "json");
@@ -99,7 +99,7 @@ void plan(Bytes bytes) {
   json_text(plan.json());
 }
 
-/// The fast reader of a line against the general one.
+/// Compares the fast parser of a record's line with the general JSON parser.
 void record_scanner(Bytes bytes) {
   Record scanned;
   if (scan_record(bytes, scanned))
@@ -133,14 +133,14 @@ void journal(Bytes bytes) {
   SEXTANT_CHECK(contents() == before);
 }
 
-/// A summary and its noise as a journal has them.
+/// A summary and its noise in the form in which a journal holds them.
 void journal_case(Bytes bytes) {
   const JournalCase found = decode_journal_case(bytes, "journal");
   SEXTANT_CHECK(ExactNoise::decode(found.noise.bytes(), "written").bytes() == found.noise.bytes());
   decode_case_summary(found.summary, "summary");
 }
 
-/// A file: blocks until the first that is wrong.
+/// Reads the blocks of a file up to the first bad one.
 void summary_file(Bytes bytes) {
   const MemoryFile file(bytes);
   SummaryReader reader(file.path());
@@ -151,7 +151,7 @@ void summary_file(Bytes bytes) {
                 encode_exact_noises(noises));
 }
 
-/// Every reader of such a folder has its turn, also when one before has refused it.
+/// Calls every reader of such a folder, also after an earlier one has refused it.
 void run_folder(Bytes bytes) {
   const FuzzFolder folder(bytes);
   static const Policy policy;
@@ -176,7 +176,7 @@ void sweep_folder(Bytes bytes) {
   merge_sweeps({folder.path() / "a", folder.path() / "b"}, folder.path() / "out");
 }
 
-/// Whatever lies beside the packs, a file of the cache's own form or not, is passed over.
+/// Files beside the correspondence caches are skipped, whatever they contain.
 void pack_cache(Bytes bytes) {
   const FuzzFolder folder(bytes);
   PackCache(folder.path()).list();
@@ -209,7 +209,7 @@ void append_chunk(std::string& out, Bytes type, Bytes body) {
   append32(out, libdeflate_crc32(0, summed.data(), summed.size()));
 }
 
-/// One image that each reader of PNG may take; at least one must.
+/// Reads one image with each PNG reader; at least one reader must accept it.
 void read_png(Bytes png) {
   int taken = 0;
   const auto each = [&](const auto& decode) {
@@ -231,8 +231,8 @@ void read_png(Bytes png) {
   if (taken < 2) fail("no PNG");
 }
 
-/// Width, height, depth, kind, length of the palette; palette; pixels: what the sums of a PNG keep a fuzzer
-/// from.
+/// Reads width, height, depth, kind and size of the palette, then palette and pixels, and encodes them as a
+/// PNG: its checksums would keep a fuzzer from reaching the decoder.
 void png_pixels(Bytes bytes) {
   if (bytes.size() < 5) fail("too short");
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
@@ -261,7 +261,7 @@ void flo(Bytes bytes) {
   SEXTANT_CHECK(encode_flo(flow).size() == bytes.size());
 }
 
-/// Equal but for the last digits of numbers, and the sign of 0.
+/// Equal except for the last digits of numbers and the sign of 0.
 bool equal_texts(const std::string& a, const std::string& b) {
   std::istringstream words_a(a), words_b(b);
   for (std::string x, y; true;) {
@@ -273,7 +273,7 @@ bool equal_texts(const std::string& a, const std::string& b) {
   }
 }
 
-/// What was taken, written, must be taken again, and be the same.
+/// Checks that accepted data, written, are accepted again and are equal.
 template <typename Decode, typename Encode>
 std::function<void(Bytes)> both_ways(Decode decode, Encode encode) {
   return [=](Bytes bytes) {
@@ -293,13 +293,14 @@ void mots_text(Bytes bytes) {
     const MotsText text(bytes, "mots", ids);
     for (const int frame : text.frames()) {
       const auto& row = text.rows(frame).front();
-      if (static_cast<int64_t>(row.width) * row.height > 1'000'000) continue;  // time, not what is right
+      if (static_cast<int64_t>(row.width) * row.height > 1'000'000)
+        continue;  // would take long and test nothing more
       text.mask(frame, row.width, row.height);
     }
   }
 }
 
-/// A line "WIDTH HEIGHT" before the run lengths.
+/// The text is a line "WIDTH HEIGHT" followed by the run lengths.
 void mots_rle(Bytes bytes) {
   const size_t line = bytes.find('\n');
   if (line == Bytes::npos) fail("no size");
@@ -316,8 +317,8 @@ void source(Bytes bytes) {
   if (spec.adapter == "vkitti2") parse_vkitti2_name(spec.sequence);
 }
 
-/// A whole folder of a data set: its truth, and two frames unless they are rendered. Its file `source` holds
-/// what follows the path in a SOURCE.
+/// Reads a whole folder of a data set: its truth and, unless frames are rendered, two frames. Its file
+/// `source` holds the rest of SOURCE after the path.
 void dataset(const std::string& adapter, Bytes bytes) {
   const FuzzFolder folder(bytes);
   const std::string rest = read_file(folder.path() / "source");
@@ -374,7 +375,7 @@ void external_config(Bytes bytes) {
   json_text(write_options(read_external_config(file.path())));
 }
 
-/// config.json says how output/ is to be read; a case.json beside it how the program ended.
+/// Reads output/ as config.json declares; an optional case.json records how the program ended.
 void external_results(Bytes bytes) {
   const FuzzFolder folder(bytes);
   const ExternalConfig config = read_external_config(folder.path() / "config.json");
@@ -389,7 +390,7 @@ void external_results(Bytes bytes) {
   if (!read.problems.empty()) fail("{}", read.problems.front());
 }
 
-/// estimate.EXT and truth.EXT, perhaps mask.png.
+/// Reads estimate.EXT and truth.EXT, with an optional mask.png.
 template <Named Format>
 DenseFiles<Format> dense_files(const FuzzFolder& folder, const std::string& extension, Format format) {
   DenseFiles<Format> files{.estimate = folder.path() / ("estimate" + extension),
@@ -425,7 +426,7 @@ std::vector<FuzzTarget> make_targets() {
       {"case_summary", unchanged(decode_case_summary, encode_case_summary)},
       {"journal_case", journal_case},
       {"summary_file", summary_file},
-      // The sum at its end is put right, else nothing behind it would ever be reached.
+      // The checksum at the end is made valid; otherwise no input would pass it.
       {"pack", [](Bytes bytes) { decode_pack(std::string(bytes) + sha256(bytes), "pack"); }},
       {"run_folder", run_folder},
       {"sweep_folder", sweep_folder},

@@ -19,7 +19,7 @@ std::string full_case(const SubjectCases& cases, size_t row) {
   return fmt::format("{} {}", to_string(cases.subject), short_case(cases, row));
 }
 
-/// A subject that both sides have, and its cases that they share.
+/// A subject that both sides have, with the cases that they share.
 struct PairedCases {
   const SubjectCases& base;
   const SubjectCases& fresh;
@@ -46,7 +46,7 @@ std::optional<double> number_at(const NumberColumn* column, size_t row) {
   return column == nullptr || !column->has(row) ? std::nullopt : std::optional(column->numbers[row]);
 }
 
-/// What the truth alone decides must not change.
+/// Reports values that depend on the truth only and differ between the sides.
 void check_truth(const PairedCases& cases, Tally& truth) {
   constexpr double rounding = 1e-9;
   const std::vector<ColumnPair> columns = pair_columns(cases.base.truth, cases.fresh.truth);
@@ -69,7 +69,8 @@ StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& polic
   for (const auto& [b, f] : cases.rows) {
     const bool before = base.is_estimated(b), after = fresh.is_estimated(f);
     if (base.statuses[b] == fresh.statuses[f] && base.gates[b] == fresh.gates[f]) continue;
-    if (before && after) continue;  // ok and no_truth: see check_truth()
+    if (before && after)
+      continue;  // between ok and no_truth only the truth changed: check_truth() reports it
     (before ? row.n_lost : after ? row.n_gained : row.n_other)++;
     if (row.example.empty() || (before && row.n_lost == 1)) {
       row.example = fmt::format("{}: {} -> {}", short_case(base, b), to_string(base.statuses[b]),
@@ -81,7 +82,7 @@ StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& polic
   return row;
 }
 
-/// Which errors there are of the cases that both have estimated.
+/// Reports errors that only one side has, among the cases that both have estimated.
 void check_which_errors(const PairedCases& cases, const std::vector<ColumnPair>& errors, Tally& missing,
                         Tally& added) {
   for (const auto& [b, f] : cases.rows) {
@@ -104,27 +105,27 @@ struct PairedErrors {
   const NumberColumn& fresh;
 };
 
-/// The cases that both sides have estimated, in order.
+/// Returns the cases that both sides have estimated, in order.
 std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
   const SubjectCases &base = errors.cases.base, &fresh = errors.cases.fresh;
   std::vector<ErrorPair> pairs;
   for (const auto& [b, f] : errors.cases.rows) {
     if (base.is_estimated(b) && fresh.is_estimated(f) && errors.base.has(b) && errors.fresh.has(f))
-      pairs.push_back({base.case_of(b), errors.base.numbers[b], errors.fresh.numbers[f], base.lines[b],
-                       fresh.lines[f]});
+      pairs.push_back(
+          {base.case_of(b), errors.base.numbers[b], errors.fresh.numbers[f], base.lines[b], fresh.lines[f]});
   }
   return pairs;
 }
 
-/// Fewer seeds cannot reach p = 0.05 by signed ranks.
+/// With fewer seeds the signed-rank test cannot reach p = 0.05.
 constexpr size_t enough_seeds = 6;
 
 struct Measured {
-  AccuracyRow row;  ///< without the corrected p and the verdict
-  std::optional<PairedError> error;  ///< none for the exact gate
+  AccuracyRow row;                   ///< without p_corrected and verdict
+  std::optional<PairedError> error;  ///< empty for the exact gate
 };
 
-/// Seeds with different errors; cases come in order of their seeds.
+/// Counts the seeds with distinct errors; cases are in order of seed.
 int count_different_seeds(const std::vector<PairedCase>& cases) {
   std::vector<std::pair<double, double>> sums;
   for (size_t i = 0; i < cases.size(); ++i) {
@@ -136,10 +137,10 @@ int count_different_seeds(const std::vector<PairedCase>& cases) {
   return static_cast<int>(std::ranges::unique(sums).begin() - sums.begin());
 }
 
-/// The exact gate's tests of a row that changed.
+/// Applies the tests of the exact gate to a row that changed.
 PairedComparison compare_exactly(const std::vector<double>& differences, std::vector<uint64_t> clusters,
                                  const AccuracyPolicy& policy) {
-  // What is independent: the seeds, which come in order; of too few seeds every case by itself.
+  // The independent units are the seeds, which are in order; with too few seeds every case counts separately.
   size_t n_seeds = 1;
   for (size_t i = 1; i < clusters.size(); ++i) n_seeds += clusters[i] != clusters[i - 1];
   if (n_seeds < enough_seeds) std::iota(clusters.begin(), clusters.end(), 0);
@@ -147,7 +148,7 @@ PairedComparison compare_exactly(const std::vector<double>& differences, std::ve
                        {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
 }
 
-/// The same of a row that is judged by its seeds.
+/// Applies the tests of a row that is judged by its seeds.
 PairedComparison compare_by_seeds(const PairedError& error, double base, const MetricPolicy& rules,
                                   const AccuracyPolicy& policy) {
   const PairedSample* sample = &error.cases;
@@ -161,7 +162,7 @@ PairedComparison compare_by_seeds(const PairedError& error, double base, const M
   return out;
 }
 
-/// Nothing where no case has it on both sides.
+/// Compares one error; empty if no case has it on both sides.
 std::optional<Measured> measure(const PairedErrors& errors, size_t source, const AccuracyPolicy& policy) {
   const std::vector<ErrorPair> pairs = pairs_of(errors);
   if (pairs.empty()) return std::nullopt;
@@ -204,7 +205,7 @@ std::optional<Measured> measure(const PairedErrors& errors, size_t source, const
   return out;
 }
 
-/// Above 0: worse.
+/// Positive if the row is worse in NEW.
 double worsening(const AccuracyRow& row, const MetricPolicy& rules) {
   return rules.direction == Direction::higher ? -row.difference : row.difference;
 }
@@ -225,12 +226,13 @@ GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
   return evidence || (exact && row.n_worse == 0) ? GateVerdict::improved : GateVerdict::ok;
 }
 
-/// Verdicts of all rows together.
+/// Judges all rows together, since Holm's correction needs every p-value.
 void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
   std::vector<AccuracyRow*> testable;
   for (AccuracyRow& row : rows) {
-    const double attainable_p =
-        std::min(1.0, std::ldexp(2.0, -row.n_used));  // Wilcoxon's smallest of n differences
+    const double attainable_p = std::min(
+        1.0,
+        std::ldexp(2.0, -row.n_used));  // smallest p-value that Wilcoxon's test reaches with n differences
     const bool exact = policy.of(row.metric).minimum_effect == 0;
     if (row.p && !row.too_few && (!exact || attainable_p <= policy.alpha)) testable.push_back(&row);
   }
@@ -239,7 +241,8 @@ void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
     row.verdict = judge(row, policy);
     row.too_few = row.too_few && !is_too_small(row, policy.of(row.metric));
     const bool by_cases = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
-    if (by_cases && !(row.p_corrected && *row.p_corrected <= policy.alpha)) row.p = row.p_corrected = std::nullopt;
+    if (by_cases && !(row.p_corrected && *row.p_corrected <= policy.alpha))
+      row.p = row.p_corrected = std::nullopt;
   }
 }
 

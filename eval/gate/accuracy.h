@@ -1,26 +1,29 @@
 #pragma once
 
-// Errors and statuses, case by case: a case (seed, frame) of BASE against the same case of NEW. What decides are errors
-// pooled over sources and bodies (families.h). Below them stands one row per subject (dataset, sequence, estimator, noise,
-// level, body) and error, over the cases estimated on both sides:
+// Compares errors and statuses case by case: a case (seed, frame) of BASE with the same case of NEW. The
+// verdict is decided by errors pooled over sources and bodies (families.h). In addition there is one row per
+// subject (data set, sequence, estimator, noise, level, body) and error, over the cases estimated on both
+// sides:
 //
-//   difference   mean of new - base, 0 where a case changed by no more than rounding
-//   p            two-sided, by stats/paired_comparison.h, over seeds and frames
-//   p_corrected  Holm over all rows that changed and are not too few to judge
 //
-// A row with `minimum_seeds` and `minimum_cases` is `regressed` where its mean got worse by more than minimum_effect with
-// p_corrected <= alpha, `improved` the other way round, else `ok`. With fewer it is `ok`, and too_few where its mean
-// changed by so much.
+//   difference   mean of new - base; a case that changed by no more than rounding contributes 0
+//   p            two-sided p-value over seeds and frames, by stats/paired_comparison.h
+//   p_corrected  Holm correction over all rows that changed and have enough cases to judge
 //
-// The exact gate, minimum_effect 0. With the same seeds the same program gives the same numbers, so there is no noise
-// between the two sides: a row is `regressed` where its mean got worse at all and no case got better or p_corrected <=
-// alpha, and `inconclusive` where it got worse with cases both ways and without evidence. p is Wilcoxon's of the means
-// per seed, with fewer than 6 of the cases; Holm is over all rows that could reach alpha (Tarone 1990: a test that cannot
-// reject takes nothing from the others). A p that did not decide is not given.
+// A row with at least `minimum_seeds` and `minimum_cases` is `regressed` if its mean got worse by more than
+// minimum_effect with p_corrected <= alpha, `improved` if it got better in the same way, and otherwise `ok`.
+// A row with fewer is `ok`, and has too_few set if its mean changed by that much.
 //
-// Statuses: a case that was ok and is no longer is lost, the other way round gained. More lost than gained +
-// max_lost is `regressed`, more gained `improved`. Truth that comes or goes is no change of the
-// estimator's: it is a finding.
+// The exact gate (minimum_effect 0): the same program gives the same numbers for the same seeds, so there is
+// no noise between the two sides. A row is `regressed` if its mean got worse at all and either no case got
+// better or p_corrected <= alpha. It is `inconclusive` if its mean got worse, with cases that got better and
+// without that evidence. p is Wilcoxon's test of the means per seed, or of the cases if there are fewer than
+// 6 seeds. Holm's correction covers all rows that could reach alpha (Tarone 1990: a test that cannot reject
+// does not count for the others). A p-value that did not decide is not reported.
+//
+// Statuses: a case that was ok in BASE and is not in NEW is lost; the opposite is gained. More lost cases
+// than gained + max_lost are `regressed`, more gained cases `improved`. Truth that appears or disappears is
+// not a change of the estimator; it is a finding.
 
 #include <string>
 #include <vector>
@@ -32,46 +35,49 @@
 
 namespace sextant {
 
-/// One case of one error on both sides, and where its records stand.
+/// One case of one error on both sides, with the lines of its records.
 struct ErrorPair {
   SeedFrame at;
   double base = 0, fresh = 0;
-  size_t base_line = 0, fresh_line = 0;  ///< of records.jsonl
+  size_t base_line = 0, fresh_line = 0;  ///< line in records.jsonl
 };
 
-/// p is none where nothing changed, p_corrected also where p could never reach alpha.
+/// One error of one subject. p is empty if nothing changed; p_corrected is also empty if p could never reach
+/// alpha.
 struct AccuracyRow : JudgedError, PairedComparison {
   Subject subject;
-  double base = 0;                          ///< mean
-  ErrorPair largest_rise, largest_fall;  ///< of all cases, rounding included
+  double base = 0;                       ///< mean
+  ErrorPair largest_rise, largest_fall;  ///< over all cases, including changes within rounding
 
-  /// The case that shows the change best.
+  /// Returns the case that shows the change best.
   const ErrorPair& largest_change() const {
     return verdict == GateVerdict::improved ? largest_fall : largest_rise;
   }
 };
 
+/// Changes of status of one subject.
 struct StatusRow {
   Subject subject;
   int n = 0;
   int n_lost = 0;
   int n_gained = 0;
-  int n_other = 0;      ///< between two statuses that are not ok
+  int n_other = 0;      ///< changes between two statuses that are not ok
   std::string example;  ///< "seed 0 frame 3: ok -> lost"
   GateVerdict verdict = GateVerdict::ok;
 };
 
+/// Rows and findings of a comparison of errors.
 struct AccuracyComparison {
-  std::vector<FamilyRow> families;    ///< in order of weight
+  std::vector<FamilyRow> families;    ///< worst first
   std::vector<AccuracyRow> accuracy;  ///< in order of subject
-  std::vector<StatusRow> statuses;    ///< of subjects where any changed
+  std::vector<StatusRow> statuses;    ///< subjects with any change of status
   std::vector<Mismatch> findings;
-  int n_cases = 0;  ///< on both sides
+  int n_cases = 0;  ///< number of cases on both sides
 
   GateVerdict worst_verdict() const;
 };
 
-/// Adds to `out` the findings, and, where the policy judges errors, the rows.
+/// Adds the findings to `out` and, if the policy judges errors, the rows.
 void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
                       const Policy& policy, int jobs, AccuracyComparison& out);
 

@@ -13,7 +13,7 @@ double nanoseconds(const Json& entry, const std::string& where) {
 }
 
 double time_of(const Json& entry, const char* key, const std::string& where) {
-  constexpr double shortest = 1e-100, longest = 1e100;  // ratios and products of times are finite doubles
+  constexpr double shortest = 1e-100, longest = 1e100;  // keeps ratios and products of times finite
   const auto value = json_member<double>(entry, key, where);
   if (value != 0 && !(value >= shortest && value <= longest))
     fail("{}: '{}' = {}: expected 0 or a time from 1e-100 to 1e100", where, key, value);
@@ -49,7 +49,7 @@ BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& nam
     target.cpu_ns[benchmark].push_back(time_of(entry, "cpu_time", where));
     target.real_ns[benchmark].push_back(time_of(entry, "real_time", where));
   }
-  file.cpu_ns.merge(aggregates.cpu_ns);  // keeps what is there
+  file.cpu_ns.merge(aggregates.cpu_ns);  // does not overwrite repetitions
   file.real_ns.merge(aggregates.real_ns);
   if (file.cpu_ns.empty()) fail("{}: holds no benchmark", name);
   return file;

@@ -1,7 +1,7 @@
 #pragma once
 
-// Results of Google Benchmark (--benchmark_format=json or --benchmark_out). Of repetitions every one is a
-// sample; aggregates (mean, median, ..) are used only where the file holds nothing else.
+// Results of Google Benchmark (--benchmark_format=json or --benchmark_out). Every repetition is a sample;
+// aggregates (mean, median, ..) are used only if the file holds nothing else.
 
 #include <map>
 #include <string>
@@ -15,12 +15,13 @@ namespace sextant {
 struct BenchmarkFile {
   std::string path;
   Json context;
-  std::map<std::string, std::vector<double>> cpu_ns;   ///< by name of the benchmark, in order of the file
-  std::map<std::string, std::vector<double>> real_ns;  ///< of the same names
+  std::map<std::string, std::vector<double>>
+      cpu_ns;  ///< by name of the benchmark; samples in the order of the file
+  std::map<std::string, std::vector<double>> real_ns;  ///< with the same names
 };
 
-/// Throws Error "NAME: ..." on anything that is not such a file, on a benchmark that failed and on a time
-/// that is not a number above 0.
+/// Parses a file; throws Error "NAME: ..." on anything that is not such a file, on a benchmark that failed,
+/// and on a time that is not a number above 0.
 BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& name);
 
 }  // namespace sextant

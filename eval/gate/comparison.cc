@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-/// Of repetitions the first is judged; the others must hold the same cases.
+/// Only the first repetition is judged; the others must hold the same cases.
 void check_repetitions(const Side& side, const Policy& policy, std::vector<Mismatch>& findings) {
   for (const RunFolder& run : side.runs) {
     const size_t n = side.runs.front().n_cases;
@@ -38,7 +38,7 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
   out.base = base.string();
   out.fresh = fresh.string();
   try {
-    // Both at once: reading is most of the work.
+    // Both sides are read at the same time, because reading takes most of the time.
     std::future<Side> reading =
         std::async(jobs > 1 ? std::launch::async : std::launch::deferred, [&] { return read_side(base); });
     const Side second = read_side(fresh), first = reading.get();

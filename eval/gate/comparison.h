@@ -1,6 +1,7 @@
 #pragma once
 
-// `sextant compare`: two sides under a policy, and what came out as tables. docs/ci.md says it in words.
+// `sextant compare`: the comparison of two sides under a policy, and its results as tables. docs/ci.md
+// explains it.
 
 #include <filesystem>
 #include <string>
@@ -13,41 +14,44 @@
 
 namespace sextant {
 
+/// Results of a comparison.
 struct Comparison : AccuracyComparison {
-  std::string base;  ///< path
+  std::string base;  ///< path of BASE
   std::string fresh;
   std::vector<SpeedRow> speed;
   GateVerdict verdict = GateVerdict::invalid;
 };
 
-/// Bad input does not throw: it is a finding "input", and the verdict `invalid`.
+/// Compares two paths. Bad input does not throw: it becomes a finding "input" with the verdict `invalid`.
 Comparison compare_paths(const std::filesystem::path& base, const std::filesystem::path& fresh,
                          const Policy& policy, int jobs);
 
-/// One line: "regressed: 2 of 54 errors worse, ...".
+/// Formats one line, e.g. "regressed: 2 of 54 errors worse, ...".
 std::string headline(const Comparison& comparison);
 
-/// The largest change and its interval: "camera Et_m of joint_flow: +10.2 % [8.1, 12.3] ...". Of errors pooled over sources,
-/// worst verdict first; of the exact gate that of a row. Empty where no error changed.
+/// Formats the largest change with its interval, e.g. "camera Et_m of joint_flow: +10.2 % [8.1, 12.3] ...".
+/// It is taken from the errors pooled over sources, worst verdict first; for the exact gate from the rows.
+/// Empty if no error changed.
 std::string largest_change(const Comparison& comparison);
 
-/// Rows in order of weight: worst verdict first. `changed_only` leaves out rows that are ok, but for those that changed and
-/// are too few to judge.
+/// Tables with the worst verdict first. `changed_only` leaves out rows that are ok, except those that changed
+/// and are too few to judge.
 Table findings_table(const Comparison& comparison);
 Table family_table(const Comparison& comparison, bool changed_only);
 Table accuracy_table(const Comparison& comparison, bool changed_only);
 Table status_table(const Comparison& comparison);
 Table speed_table(const Comparison& comparison, bool changed_only);
 
-/// report.html of `sextant compare --out`: the verdict, what differs, the tables, and for every error that changed the
-/// frame in which it changed most, with the line that shows both runs there and links to the records of both. The page
-/// will lie in `out`. Frames are named where both sides are one folder with records each.
+/// Makes report.html of `sextant compare --out`: the verdict, the findings, the tables and, for every error
+/// that changed, the frame in which it changed most, with the command that shows both runs there and links to
+/// their records. `out` is the folder of the page. Frames are named if both sides are one folder with records
+/// each.
 ReportDocument comparison_document(const Comparison& comparison, const std::filesystem::path& out);
 
-/// Where a row was measured, in tables of one row a subject.
+/// Columns that identify the subject of a row.
 Fields<Subject> subject_fields();
 
-/// The rows, worst first, otherwise in their order; `changed_only` as above.
+/// Returns the rows, worst verdict first and otherwise in their order; `changed_only` as above.
 template <typename Row>
 std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
   std::vector<const Row*> sorted;

@@ -20,7 +20,7 @@ void add(const char* name, const char* heading, Table table, ReportDocument& doc
   document.sections.push_back(std::move(section));
 }
 
-/// " --source SOURCE" where a folder has several and says which of them has this frame.
+/// Returns " --source SOURCE" if a folder has several sources; SOURCE is the one that contains this frame.
 std::string source_flag(const fs::path& folder, const Subject& subject, int frame) {
   if (!fs::exists(folder / "run.json")) return "";
   const Json sources = read_run_json(folder).value("sources", Json::array());
@@ -29,21 +29,22 @@ std::string source_flag(const fs::path& folder, const Subject& subject, int fram
   for (const Json& source : sources) {
     if (!source.is_object() || json_member<std::string>(source, "dataset", where, "") != subject.dataset ||
         json_member<std::string>(source, "sequence", where, "") != subject.sequence ||
-        frame <= json_member<int>(source, "first_frame", where, 0) || frame > json_member<int>(source, "last_frame", where, 0))
+        frame <= json_member<int>(source, "first_frame", where, 0) ||
+        frame > json_member<int>(source, "last_frame", where, 0))
       continue;
     return " --source " + shell_word(json_member<std::string>(source, "source", where));
   }
   return "";
 }
 
-/// One row and one line for a shell per error that changed.
+/// Lists one row and one shell command per error that changed.
 ReportSection frames_section(const Comparison& c, const fs::path& out) {
   struct Row {
     const AccuracyRow* error;
     std::string page;
     const ErrorPair& pair() const { return error->largest_change(); }
   };
-  ReportSection section{"frames-section", "Where it shows"};
+  ReportSection section{"frames-section", "Frames with the largest changes"};
   std::vector<const AccuracyRow*> changed = by_weight(c.accuracy, /*changed_only=*/true);
   if (changed.size() > most_shown) {
     section.paragraphs.push_back(fmt::format("{} of {} errors that changed.", most_shown, changed.size()));
@@ -66,30 +67,28 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
   }
   Fields<Row> fields;
   fields.add(subject_fields(), [](const Row& row) { return &row.error->subject; });
-  fields.add({{Column::text("metric", "error"), [](const Row& row) { return row.error->metric; }},
-              {Column::count("seed"), [](const Row& row) { return row.pair().at.first; }},
-              {Column::count("frame").leading_to("page"),
-               [](const Row& row) { return row.pair().at.second; }},
-              {Column::number("base", "BASE", 6), [](const Row& row) { return row.pair().base; }},
-              {Column::number("new", "NEW", 6), [](const Row& row) { return row.pair().fresh; }},
-              {Column::count("base_line", "line in BASE").leading_to("base_records"),
-               [](const Row& row) { return row.pair().base_line; }},
-              {Column::count("new_line", "line in NEW").leading_to("new_records"),
-               [](const Row& row) { return row.pair().fresh_line; }},
-              {Column::text("verdict"), [](const Row& row) { return row.error->word(); }},
-              {Column::text("base_records").only_in_files(),
-               [&](const Row&) { return address_from(out, base); }},
-              {Column::text("new_records").only_in_files(),
-               [&](const Row&) { return address_from(out, fresh); }},
-              {Column::text("page").only_in_files(), &Row::page}});
+  fields.add(
+      {{Column::text("metric", "error"), [](const Row& row) { return row.error->metric; }},
+       {Column::count("seed"), [](const Row& row) { return row.pair().at.first; }},
+       {Column::count("frame").leading_to("page"), [](const Row& row) { return row.pair().at.second; }},
+       {Column::number("base", "BASE", 6), [](const Row& row) { return row.pair().base; }},
+       {Column::number("new", "NEW", 6), [](const Row& row) { return row.pair().fresh; }},
+       {Column::count("base_line", "line in BASE").leading_to("base_records"),
+        [](const Row& row) { return row.pair().base_line; }},
+       {Column::count("new_line", "line in NEW").leading_to("new_records"),
+        [](const Row& row) { return row.pair().fresh_line; }},
+       {Column::text("verdict"), [](const Row& row) { return row.error->word(); }},
+       {Column::text("base_records").only_in_files(), [&](const Row&) { return address_from(out, base); }},
+       {Column::text("new_records").only_in_files(), [&](const Row&) { return address_from(out, fresh); }},
+       {Column::text("page").only_in_files(), &Row::page}});
   section.paragraphs.push_back(
-      "The case in which each error changed most. Its frame leads to a page with both runs, once the line "
-      "for it below has been run; lines lead to the records.");
+      "The case in which each error changed most. Its frame links to a page with both runs, after the command "
+      "for it below has been run; line numbers link to the records.");
   section.tables = {{"frames", table_of("", "", fields, rows), {"dataset", "sequence", "estimator"}}};
   return section;
 }
 
-/// Two of its columns lead to the records of BASE and of NEW, where they are files.
+/// Makes two columns of a table link to the records of BASE and of NEW, if these are files.
 Table with_records(const Comparison& c, const fs::path& out, Table table, const char* base_column,
                    const char* new_column) {
   std::error_code ignored;
@@ -108,8 +107,9 @@ ReportDocument comparison_document(const Comparison& c, const fs::path& out) {
   document.title = fmt::format("{}: {} against {}", to_string(c.verdict), c.fresh, c.base);
   const std::string largest = largest_change(c);
   document.abstract = (largest.empty() ? "" : largest + ". ") + headline(c) + ".";
-  add("findings", "What differs besides the numbers", findings_table(c), document);
-  add("families", "Errors, pooled over sources and bodies", family_table(c, /*changed_only=*/false), document);
+  add("findings", "Differences besides the numbers", findings_table(c), document);
+  add("families", "Errors, pooled over sources and bodies", family_table(c, /*changed_only=*/false),
+      document);
   ReportSection frames = frames_section(c, out);
   if (!frames.tables.empty()) document.sections.push_back(std::move(frames));
   add("statuses", "Cases lost and gained", with_records(c, out, status_table(c), "n_lost", "n_gained"),

@@ -11,25 +11,25 @@ int count(const std::vector<Row>& rows, GateVerdict verdict) {
   return static_cast<int>(std::ranges::count(rows, verdict, &Row::verdict));
 }
 
-/// A share of `base` in percent; none where that is 0.
+/// `value` in percent of `base`; empty if `base` is 0.
 std::optional<double> percent_of(const std::optional<double>& value, double base) {
   return value && base > 0 ? std::optional(100 * *value / base) : std::nullopt;
 }
 
 std::optional<double> percent(const std::optional<double>& share) { return percent_of(share, 1); }
 
-/// An interval as percentages of `base`; none where that is 0.
+/// An interval in percent of `base`; empty if `base` is 0.
 std::optional<Interval> percent_of(const std::optional<Interval>& interval, double base) {
   if (!interval || !(base > 0)) return std::nullopt;
   return Interval{100 * interval->low / base, 100 * interval->high / base};
 }
 
-/// The ends of an interval, as two columns.
+/// Adds the ends of an interval as two columns.
 template <typename Row, typename Find>
 void add_percent_range(int decimals, const Find& find, Fields<Row>& fields) {
-  fields.add_range({Column::number("low_percent", "low", decimals),
-                    Column::number("high_percent", "high", decimals)},
-                   find);
+  fields.add_range(
+      {Column::number("low_percent", "low", decimals), Column::number("high_percent", "high", decimals)},
+      find);
 }
 
 void add_part(std::string& line, int n, const std::string& text) {
@@ -41,21 +41,24 @@ void add_part(std::string& line, int n, const std::string& text) {
 std::string largest_change(const Comparison& c) {
   const auto text = [](const std::string& what, double change, const std::optional<Interval>& interval) {
     return fmt::format("{}: {:+.1f} %{}", what, 100 * change,
-                       interval ? fmt::format(" [{:+.1f}, {:+.1f}]", 100 * interval->low, 100 * interval->high)
-                                : " (no interval: one seed)");
+                       interval
+                           ? fmt::format(" [{:+.1f}, {:+.1f}]", 100 * interval->low, 100 * interval->high)
+                           : " (no interval: one seed)");
   };
   const FamilyRow* first = nullptr;
   for (const FamilyRow& row : c.families) {
     if (!row.is_changed()) continue;
-    const bool is_larger = first == nullptr || (row.verdict == GateVerdict::ok && first->verdict == row.verdict &&
-                                                std::abs(row.worse) > std::abs(first->worse));
+    const bool is_larger =
+        first == nullptr || (row.verdict == GateVerdict::ok && first->verdict == row.verdict &&
+                             std::abs(row.worse) > std::abs(first->worse));
     if (is_larger) first = &row;
   }
   if (first != nullptr) {
     return text(fmt::format("{} {} of {}", first->body, first->metric, first->estimator), first->change,
                 first->interval) +
-           fmt::format(", {} of {} cases worse, {} seeds, {} sources: {}{}", first->n_worse, first->n, first->n_seeds,
-                       first->n_sources, to_string(first->verdict), first->too_few ? " (few seeds or cases)" : "");
+           fmt::format(", {} of {} cases worse, {} seeds, {} sources: {}{}", first->n_worse, first->n,
+                       first->n_seeds, first->n_sources, to_string(first->verdict),
+                       first->too_few ? " (few seeds or cases)" : "");
   }
   const AccuracyRow* row = nullptr;
   const auto change_of = [](const AccuracyRow& r) { return r.base > 0 ? r.difference / r.base : 0; };
@@ -75,7 +78,7 @@ std::string largest_change(const Comparison& c) {
 std::string headline(const Comparison& c) {
   std::string parts;
   add_part(parts, static_cast<int>(std::ranges::count(c.findings, true, &Mismatch::invalidates)),
-           "findings that forbid a comparison");
+           "findings that make the comparison invalid");
   for (const GateVerdict verdict :
        {GateVerdict::regressed, GateVerdict::inconclusive, GateVerdict::improved}) {
     const std::string word(to_string(verdict));
@@ -87,8 +90,10 @@ std::string headline(const Comparison& c) {
   std::string scope;
   if (!c.accuracy.empty()) scope = fmt::format("{} errors over {} cases", c.accuracy.size(), c.n_cases);
   if (!c.speed.empty()) scope += fmt::format("{}{} times", scope.empty() ? "" : ", ", c.speed.size());
-  return fmt::format("{}: {}{}", to_string(c.verdict), parts.empty() ? largest_change(c).empty() ? "nothing changed" : "no change that counts" : parts,
-                     scope.empty() ? "" : fmt::format(" ({} compared)", scope));
+  return fmt::format(
+      "{}: {}{}", to_string(c.verdict),
+      parts.empty() ? largest_change(c).empty() ? "nothing changed" : "no change that counts" : parts,
+      scope.empty() ? "" : fmt::format(" ({} compared)", scope));
 }
 
 Fields<Subject> subject_fields() {
@@ -110,7 +115,7 @@ Table findings_table(const Comparison& c) {
       {Column::text("subject", "where"), &Mismatch::subject},
       {Column::text("base", "BASE"), &Mismatch::base},
       {Column::text("new", "NEW"), &Mismatch::fresh}};
-  return table_of("What differs besides the numbers", "", fields, sorted);
+  return table_of("Differences besides the numbers", "", fields, sorted);
 }
 
 Table family_table(const Comparison& c, bool changed_only) {
@@ -124,7 +129,8 @@ Table family_table(const Comparison& c, bool changed_only) {
       {Column::text("body", "of"), &Row::body},
       {Column::text("metric", "error"), &Row::metric},
       {Column::number("change_percent", "change [%]", 2), [](const Row& row) { return 100 * row.change; }}};
-  add_percent_range(2, [](const Row& row) { return percent_of(row.interval, 1); }, fields);
+  add_percent_range(
+      2, [](const Row& row) { return percent_of(row.interval, 1); }, fields);
   fields.add({{Column::text("verdict"), &Row::word},
               {Column::count("n", "cases"), &Row::n},
               {Column::count("n_worse", "worse"), &Row::n_worse},
@@ -136,8 +142,8 @@ Table family_table(const Comparison& c, bool changed_only) {
               {Column::number("detectable_percent", "detectable [%]", 2),
                [](const Row& row) { return percent(row.detectable); }}});
   return table_of("Errors, pooled over sources and bodies",
-                  "Change of the mean from BASE to NEW with 95 % interval, by seeds; p corrected by Holm; "
-                  "detectable: found with probability 80 %.",
+                  "Change of the mean from BASE to NEW with 95 % interval over seeds; p corrected by Holm; "
+                  "detectable: change that would be detected with probability 80 %.",
                   fields, rows);
 }
 
@@ -153,16 +159,18 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
               {Column::number("difference", 6).only_in_files(), &Row::difference},
               {Column::number("difference_percent", "change [%]", 2),
                [](const Row& row) { return percent_of(row.difference, row.base); }}});
-  add_percent_range(2, [](const Row& row) { return percent_of(row.interval, row.base); }, fields);
+  add_percent_range(
+      2, [](const Row& row) { return percent_of(row.interval, row.base); }, fields);
   fields.add({{Column::p_value("p").only_in_files(), &Row::p},
               {Column::p_value("p_corrected"), &Row::p_corrected},
               {Column::number("detectable_percent", "detectable [%]", 2),
                [](const Row& row) { return percent_of(row.detectable, row.base); }},
               {Column::text("verdict"), &Row::word}});
-  return table_of("Errors, case by case",
-                  "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % "
-                  "interval, p corrected by Holm; detectable: found with probability 80 %.",
-                  fields, by_weight(c.accuracy, changed_only));
+  return table_of(
+      "Errors, case by case",
+      "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % "
+      "interval, p corrected by Holm; detectable: change that would be detected with probability 80 %.",
+      fields, by_weight(c.accuracy, changed_only));
 }
 
 Table status_table(const Comparison& c) {
@@ -176,7 +184,7 @@ Table status_table(const Comparison& c) {
               {Column::text("example"), &Row::example},
               {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
   return table_of("Cases lost and gained",
-                  "Lost: estimated in BASE, not in NEW. Gained: the other way round.", fields,
+                  "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE.", fields,
                   by_weight(c.statuses, false));
 }
 
@@ -203,10 +211,11 @@ Table speed_table(const Comparison& c, bool changed_only) {
                [=](const Row& row) { return change(row.detectable); }},
               {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
   const std::vector<const Row*> rows = by_weight(c.speed, changed_only);
-  Table table = table_of("Times",
-                         "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by "
-                         "Mann-Whitney, delta: Cliff's; detectable: found with probability 80 %.",
-                         fields, rows);
+  Table table = table_of(
+      "Times",
+      "Change of NEW against BASE by Hodges-Lehmann with 95 % interval, p by "
+      "Mann-Whitney, delta: Cliff's; detectable: change that would be detected with probability 80 %.",
+      fields, rows);
   if (std::ranges::any_of(rows, [](const Row* row) { return !row->interval; })) {
     table.notes.emplace_back(
         "Without an interval there are too few repetitions for a test (4 on each side): only large changes "

@@ -24,7 +24,7 @@ class Gate : public ::testing::Test {
     return compare_paths(base(), fresh(), policy, 2);
   }
 
-  /// BASE's records after `change` of each, as NEW.
+  /// Compares with BASE's records, each modified by `change`, as NEW.
   template <typename Change>
   Comparison compare_changed(Change change, const Policy& policy = defaults()) const {
     std::vector<Record> records = sweep_records();
@@ -33,7 +33,7 @@ class Gate : public ::testing::Test {
     return compare(policy);
   }
 
-  /// BASE with another run.json, as NEW.
+  /// Compares with BASE under another run.json as NEW.
   Comparison compare_provenance(const std::function<void(Json&)>& change,
                                 const Policy& policy = defaults()) const {
     Json run = sweep_provenance();
@@ -150,7 +150,7 @@ TEST_F(Gate, AMissingOrNewCaseIsInvalidUnlessAllowed) {
   Policy policy;
   policy.same.cases = Strictness::note;
   EXPECT_EQ(compare(policy).verdict, GateVerdict::ok);
-  EXPECT_EQ(compare(policy).findings.size(), 1U);  // still said
+  EXPECT_EQ(compare(policy).findings.size(), 1U);  // still reported
 }
 
 TEST_F(Gate, AMissingErrorIsInvalid) {
@@ -245,19 +245,23 @@ TEST_F(Gate, FewSeedsAreTooFewToJudgeUnlessEveryCaseIsWorse) {
     write_run(fresh(), records);
     return compare();
   };
-  // Of one body, 10 cases of 12 by 10 %: listed, and no row may decide.
-  const Comparison most = compare_two_seeds([](const Record& r) { return !is_target(r) ? 1 : r.frame == 6 ? 0.999 : 1.1; });
+  // 10 of 12 cases of one body are worse by 10 %: they are listed, and no row may decide.
+  const Comparison most = compare_two_seeds([](const Record& r) {
+    return !is_target(r) ? 1 : r.frame == 6 ? 0.999 : 1.1;
+  });
   EXPECT_EQ(most.verdict, GateVerdict::ok) << headline(most);
   EXPECT_THAT(to_text(accuracy_table(most, true)), HasSubstr("too few to judge"));
   EXPECT_THAT(to_text(accuracy_table(most, true)), Not(HasSubstr("regressed")));
-  // Of the camera all 24 cases.
-  EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 1.1 : 1; }).verdict, GateVerdict::regressed);
-  EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 0.9 : 1; }).verdict, GateVerdict::improved);
+  // All 24 cases of the camera.
+  EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 1.1 : 1; }).verdict,
+            GateVerdict::regressed);
+  EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 0.9 : 1; }).verdict,
+            GateVerdict::improved);
 }
 
 TEST_F(Gate, OneCaseNeverDecides) {
   std::vector<Record> records = sweep_records(6);
-  // A body that is seen once, and one that is seen once a seed.
+  // One body that is seen once, and one that is seen once per seed.
   std::erase_if(records, [](const Record& r) {
     return r.body == "object:2" && (r.sequence == "s18" ? r.seed != 3 || r.frame != 2 : r.frame != 2);
   });
@@ -272,7 +276,7 @@ TEST_F(Gate, OneCaseNeverDecides) {
     EXPECT_EQ(row.too_few, row.subject.body == "object:2" && row.metric == "Et_m") << to_string(row.subject);
   }
   EXPECT_THAT(comparison_junit(c, "2026-01-31T12:00:00"), HasSubstr("<skipped message=\"too few to judge"));
-  // One case of many, however wrong: something to look at, and no proof.
+  // One of many cases, however wrong, is listed and proves nothing.
   write_run(base(), sweep_records());
   const Comparison once = compare_changed([](Record& r) {
     if (is_target(r) && r.seed == 3 && r.frame == 2) r.errors["Et_m"] *= 1e6;
@@ -292,8 +296,9 @@ TEST_F(Gate, ACameraThatIsTenPercentWorseIsProvenByTenSeeds) {
   EXPECT_NEAR(first.interval.value().low, 0.1, 1e-9);
   EXPECT_EQ(first.n_seeds, 10);
   EXPECT_EQ(first.n_sources, 2);
-  EXPECT_EQ(largest_change(c), "camera Et_m of joint_flow: +10.0 % [+10.0, +10.0], 120 of 120 cases worse, 10 seeds, "
-                               "2 sources: regressed");
+  EXPECT_EQ(largest_change(c),
+            "camera Et_m of joint_flow: +10.0 % [+10.0, +10.0], 120 of 120 cases worse, 10 seeds, "
+            "2 sources: regressed");
   EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
 }
 
@@ -331,7 +336,8 @@ TEST_F(Gate, NoPContradictsAVerdict) {
         EXPECT_LE(*row.p_corrected, policy.accuracy.alpha);
         if (!row.interval || &policy == &exact) return;
         const bool is_worse = row.verdict == GateVerdict::regressed;
-        EXPECT_GT(is_worse ? row.interval->low : -row.interval->high, 0) << change;  // on the verdict's side of 0
+        EXPECT_GT(is_worse ? row.interval->low : -row.interval->high, 0)
+            << change;  // on the verdict's side of 0
       };
       for (const FamilyRow& row : c.families) check(row, row.change);
       for (const AccuracyRow& row : c.accuracy) check(row, row.difference);
@@ -371,7 +377,7 @@ TEST_F(Gate, OneRunOfEachSideIsNoProofOfSpeed) {
   EXPECT_EQ(compare_changed(slower(0.5)).verdict, GateVerdict::improved);
   int n = 0;
   const auto often_slower = [&](Record& r) { r.time_ms["refine"] *= ++n % 5 == 0 ? 1 : 3; };
-  EXPECT_EQ(compare_changed(often_slower).verdict, GateVerdict::ok);  // others wanted the processor
+  EXPECT_EQ(compare_changed(often_slower).verdict, GateVerdict::ok);  // the processor was busy
 }
 
 TEST_F(Gate, RepeatedRunsAreJudgedByTheirTimes) {

@@ -14,7 +14,7 @@ namespace {
 
 using Members = std::vector<const PairedError*>;
 
-/// Those with enough seeds, or all where no body has.
+/// Selects the members with enough seeds; all members if none has enough.
 Members judged_members(const Members& all, const AccuracyPolicy& policy) {
   Members judged;
   std::ranges::copy_if(all, std::back_inserter(judged),
@@ -56,7 +56,8 @@ GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
   const bool evidence = row.p_corrected && *row.p_corrected <= policy.alpha;
   if (!row.is_changed() || std::abs(row.worse) <= policy.of(row.metric).minimum_effect)
     return GateVerdict::ok;
-  const int n_for = row.worse > 0 ? row.n_worse : row.n_better, n_against = row.worse > 0 ? row.n_better : row.n_worse;
+  const int n_for = row.worse > 0 ? row.n_worse : row.n_better,
+            n_against = row.worse > 0 ? row.n_better : row.n_worse;
   const bool unanimous = n_against == 0 && n_for >= policy.minimum_cases;
   const bool proven = unanimous || (evidence && !row.too_few);
   if (row.worse < 0) return proven ? GateVerdict::improved : GateVerdict::ok;
@@ -77,7 +78,8 @@ RatioChange change_of(std::span<const PairedSample* const> samples, const Metric
 }
 
 std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, const AccuracyPolicy& policy) {
-  std::map<std::tuple<std::string, bool, std::string>, Members> families;  // estimator, objects, metric
+  std::map<std::tuple<std::string, bool, std::string>, Members>
+      families;  // key: estimator, objects or camera, metric
   for (const PairedError& error : errors) {
     if (policy.of(error.metric).minimum_effect > 0)
       families[{error.subject.estimator, error.subject.body != "ego", error.metric}].push_back(&error);
@@ -93,9 +95,10 @@ std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, co
   }
   for (FamilyRow& row : rows) {
     row.verdict = judge(row, policy);
-    // A p that did not decide is not given beside a verdict.
+    // A p-value that did not decide is not shown beside a verdict.
     const bool decided = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
-    if (decided && !(row.p_corrected && *row.p_corrected <= policy.alpha)) row.p = row.p_corrected = std::nullopt;
+    if (decided && !(row.p_corrected && *row.p_corrected <= policy.alpha))
+      row.p = row.p_corrected = std::nullopt;
   }
   std::ranges::stable_sort(rows, {}, [](const FamilyRow& row) {
     return std::pair(row.verdict, row.verdict == GateVerdict::improved ? row.worse : -row.worse);

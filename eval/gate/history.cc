@@ -13,13 +13,13 @@
 namespace sextant {
 namespace {
 
-/// (name, metric) -> value of one point.
+/// Values of one point by (name, metric).
 using Key = std::pair<std::string, std::string>;
 using Point = std::map<Key, double>;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Runs of digits by their value, everything else by character.
+/// Natural order: runs of digits compare by value, other characters one by one.
 bool natural_less(const std::string& a, const std::string& b) {
   size_t i = 0, j = 0;
   while (i < a.size() && j < b.size()) {
@@ -46,7 +46,7 @@ bool natural_less(const std::string& a, const std::string& b) {
 std::vector<fs::path> points_of(const std::vector<fs::path>& paths) {
   std::vector<fs::path> points;
   for (const fs::path& path : paths) {
-    if (!fs::exists(path)) fail("{}: is not there: expected past results", path.string());
+    if (!fs::exists(path)) fail("{}: does not exist: expected past results", path.string());
     if (fs::is_regular_file(path) || fs::exists(path / "records.jsonl") ||
         std::ranges::any_of(fs::directory_iterator(path), is_benchmark_file)) {
       points.push_back(path);
@@ -145,7 +145,7 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   History history;
   std::map<Key, std::vector<std::optional<double>>> all;
   const std::vector<fs::path> points = points_of(paths);
-  std::vector<SubjectCases> reference;  // of the times of runs: the first
+  std::vector<SubjectCases> reference;  // first point with times of runs; its times are the reference
   for (size_t i = 0; i < points.size(); ++i) {
     Side side = read_side(points[i]);
     history.labels.push_back(label_of(points[i], side));

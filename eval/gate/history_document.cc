@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t max_figures = 60;
 
-/// The values of the points begin .. end - 1 that have one.
+/// Returns the known values of the points begin .. end - 1.
 std::vector<double> known(const Series& series, size_t begin, size_t end = SIZE_MAX) {
   std::vector<double> values;
   for (size_t i = begin; i < std::min(end, series.values.size()); ++i) {
@@ -21,7 +21,7 @@ std::vector<double> known(const Series& series, size_t begin, size_t end = SIZE_
   return values;
 }
 
-/// Median of the level that begins at `begin`.
+/// Median of the level that begins at point `begin`.
 double level_after(const Series& series, size_t begin) {
   const auto next = std::ranges::upper_bound(series.changes, begin);
   return median(known(series, begin, next == series.changes.end() ? SIZE_MAX : *next));
@@ -87,7 +87,7 @@ Figure series_figure(const History& history, const Series& series, size_t number
   for (const std::optional<double>& value : series.values) highest = std::max(highest, value.value_or(0));
   std::string& script = figure.script;
   std::string tics;
-  const size_t step = (history.labels.size() + 7) / 8;  // at most eight labels along the axis
+  const size_t step = (history.labels.size() + 7) / 8;  // at most eight labels on the axis
   for (size_t i = 0; i < history.labels.size(); i += step)
     tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(history.labels[i]), i);
   script = fmt::format("set xtics rotate by -30 noenhanced ({})\n", tics);

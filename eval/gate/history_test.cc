@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-/// Twelve results; from run-8 on the camera's translation is 10 % worse and the solver 20 % slower.
+/// Twelve results; from run-8 on, the camera's translation error is 10 % larger and the solver 20 % slower.
 class Past : public ::testing::Test {
  protected:
   Past() {

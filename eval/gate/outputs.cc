@@ -18,7 +18,7 @@ std::string unit_of_metric(const std::string& metric) {
   return definition == nullptr ? metric.substr(metric.rfind('_') + 1) : definition->unit;
 }
 
-/// A measure's slug: lower case, words joined by '-', at most 64 characters.
+/// Slug of a measure: lower case, words joined by '-', at most 64 characters.
 std::string slug(const std::string& metric) {
   std::string text;
   for (const char c : metric.substr(0, 64)) {
@@ -29,7 +29,7 @@ std::string slug(const std::string& metric) {
   return text;
 }
 
-/// A benchmark's name has at most 1024 characters.
+/// Limits the name of a benchmark to 1024 characters.
 std::string bounded(const std::string& name) { return name.substr(0, 1024); }
 
 Json bmf_metric(double value, const std::optional<Interval>& interval) {
@@ -41,7 +41,7 @@ Json bmf_metric(double value, const std::optional<Interval>& interval) {
   return json;
 }
 
-/// NEW's mean, and the interval of its difference to BASE about it.
+/// Interval of NEW's mean, from the interval of its difference to BASE.
 std::optional<Interval> around_base(const AccuracyRow& row) {
   if (!row.interval) return std::nullopt;
   return Interval{row.base + row.interval->low, row.base + row.interval->high};
@@ -133,7 +133,7 @@ std::string utc_timestamp() {
   const char* epoch = std::getenv("SOURCE_DATE_EPOCH");
   std::time_t now = std::time(nullptr);
   if (epoch != nullptr) {
-    constexpr std::time_t last = 253'402'300'799;  // of the year 9999
+    constexpr std::time_t last = 253'402'300'799;  // end of the year 9999
     const std::string_view text = epoch;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), now);
     if (error != std::errc() || end != text.data() + text.size() || now < 0 || now > last)

@@ -1,7 +1,7 @@
 #pragma once
 
-// What other programs read of a comparison. Every format has a checker in the tests, written from the
-// format's own documentation.
+// Results of a comparison in formats for other programs. The tests check every format with a checker written
+// from the format's own documentation.
 //
 //   comparison.md     for a pull request or a job summary: the rows that changed
 //   comparison.json   everything, with every digit
@@ -18,16 +18,17 @@ namespace sextant {
 
 std::string comparison_markdown(const Comparison& comparison);
 Json comparison_json(const Comparison& comparison, const Policy& policy);
-/// `timestamp` as in comparison_files().
+/// `timestamp` as for comparison_files().
 std::string comparison_junit(const Comparison& comparison, const std::string& timestamp);
 Json comparison_bmf(const Comparison& comparison);
 Json comparison_github(const Comparison& comparison, const Policy& policy);
 
-/// All of them. `timestamp`: ISO 8601 in UTC without zone, "2026-01-31T12:00:00"; only JUnit has one.
+/// Returns all of these files. `timestamp`: ISO 8601 in UTC without zone, "2026-01-31T12:00:00"; only JUnit
+/// contains it.
 OutputFiles comparison_files(const Comparison& comparison, const Policy& policy,
                              const std::string& timestamp);
 
-/// Now, or SOURCE_DATE_EPOCH where that is set, in that form.
+/// Returns SOURCE_DATE_EPOCH if it is set, otherwise the current time, in that form.
 std::string utc_timestamp();
 
 }  // namespace sextant

@@ -15,25 +15,24 @@ constexpr const char* noon = "2026-01-31T12:00:00";
 
 Subject subject(const std::string& body) { return {"synthetic", "s18", body, "joint_flow", "depth", 0.1}; }
 
-/// A row of every verdict, and names that have to be escaped.
+/// A row for every verdict, and names that must be escaped.
 Comparison every_verdict() {
   Comparison c;
   c.base = "results/<base> & \"more\"";
   c.fresh = "new";
   c.findings = {{"data", "a.png\x01", "'aa'", "<bb>", true}, {"build", "git_commit", "1", "2", false}};
-  c.accuracy = {
-      {{"Et_m", 60, 0, 0, false, GateVerdict::ok},
-       {0, Interval{0, 0}, 0, 0, {}, {}, {}},
-       subject("ego"),
-       0.01},
-      {{"Et_m", 60, 55, 5, false, GateVerdict::regressed},
-       {0.001, Interval{0.0005, 0.002}, 10, 10, 0.001, 0.002, 0.0004},
-       subject("object:1"),
-       0.01},
-      {{"ER_deg", 60, 30, 25, false, GateVerdict::inconclusive},
-       {0.001, {}, 10, 10, 0.2, {}, {}},
-       subject("object:2"),
-       0.01}};
+  c.accuracy = {{{"Et_m", 60, 0, 0, false, GateVerdict::ok},
+                 {0, Interval{0, 0}, 0, 0, {}, {}, {}},
+                 subject("ego"),
+                 0.01},
+                {{"Et_m", 60, 55, 5, false, GateVerdict::regressed},
+                 {0.001, Interval{0.0005, 0.002}, 10, 10, 0.001, 0.002, 0.0004},
+                 subject("object:1"),
+                 0.01},
+                {{"ER_deg", 60, 30, 25, false, GateVerdict::inconclusive},
+                 {0.001, {}, 10, 10, 0.2, {}, {}},
+                 subject("object:2"),
+                 0.01}};
   c.statuses = {{subject("ego"), 60, 0, 2, 0, "seed 0 frame 1: lost -> ok", GateVerdict::improved}};
   c.speed = {
       {"ransac/3000", 10, 10, 3e5, 1.2, Interval{1.15, 1.25}, 0.001, 1.0, 1.07, GateVerdict::regressed},
@@ -42,8 +41,8 @@ Comparison every_verdict() {
   return c;
 }
 
-/// Bencher's own words: an object of benchmarks (names up to 1024 characters), each an object of measures (up
-/// to 64), each an object with a number "value" and, if any, numbers "lower_value" and "upper_value".
+/// Bencher's definition: an object of benchmarks (names up to 1024 characters), each an object of measures
+/// (up to 64), each an object with a number "value" and, optionally, numbers "lower_value" and "upper_value".
 std::string bmf_problem(const Json& bmf) {
   if (!bmf.is_object()) return "not an object";
   for (const auto& [name, measures] : bmf.items()) {
@@ -102,7 +101,8 @@ TEST(Outputs, JUnitFollowsItsSchema) {
   unprintable.base = "\uFFFE\uFFFF\xff\xed\xa0\x80\x1b[2J";
   unprintable.findings[0].subject = unprintable.accuracy[0].subject.body = unprintable.base;
   EXPECT_EQ(problem(comparison_junit(unprintable, noon)), "");
-  EXPECT_NE(problem(comparison_junit(every_verdict(), "yesterday")), "");  // the schema does refuse
+  EXPECT_NE(problem(comparison_junit(every_verdict(), "yesterday")),
+            "");  // checks that the schema refuses bad input
   EXPECT_THAT(xml, HasSubstr("tests=\"4\" failures=\"1\" errors=\"0\" skipped=\"1\""));
   EXPECT_THAT(xml, HasSubstr("<error message=\"data &#39;a.png\uFFFD&#39;"));
   EXPECT_THAT(xml, HasSubstr("<failure message=\"300.00 us -&gt; 360.00 us (+20.0 %)\" type=\"regressed\">"));
@@ -125,7 +125,8 @@ TEST(Outputs, BencherMetricFormatFollowsItsDocumentation) {
   EXPECT_EQ(bmf.size(), 5U);
   EXPECT_DOUBLE_EQ(bmf["synthetic s18 joint_flow level 0.1 object:1"]["et-m"]["value"], 0.011);
   EXPECT_DOUBLE_EQ(bmf["ransac/3000"]["latency"]["upper_value"], 3.75e5);
-  EXPECT_NE(bmf_problem(Json::parse(R"({"a":{"b":{"value":"1"}}})")), "");  // the checker does refuse
+  EXPECT_NE(bmf_problem(Json::parse(R"({"a":{"b":{"value":"1"}}})")),
+            "");  // checks that the checker refuses bad input
   EXPECT_NE(bmf_problem(Json::parse(R"({"a":{"b":{"lower_value":1}}})")), "");
 }
 

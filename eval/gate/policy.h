@@ -1,6 +1,7 @@
 #pragma once
 
-// What counts as a change. Read from JSON strictly; every default is usable. docs/ci.md explains the rules.
+// The policy of a comparison: which differences count as a change. It is read strictly from JSON, and every
+// default is usable. docs/ci.md explains the rules.
 //
 //   {"accuracy": {"default": {"minimum_effect": 0.02}, "metrics": {"Et_m": {"minimum_effect": 0.01}}},
 //    "speed": {"judge": false}, "same": {"machine": "note"}}
@@ -13,19 +14,21 @@
 
 namespace sextant {
 
-/// Which errors are better.
+/// Direction in which an error gets better; `ignore`: the error is not judged.
 enum class Direction { lower, higher, ignore };
 constexpr Names<3> names_of(Direction) { return {"lower", "higher", "ignore"}; }
 
-/// A case is one body in one frame pair of one seed. Its change is rounding where
-/// |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
-/// from minimum_effect |mean of base| on. minimum_effect 0 is the exact gate: rows are judged case by case.
+/// Tolerances for one metric. A case is one body in one frame pair of one seed. Its change counts as rounding
+/// if |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
+/// if it exceeds minimum_effect |mean of base|. With minimum_effect 0, the exact gate, rows are judged case
+/// by case.
 struct MetricPolicy {
-  SEXTANT_OPTIONS(
-      (double, absolute, 1e-9, "of metric", "a case that changes by less has not changed"),
-      (double, relative, 1e-6, "share", "the same, as a share of its value in BASE"),
-      (double, minimum_effect, 0.01, "share", "smallest change of a body's mean that counts; 0: any"),
-      (Direction, direction, Direction::lower, "", "which is better; ignore is not judged"))
+  SEXTANT_OPTIONS((double, absolute, 1e-9, "of metric", "smaller changes of a case count as rounding"),
+                  (double, relative, 1e-6, "share", "as absolute, as a share of the value in BASE"),
+                  (double, minimum_effect, 0.01, "share",
+                   "smallest change of a body's mean that counts; 0: any"),
+                  (Direction, direction, Direction::lower, "",
+                   "direction that is better; ignore: not judged"))
   void check() const;
 };
 
@@ -46,7 +49,7 @@ struct AccuracyPolicy {
     v("minimum_seeds", minimum_seeds, "count", "fewer seeds with different errors are too few to judge");
     v("minimum_cases", minimum_cases, "count", "fewer cases are too few to judge");
     v("inconclusive_effect", inconclusive_effect, "share",
-      "a pooled error that is worse by more without evidence is inconclusive");
+      "a pooled error that is worse by more, but without evidence, is inconclusive");
     v("replicates", replicates, "count", "resamples of the 95 % intervals of the exact gate");
     v("max_lost", max_lost, "count", "cases of one body that may be lost beyond those gained");
     v("default", other, "", "metrics that 'metrics' does not name");
@@ -54,7 +57,8 @@ struct AccuracyPolicy {
   }
   void check() const;
 
-  /// Of one error. Unless named, which direction is better is what the list of metrics says.
+  /// Returns the policy of one error. If "metrics" does not name it, its direction comes from the list of
+  /// metrics.
   MetricPolicy of(const std::string& metric) const;
 };
 
@@ -69,15 +73,16 @@ struct SpeedPolicy {
       (double, unrepeated_effect, 0.5, "share",
        "without repetitions: slower by more (runs: nine of ten cases) is inconclusive; less is not judged"),
       (BenchmarkTime, time, BenchmarkTime::cpu, "",
-       "of Google Benchmark, always real where a benchmark asks for it"))
+       "time of Google Benchmark that is compared; always real if the benchmark requests it"))
   void check() const;
 };
 
-/// Must: else the comparison is invalid; note: said, accepted.
+/// Strictness of a requirement. must: a difference makes the comparison invalid; note: it is reported and
+/// accepted.
 enum class Strictness { must, note };
 constexpr Names<2> names_of(Strictness) { return {"must", "note"}; }
 
-/// What must be the same on both sides.
+/// Properties that must be equal on both sides.
 struct SamenessPolicy {
   Strictness cases = Strictness::must, new_cases = Strictness::must, data = Strictness::must,
              configuration = Strictness::must, definitions = Strictness::must, machine = Strictness::must;
@@ -96,23 +101,21 @@ struct SamenessPolicy {
 };
 
 struct Policy {
-  SEXTANT_OPTIONS(
-      (AccuracyPolicy, accuracy, {}, "", "errors and statuses"),
-      (SpeedPolicy, speed, {}, "", "times"),
-      (SamenessPolicy, same, {}, "", "each: must or note"))
+  SEXTANT_OPTIONS((AccuracyPolicy, accuracy, {}, "", "errors and statuses"),
+                  (SpeedPolicy, speed, {}, "", "times"), (SamenessPolicy, same, {}, "", "each: must or note"))
 };
 
-/// Throws Error "FILE: ..." that names the key.
+/// Reads a policy; throws Error "FILE: ..." that names the key.
 inline Policy read_policy(const std::string& file) { return options_from<Policy>(file); }
 
-/// The words of the gate. Worst first: what a whole comparison is follows from the worst of its parts, and is
-/// `improved` only where nothing is worse and something better.
+/// Verdicts of the gate, worst first. The verdict of a comparison is the worst of its parts; it is `improved`
+/// only if nothing is worse and something is better.
 enum class GateVerdict { invalid, regressed, inconclusive, improved, ok };
 
 constexpr Names<5> names_of(GateVerdict) {
   return {"invalid", "regressed", "inconclusive", "improved", "ok"};
 }
-/// invalid 2, regressed 1, inconclusive 3, improved and ok 0.
+/// Exit codes: invalid 2, regressed 1, inconclusive 3, improved and ok 0.
 constexpr int exit_code(GateVerdict verdict) {
   constexpr int codes[] = {2, 1, 3, 0, 0};
   return codes[static_cast<size_t>(verdict)];

@@ -12,7 +12,7 @@ namespace sextant {
 namespace {
 
 constexpr const char* absent = "(not recorded)";
-constexpr size_t shown_digits = 12;  ///< of the SHA-256 of a part of a program
+constexpr size_t shown_digits = 12;  ///< digits of the SHA-256 that are shown of a program's file
 
 /// Leaves of a tree by dotted path, as text. An empty object or list is a leaf.
 using Leaves = std::map<std::string, std::string>;
@@ -33,7 +33,8 @@ Leaves leaves_of(const Json& tree, const std::string& path) {
   return leaves;
 }
 
-/// "vdo:/data/kitti_03_demo@0-19" -> "vdo:kitti_03_demo@0-19": where data lie is no property of theirs.
+/// Removes the folder of a source, "vdo:/data/kitti_03_demo@0-19" -> "vdo:kitti_03_demo@0-19", because the
+/// place of data is not a property of the data.
 std::string without_folder(const std::string& source) {
   const size_t colon = source.find(':');
   const size_t slash = source.substr(0, source.find('#')).rfind('/');
@@ -44,7 +45,7 @@ std::string without_folder(const std::string& source) {
 Json configuration_of(const Json& run) {
   Json configuration = run.value("configuration", Json());
   if (!configuration.is_object()) return configuration;
-  configuration.erase("name");  // of a plan
+  configuration.erase("name");  // name of the plan
   if (configuration.contains("sources") && configuration["sources"].is_array()) {
     for (Json& source : configuration["sources"]) {
       Json& text = source.is_object() && source.contains("source") ? source["source"] : source;
@@ -54,7 +55,8 @@ Json configuration_of(const Json& run) {
   return configuration;
 }
 
-/// Of every source: its files' hashes, those of its packs (data, extraction, version) and what describes it.
+/// Collects for every source the hashes of its files, those of its correspondence caches (data, extraction,
+/// version), and its description.
 Leaves data_of(const Json& run) {
   Leaves leaves;
   const Json sources = run.value("sources", Json::array());
@@ -68,7 +70,7 @@ Leaves data_of(const Json& run) {
     const Json inputs = source.value("inputs", Json::object());
     for (const auto& [path, entry] : inputs.items()) {
       const std::filesystem::path whole(
-          path);  // its last two parts tell files apart, the same on every machine
+          path);  // the last two parts of a path identify a file independently of the machine
       const std::string tail = (whole.parent_path().filename() / whole.filename()).string();
       if (entry.is_object()) leaves[name + " " + tail] += entry.value("sha256", std::string("?"));
     }
@@ -76,7 +78,7 @@ Leaves data_of(const Json& run) {
   return leaves;
 }
 
-/// Those below some keys of a tree.
+/// Collects the leaves below some keys of a tree.
 Leaves leaves_below(const Json& tree, std::initializer_list<const char*> keys) {
   Leaves leaves;
   for (const char* key : keys) {
@@ -89,19 +91,21 @@ Leaves definitions_of(const Json& run) {
   return leaves_below(run, {"schema", "metric_definitions", "metric_presets", "preset"});
 }
 
-/// The parts of every version of the estimators that are no part of Sextant.
+/// Collects the parts of the external programs, for every version of the estimators.
 Leaves programs_of(const RunFolder& run) {
   Leaves leaves;
   for (const auto& [label, versions] : fingerprints_in(run.provenance, run.path + "/run.json")) {
     for (size_t i = 0; i < versions.size(); ++i) {
-      const std::string name = versions.size() == 1 ? label : fmt::format("{} (version {} of {})", label, i + 1, versions.size());
-      for (const auto& [part, content] : versions[i].parts) leaves[name + ": " + part] = content.substr(0, shown_digits);
+      const std::string name =
+          versions.size() == 1 ? label : fmt::format("{} (version {} of {})", label, i + 1, versions.size());
+      for (const auto& [part, content] : versions[i].parts)
+        leaves[name + ": " + part] = content.substr(0, shown_digits);
     }
   }
   return leaves;
 }
 
-/// A note of each estimator of which both sides ran one and the same version.
+/// Adds a note for each estimator of which both sides ran the same version.
 void tell_same_programs(const RunFolder& base, const RunFolder& fresh, std::vector<Mismatch>& findings) {
   const Fingerprints a = fingerprints_in(base.provenance, base.path + "/run.json");
   const Fingerprints b = fingerprints_in(fresh.provenance, fresh.path + "/run.json");
@@ -125,20 +129,23 @@ Leaves benchmark_build_of(const BenchmarkFile& file) {
   return leaves_below(file.context, {"library_build_type", "json_schema_version"});
 }
 
-/// What a path that only one side has is: a difference, or a note where nothing is lost by it.
+/// Returns true if a path that only one side has is a note; false if it is a difference.
 using IsNoted = std::function<bool(const std::string& path, const Leaves& other)>;
 const IsNoted never = [](const std::string&, const Leaves&) { return false; };
 
-/// An option that only one version of the program knows has no value in the other that could differ. It is
-/// one among others that both know; a whole group that comes or goes, or an item of a list that both have, is a difference.
+/// An option that only one version of the program knows cannot differ in value, so it is a note if the group
+/// that contains it is known to both sides. A whole group, or an item of a list that both have, is a
+/// difference.
 bool is_new_option(const std::string& path, const Leaves& other) {
-  const auto is_item = [&](size_t dot) { return std::isdigit(static_cast<unsigned char>(path[dot + 1])) != 0; };
+  const auto is_item = [&](size_t dot) {
+    return std::isdigit(static_cast<unsigned char>(path[dot + 1])) != 0;
+  };
   const auto has_below = [&](const std::string& group) {
     const auto leaf = other.lower_bound(group);
     return leaf != other.end() && leaf->first.starts_with(group);
   };
   size_t dot = path.rfind('.');
-  if (dot != std::string::npos && dot > 0 && is_item(dot)) {  // of a list, which as a whole may be new
+  if (dot != std::string::npos && dot > 0 && is_item(dot)) {  // an item of a list; the whole list may be new
     const std::string list = path.substr(0, dot);
     if (other.contains(list) || has_below(list + ".")) return false;
     dot = list.rfind('.');
@@ -180,7 +187,7 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   const Json b = fresh.provenance.is_null() ? Json::object() : fresh.provenance;
   const SamenessPolicy& same = policy.same;
   compare("definitions", same.definitions, definitions_of(a), definitions_of(b), findings);
-  // A run without packs does not have the names of packs.
+  // A run without correspondence caches does not have the key `packs`.
   compare("data", same.data, data_of(a), data_of(b), findings,
           [](const std::string& path, const Leaves&) { return path.find(" packs") != std::string::npos; });
   compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
@@ -197,7 +204,8 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
 
 }  // namespace
 
-Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base, std::string fresh) {
+Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base,
+                  std::string fresh) {
   return {std::move(what), std::move(subject), std::move(base), std::move(fresh), rule == Strictness::must};
 }
 
@@ -219,7 +227,7 @@ std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, co
               findings);
     }
   }
-  // Repetitions say the same thing again.
+  // Repetitions yield the same findings; each is kept once.
   std::vector<Mismatch> once;
   for (Mismatch& f : findings) {
     const bool known = std::ranges::any_of(once, [&](const Mismatch& o) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Whether two sides may be compared at all: same data, definitions, configuration and machine, and the same
-// cases on both. Nothing that differs is passed over; what is accepted by the policy is still said.
+// Checks that two sides are comparable: same data, definitions, configuration and machine, and the same
+// cases. Every difference is reported, including those that the policy accepts.
 
 #include <algorithm>
 #include <iterator>
@@ -16,22 +16,24 @@
 
 namespace sextant {
 
-/// One thing that differs.
+/// A difference between the two sides.
 struct Mismatch {
-  std::string what;  ///< key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program"
+  std::string
+      what;  ///< key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program"
   std::string subject;
   std::string base;
-  std::string fresh;  ///< in NEW
+  std::string fresh;  ///< value in NEW
   bool invalidates = true;
 };
 
-/// From provenance alone; cases are compared where they are paired (accuracy.h, speed.h).
+/// Compares the provenance (run.json); cases are compared where they are paired (accuracy.h, speed.h).
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy);
 
-/// Strictness::must in the policy.
-Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base, std::string fresh);
+/// Makes a mismatch that invalidates the comparison if the rule is Strictness::must.
+Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base,
+                  std::string fresh);
 
-/// Findings of one kind, of which the first few are told one by one.
+/// Collects findings of one kind, and lists only the first few of them individually.
 class Tally {
  public:
   Tally(std::string what, Strictness rule) : what_(std::move(what)), rule_(rule) {}
@@ -44,7 +46,7 @@ class Tally {
     std::ranges::move(std::exchange(findings_, {}), std::back_inserter(all));
   }
 
-  /// What is told, and how many are not.
+  /// Moves the listed findings to `all`, with the number of further ones.
   void move_to(std::vector<Mismatch>& all) {
     if (n_ > shown) findings_.push_back(mismatch(rule_, what_, fmt::format("{} more", n_ - shown), "", ""));
     move_told(all);

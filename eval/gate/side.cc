@@ -20,20 +20,19 @@ RunFolder read_run(const fs::path& folder) {
   RunFolder run;
   run.path = folder.string();
   if (fs::exists(folder / "journal.jsonl")) {
-    fail("{}: its sweep is not finished: give its command again first", run.path);
+    fail("{}: its sweep is not finished: run its command again to resume it", run.path);
   }
   const std::string file = (folder / "records.jsonl").string();
   SubjectCollector collector;
-  for_each_record(folder / "records.jsonl", [&](const Record& record) {
-    collector.add(record, ++run.n_cases);
-  });
+  for_each_record(folder / "records.jsonl",
+                  [&](const Record& record) { collector.add(record, ++run.n_cases); });
   if (run.n_cases == 0) fail("{}: has no records", file);
   run.has_times = collector.has_times();
   run.subjects = collector.take();
   for (const SubjectCases& cases : run.subjects) {
     for (size_t row = 1; row < cases.size(); ++row) {
       if (cases.case_of(row) == cases.case_of(row - 1))
-        fail("{}: the case '{}' is there twice", file, case_name(cases.subject, cases.case_of(row)));
+        fail("{}: the case '{}' occurs twice", file, case_name(cases.subject, cases.case_of(row)));
     }
   }
   if (!fs::exists(folder / "run.json")) return run;
@@ -41,7 +40,7 @@ RunFolder read_run(const fs::path& folder) {
   return run;
 }
 
-/// What lies in `folder` itself.
+/// Reads the results that lie directly in `folder`.
 void read_folder(const fs::path& folder, Side& side) {
   if (has_results(folder) || fs::exists(folder / "journal.jsonl")) {
     side.runs.push_back(read_run(folder));
@@ -67,9 +66,9 @@ bool is_benchmark_file(const fs::directory_entry& entry) {
 Side read_side(const fs::path& path) {
   Side side;
   side.path = path.string();
-  if (!fs::exists(path)) fail("{}: is not there: expected results to compare", side.path);
+  if (!fs::exists(path)) fail("{}: does not exist: expected results to compare", side.path);
   if (path.extension() == ".jsonl") {
-    fail("{}: expected its folder: run.json there says what the records are of", side.path);
+    fail("{}: expected the folder of this file, whose run.json describes the records", side.path);
   }
   if (fs::is_regular_file(path)) {
     side.benchmarks.push_back(parse_benchmark_file(read_file(path, json_file), side.path));
@@ -96,7 +95,7 @@ OutputFiles baseline_files(const std::filesystem::path& run) {
          side.runs.size());
   }
   const std::filesystem::path folder = side.runs.front().path;
-  // In the order of the file, which is the order of the cases of the run.
+  // Records are written in the order of the file, which is the order of the cases of the run.
   std::vector<Record> records = read_records(folder / "records.jsonl");
   for (Record& record : records) record = strip_times(std::move(record));
   OutputFiles files = {{"records.jsonl", write_records(records)}};

@@ -1,6 +1,6 @@
 #pragma once
 
-// One side of a comparison. A path is
+// One side of a comparison. A path may be
 //   a folder of `sextant run` or `sextant sweep` (records.jsonl, run.json), also with benchmark*.json in it,
 //   a JSON file of Google Benchmark, or a folder with benchmark*.json files,
 //   a folder of such folders: repetitions, in order of their names.
@@ -15,30 +15,35 @@
 
 namespace sextant {
 
+/// Results of one folder.
 struct RunFolder {
   std::string path;
-  std::vector<SubjectCases> subjects;  ///< in order
+  std::vector<SubjectCases> subjects;  ///< in the order of compare_subjects()
   size_t n_cases = 0;
   bool has_times = false;
-  Json provenance;  ///< run.json; null when there is none
+  Json provenance;  ///< run.json; null if there is none
 };
 
+/// All results on one side; several runs are repetitions.
 struct Side {
   std::string path;
   std::vector<RunFolder> runs;
   std::vector<BenchmarkFile> benchmarks;
 };
 
-/// Streams the records. Throws Error on a path without results, an empty or damaged file, an unfinished sweep, a case twice.
+/// Reads one side, streaming the records. Throws Error on a path without results, an empty or damaged file,
+/// an unfinished sweep, and on a case that occurs twice.
 Side read_side(const std::filesystem::path& path);
 
-/// benchmark*.json
+/// Returns true for files named benchmark*.json.
 bool is_benchmark_file(const std::filesystem::directory_entry& entry);
 
-// ---- a baseline is the result of a run that is kept in the repository and compared with: records.jsonl without
-// times (those belong to a machine; speed is compared as a pair, scripts/bench_pair) and run.json.
+// ---- A baseline is the result of a run that is kept in the repository to compare with: run.json, and
+// records.jsonl without times. Times belong to a machine; speed is compared as a pair of measurements
+// (scripts/bench_pair).
 
-/// The files that make the results in `run` a baseline. Throws Error on bad results and on more than one run.
+/// Returns the files that make the results in `run` a baseline. Throws Error on bad results and on more than
+/// one run.
 OutputFiles baseline_files(const std::filesystem::path& run);
 
 }  // namespace sextant

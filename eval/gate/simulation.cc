@@ -33,8 +33,9 @@ std::vector<NumberColumn> rows_of(const std::vector<NumberColumn>& columns, cons
   return out;
 }
 
-/// The cases of `taken`, in this order, called seeds 0, 1, ...
-std::vector<SubjectCases> resample(const std::vector<SubjectCases>& subjects, std::span<const uint64_t> taken) {
+/// Copies the cases of the seeds `taken`, in this order, renumbered 0, 1, ...
+std::vector<SubjectCases> resample(const std::vector<SubjectCases>& subjects,
+                                   std::span<const uint64_t> taken) {
   std::vector<SubjectCases> out;
   for (const SubjectCases& cases : subjects) {
     SubjectCases chosen(cases.subject);
@@ -60,7 +61,7 @@ std::vector<SubjectCases> resample(const std::vector<SubjectCases>& subjects, st
   return out;
 }
 
-/// Gives all but a share of NEW's cases BASE's status and errors.
+/// Replaces the status and errors of all but a share of NEW's cases by BASE's.
 void keep_unchanged(const std::vector<SubjectCases>& base, double changed_share, PhiloxStream& random,
                     std::vector<SubjectCases>& fresh) {
   for (const SubjectPair& pair : pair_subjects(base, fresh)) {
@@ -84,13 +85,14 @@ void apply(const Plant& plant, PhiloxStream& random, std::vector<SubjectCases>& 
     for (size_t row = 0; row < cases.size(); ++row) {
       const double normal =
           std::sqrt(-2 * std::log(random.uniform())) * std::cos(2 * std::numbers::pi * random.uniform());
-      for (NumberColumn& column : cases.errors) column.numbers[row] *= plant(cases.subject, column.name, normal);
+      for (NumberColumn& column : cases.errors)
+        column.numbers[row] *= plant(cases.subject, column.name, normal);
     }
   }
 }
 
-GateVerdict run_trial(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh, Seeds seeds,
-                      int trial, const SimulationOptions& options, const Policy& policy) {
+GateVerdict run_trial(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
+                      Seeds seeds, int trial, const SimulationOptions& options, const Policy& policy) {
   PhiloxStream random(options.seed, static_cast<uint64_t>(trial));
   shuffle(random, seeds);
   const auto n = static_cast<size_t>(options.seeds);
@@ -110,13 +112,16 @@ SimulationCounts simulate_gate(const std::vector<SubjectCases>& base, const std:
                                const SimulationOptions& options, const Policy& policy, int jobs) {
   const Seeds seeds = seeds_of(base);
   const size_t needed = static_cast<size_t>(options.seeds) * (options.other_seeds ? 2 : 1);
-  if (seeds.size() < needed) fail("simulation of the gate: {} seeds: expected {} or more", seeds.size(), needed);
+  if (seeds.size() < needed)
+    fail("simulation of the gate: {} seeds: expected {} or more", seeds.size(), needed);
   if (seeds != seeds_of(fresh)) fail("simulation of the gate: both runs must have the same seeds");
   std::vector<GateVerdict> verdicts(static_cast<size_t>(options.trials));
   parallel_for(options.trials, jobs, [&](int trial) {
     verdicts[static_cast<size_t>(trial)] = run_trial(base, fresh, seeds, trial, options, policy);
   });
-  const auto count = [&](GateVerdict verdict) { return static_cast<int>(std::ranges::count(verdicts, verdict)); };
+  const auto count = [&](GateVerdict verdict) {
+    return static_cast<int>(std::ranges::count(verdicts, verdict));
+  };
   return {.trials = options.trials,
           .ok = count(GateVerdict::ok) + count(GateVerdict::improved),
           .regressed = count(GateVerdict::regressed),

@@ -1,8 +1,8 @@
 #pragma once
 
-// False-alarm rate and power of the gate, by simulation: no theory covers bodies, frames and seeds of several sources
-// together. A trial takes some seeds of a recorded run as BASE and makes NEW from a recorded run of the changed estimator,
-// with a planted effect on top; compare_accuracy() judges it as it would two runs.
+// False-alarm rate and power of the gate, by simulation, because no theory covers bodies, frames and seeds of
+// several sources together. A trial takes some seeds of a recorded run as BASE, and makes NEW from a recorded
+// run of the changed estimator with a planted effect. compare_accuracy() then judges them like two runs.
 
 #include <functional>
 #include <vector>
@@ -11,24 +11,25 @@
 
 namespace sextant {
 
-/// Factor of one error of one case; `normal` is a standard normal number that all errors of the case share.
+/// Factor for one error of one case; `normal` is a standard normal number that all errors of the case share.
 using Plant = std::function<double(const Subject& subject, Interned metric, double normal)>;
 
 struct SimulationOptions {
-  int seeds = 10;  ///< of every run
+  int seeds = 10;  ///< number of seeds in each simulated run
   int trials = 500;
-  uint64_t seed = 1;          ///< of the simulation
-  bool other_seeds = false;   ///< NEW takes seeds of its run that BASE does not have: all noise is drawn again
-  double changed_share = 1;   ///< of NEW's cases that differ from BASE's, chosen at random
-  Plant on_base, on_new;      ///< applied after that; empty: none
+  uint64_t seed = 1;         ///< seed of the simulation
+  bool other_seeds = false;  ///< NEW takes seeds that BASE does not use, so that all noise differs
+  double changed_share = 1;  ///< share of NEW's cases that differ from BASE's, chosen at random
+  Plant on_base, on_new;     ///< factors applied at the end; empty: none
 };
 
+/// Number of trials by verdict.
 struct SimulationCounts {
-  int trials = 0, ok = 0, regressed = 0, inconclusive = 0, invalid = 0;  ///< ok: also improved
+  int trials = 0, ok = 0, regressed = 0, inconclusive = 0, invalid = 0;  ///< `ok` includes improved
 };
 
-/// `base` and `fresh` are runs with the same seeds, at least `seeds` of them, twice as many for other_seeds. Throws Error
-/// where they have fewer.
+/// Simulates the gate. `base` and `fresh` are runs with the same seeds, at least options.seeds of them, or
+/// twice as many for other_seeds. Throws Error if they have fewer.
 SimulationCounts simulate_gate(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
                                const SimulationOptions& options, const Policy& policy, int jobs);
 

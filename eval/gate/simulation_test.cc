@@ -1,4 +1,4 @@
-// bench/gate_power in seconds, on records that are drawn here instead of recorded.
+// bench/gate_power in seconds, on generated instead of recorded records.
 
 #include "sextant/eval/gate/simulation.h"
 
@@ -73,7 +73,8 @@ TEST(GateSimulation, IsAPureFunctionOfItsSeed) {
 }
 
 TEST(GateSimulation, TooFewSeedsAreRefused) {
-  EXPECT_THAT(error_of([] { simulate({.seeds = 13, .trials = 1, .other_seeds = true}); }), HasSubstr("expected 26"));
+  EXPECT_THAT(error_of([] { simulate({.seeds = 13, .trials = 1, .other_seeds = true}); }),
+              HasSubstr("expected 26"));
 }
 
 }  // namespace

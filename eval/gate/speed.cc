@@ -12,8 +12,9 @@ namespace sextant {
 namespace {
 
 struct Sample {
-  std::vector<double> ns;          ///< of each repetition
-  std::optional<Interval> ratios;  ///< of the first, case by case to BASE's first: 10 % and 90 %
+  std::vector<double> ns;  ///< one per repetition
+  std::optional<Interval>
+      ratios;  ///< 10 % and 90 % quantiles of the case-by-case ratios of the first repetition to BASE's first one
 };
 using Samples = std::map<std::string, Sample>;  ///< by name
 
@@ -41,7 +42,7 @@ Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several,
           fail("{}: benchmark '{}': its {} time is 0: it measured nothing", file.path, name,
                real ? "real" : "CPU");
       }
-      // One program's names are its own where a side has several programs.
+      // Names of benchmarks are prefixed by their program if a side has several programs.
       std::vector<double>& all = samples[(several ? program_of(file) + ": " : "") + name].ns;
       all.insert(all.end(), times.begin(), times.end());
     }
@@ -50,7 +51,7 @@ Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several,
 }
 
 struct StageTimes {
-  std::vector<double> log_ratios;  ///< to the reference, over cases
+  std::vector<double> log_ratios;  ///< log ratio to the reference, per case
   std::vector<double> reference_ms;
 };
 
@@ -73,7 +74,7 @@ std::vector<double> logarithms(const std::vector<double>& values) {
   return logs;
 }
 
-/// Spread of the repetitions about their own side's median, robust against a few that were disturbed.
+/// Spread of the repetitions about the median of their side; robust against a few disturbed ones.
 double pooled_sigma(const std::vector<double>& a, const std::vector<double>& b) {
   std::vector<double> residuals;
   for (const std::vector<double>* side : {&a, &b}) {
@@ -153,7 +154,8 @@ SpeedRow compare_times(const std::string& name, const std::vector<double>& base_
   }
   if (row.n_base > 1 && row.n_new > 1) {
     row.p = test.p;
-    const double n_equal = 2.0 / (1.0 / row.n_base + 1.0 / row.n_new);  // per side, as if both had it
+    const double n_equal =
+        2.0 / (1.0 / row.n_base + 1.0 / row.n_new);  // repetitions per side if they were distributed equally
     const double shift = minimum_detectable_effect(std::sqrt(2.0) * pooled_sigma(a, b),
                                                    static_cast<int>(std::lround(n_equal)), policy.alpha);
     row.detectable = (1 + policy.minimum_effect) * std::exp(shift);

@@ -17,7 +17,8 @@ int three_way(const T& a, const T& b) {
   return a < b ? -1 : (b < a ? 1 : 0);
 }
 
-/// Visits what is equal on two sides together, what only one has with null for the other; all in order.
+/// Merges two sorted sequences: visits equal items together, and an item of one side only with null for the
+/// other.
 template <typename Item, typename Compare, typename Visit>
 void merge_sorted(const std::vector<Item>& base, const std::vector<Item>& fresh, const Compare& compare,
                   const Visit& visit) {
@@ -30,7 +31,7 @@ void merge_sorted(const std::vector<Item>& base, const std::vector<Item>& fresh,
   }
 }
 
-/// In order of name, as columns are.
+/// In order of name, like the columns.
 const std::vector<Interned>& truth_names() {
   static const std::vector<Interned> names = [] {
     std::vector<Interned> all;
@@ -41,13 +42,13 @@ const std::vector<Interned>& truth_names() {
   return names;
 }
 
-/// Those whose time is the estimator's; the others are the source's.
+/// Stages whose time belongs to the estimator; the other stages belong to the source.
 const std::vector<Interned>& stage_names() {
   static const std::vector<Interned> names = {"refine", "start", "total"};
   return names;
 }
 
-/// One more row of these columns; numbers are put in order of name.
+/// Appends one row to the columns; numbers must be put in order of name.
 class RowWriter {
  public:
   RowWriter(std::vector<NumberColumn>& columns, size_t row) : columns_(columns), row_(row) {}
@@ -68,7 +69,8 @@ class RowWriter {
 
   void put(const std::vector<Interned>& names, const NamedNumbers& numbers) {
     for (const Interned name : names) {
-      if (const auto number = numbers.find(name); number != numbers.end()) put(name, internal::summarised(number->second));
+      if (const auto number = numbers.find(name); number != numbers.end())
+        put(name, internal::summarised(number->second));
     }
   }
 
@@ -100,7 +102,7 @@ std::string to_string(const Subject& s) {
 }
 
 int compare_subjects(const Subject& a, const Subject& b) {
-  const auto key = [](const Subject& s) {  // object:2 before object:10
+  const auto key = [](const Subject& s) {  // orders object:2 before object:10
     return std::tuple(s.dataset, s.sequence, s.estimator, s.level, s.noise, s.body.str().size(), s.body);
   };
   return three_way(key(a), key(b));

@@ -1,7 +1,8 @@
 #pragma once
 
-// The records of a run as a comparison needs them: by subject, in columns, 8 bytes a number. A subject is what is judged as one:
-// dataset, sequence, estimator, noise, level and body. A case is one seed and frame of it.
+// Records of a run arranged for a comparison: by subject, in columns of 8 bytes per number. A subject is the
+// unit that is judged: data set, sequence, estimator, noise, level and body. A case of it is one seed and
+// frame.
 
 #include <cstdint>
 #include <string>
@@ -16,12 +17,12 @@ namespace sextant {
 
 using Subject = NoiseLevelKey;
 
-/// "synthetic s18 joint_flow level 0.1 object:2".
+/// Formats "synthetic s18 joint_flow level 0.1 object:2".
 std::string to_string(const Subject& subject);
-/// Order of subjects in tables: < 0, 0, > 0.
+/// Three-way comparison of subjects in the order of tables.
 int compare_subjects(const Subject& a, const Subject& b);
 
-/// Numbers of one name by row; NaN where a row has none.
+/// Numbers with one name, one per row; NaN if the row has none.
 struct NumberColumn {
   Interned name;
   std::vector<double> numbers;
@@ -29,65 +30,67 @@ struct NumberColumn {
   bool has(size_t row) const;
 };
 
+/// All cases of one subject, in order of seed and frame.
 struct SubjectCases : CaseColumns {
   explicit SubjectCases(const Subject& of) : subject(of) {}
 
   Subject subject;
-  std::vector<uint32_t> lines;  ///< of records.jsonl, from 1
+  std::vector<uint32_t> lines;  ///< line in records.jsonl, from 1
   std::vector<Status> statuses;
   std::vector<Gate> gates;
   std::vector<bool> have_truth;
-  // In order of name.
+  // Columns in order of name.
   std::vector<NumberColumn> errors;
-  std::vector<NumberColumn> truth;  ///< what the truth alone decides
-  std::vector<NumberColumn> times;  ///< of the stages of an estimator: refine, start, total [ms]
+  std::vector<NumberColumn> truth;  ///< values that depend on the truth only
+  std::vector<NumberColumn> times;  ///< times of the estimator's stages refine, start and total, ms
 
   bool is_estimated(size_t row) const {
     return statuses[row] == Status::ok || statuses[row] == Status::no_truth;
   }
 };
 
-/// Null where there is none.
+/// Returns the column `name`; null if there is none.
 const NumberColumn* find_column(const std::vector<NumberColumn>& columns, Interned name);
 
-/// One name of two lists of columns; null where a list lacks it.
+/// Columns with the same name on both sides; null if a side lacks it.
 struct ColumnPair {
   Interned name;
   const NumberColumn* base;
   const NumberColumn* fresh;
 };
-/// In order of name.
+/// Pairs columns by name, in order of name.
 std::vector<ColumnPair> pair_columns(const std::vector<NumberColumn>& base,
                                      const std::vector<NumberColumn>& fresh);
 
-/// One subject of two sides; null where a side lacks it.
+/// Same subject on both sides; null if a side lacks it.
 struct SubjectPair {
   const SubjectCases* base;
   const SubjectCases* fresh;
 
   const Subject& subject() const { return (base != nullptr ? base : fresh)->subject; }
 };
-/// Both in order, as is what comes out.
+/// Pairs subjects. Both inputs are in order of subject, and so is the result.
 std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
                                        const std::vector<SubjectCases>& fresh);
 
+/// Rows of the same case on both sides.
 struct RowPair {
   uint32_t base, fresh;
 };
-/// Rows in order of case.
+/// Rows of both sides in order of case.
 struct PairedRows {
   std::vector<RowPair> both;
   std::vector<size_t> only_base, only_fresh;
 };
 PairedRows pair_rows(const SubjectPair& pair);
 
-/// Sorts records into their subjects.
+/// Sorts records into subjects.
 class SubjectCollector {
  public:
-  /// The record stands in that line of its file.
+  /// Adds a record; `line` is its line in the file.
   void add(const Record& record, size_t line = 0);
   bool has_times() const { return has_times_; }
-  /// In order of subject, each in order of case.
+  /// Returns the subjects in order, each with its cases in order.
   std::vector<SubjectCases> take();
 
  private:

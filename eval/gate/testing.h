@@ -1,7 +1,7 @@
 #pragma once
 
-// Results to compare, for tests: records as a sweep gives them, with errors of a few per cent from seed to
-// seed, and files of Google Benchmark.
+// Results to compare, for tests: records as a sweep writes them, with errors that vary by a few per cent
+// between seeds, and files of Google Benchmark.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@
 
 namespace sextant {
 
-/// 2 sequences x `seeds` x 6 frames x ego and two objects.
+/// Records of 2 sequences x `seeds` x 6 frames x ego and two objects.
 inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
   std::vector<Record> records;
   PhiloxStream random(draw, 0);
@@ -49,7 +49,7 @@ inline std::vector<Record> sweep_records(int seeds = 10, uint64_t draw = 1) {
   return records;
 }
 
-/// What a run of this program on this machine would record.
+/// Provenance that a run of this program on this machine would record.
 inline Json sweep_provenance() {
   Json run = build_provenance();
   run["configuration"] = {{"sources", {"synthetic:s18"}}, {"seeds", 10}, {"options", {{"sigma_px", 1.0}}}};

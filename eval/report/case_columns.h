@@ -1,8 +1,8 @@
 #pragma once
 
-// Records in columns: a row is a case, one seed and frame of what one estimator made of one body. Noise
-// levels (noise_level.h) and the series of a comparison (eval/gate/subject_cases.h) keep their numbers beside
-// these.
+// Cases of records in columns: a row is one seed and frame, for one estimator and body. Noise levels
+// (noise_level.h) and the subjects of a comparison (eval/gate/subject_cases.h) keep their numbers beside
+// these columns.
 
 #include <algorithm>
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace sextant {
 
-/// A draw of the noise and a frame: what estimators are paired by.
+/// A seed of the noise and a frame; estimators are paired by it.
 using SeedFrame = std::pair<uint64_t, int>;
 
 struct CaseColumns {
@@ -26,7 +26,7 @@ struct CaseColumns {
     seeds.push_back(seed);
     frames.push_back(frame);
   }
-  /// The rows in order of case; rows of one case keep their order. Nothing where they are in order already.
+  /// Order of rows by case; rows of the same case keep their order. Empty if they are already in order.
   std::optional<std::vector<size_t>> sorting_order() const {
     std::vector<size_t> order(size());
     std::iota(order.begin(), order.end(), size_t{0});
@@ -46,8 +46,7 @@ void reorder(const std::vector<size_t>& order, std::vector<T>& values) {
   values = std::move(ordered);
 }
 
-/// Visits the cases of two tables in order, both sorted: the row of each, or nothing where one lacks the
-/// case.
+/// Visits the cases of two sorted tables in order, with the row in each; empty if a table lacks the case.
 template <typename Visit>
 void for_each_case(const CaseColumns& first, const CaseColumns& second, const Visit& visit) {
   for (size_t a = 0, b = 0; a < first.size() || b < second.size();) {

@@ -11,7 +11,7 @@
 namespace sextant {
 namespace {
 
-/// A bracket of a stranger would end the picture's text.
+/// Escapes a text for the alternative text of a picture, which a bracket would end.
 std::string alt_text(const std::string& text) {
   std::string out;
   for (const char c : markdown_text(text))
@@ -50,7 +50,7 @@ std::string section_markdown(const ReportSection& section) {
   }
   for (const Figure& figure : section.figures) text += figure_markdown(figure);
   for (const NamedTable& named : section.tables) {
-    // A table's own title is one level below the section's.
+    // The title of a table is one level below that of its section.
     text += fmt::format("<a id=\"{}\"></a>\n\n{}{}\n", named.name, named.table.title.empty() ? "" : "#",
                         to_markdown(named.table));
   }
@@ -136,10 +136,11 @@ std::vector<Figure> figures_of(const ReportDocument& document) {
 }
 
 std::string shell_word(const std::string& text) {
-  const std::string plain = "_-./:@#=,+%";  // '#' begins a comment at the front of a word alone
-  const bool is_plain = !text.empty() && text.front() != '#' && text.front() != '=' && std::ranges::all_of(text, [&](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || plain.find(c) != std::string::npos;
-  });
+  const std::string plain = "_-./:@#=,+%";  // '#' begins a comment only at the beginning of a word
+  const bool is_plain =
+      !text.empty() && text.front() != '#' && text.front() != '=' && std::ranges::all_of(text, [&](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || plain.find(c) != std::string::npos;
+      });
   if (is_plain) return text;
   std::string word = "'";
   for (const char c : text) c == '\'' ? word += "'\\''" : word += c;
@@ -154,7 +155,7 @@ void check_names(const ReportDocument& document) {
              c == '-' || c == '_';
     });
     if (!plain || !names.insert(name).second) {
-      throw InternalError(fmt::format("report: '{}' is no name of a part, or that of another part", name));
+      throw InternalError(fmt::format("report: '{}' cannot be a name, or is used twice", name));
     }
   };
   for (const ReportSection& section : document.sections) {

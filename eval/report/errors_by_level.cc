@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// Of the records that have both; none where there are none, or all errors are 0.
+/// Efficiency over the records that have error and bound; empty if there are none, or if all errors are 0.
 std::optional<Efficiency> efficiency(const ClusterSums& errors, const Moments& bounds,
                                      const BootstrapOptions& options) {
   const Moments all = total(errors);
@@ -86,14 +86,15 @@ NoiseLevelRow summarize_level(const NoiseLevel& level, const BootstrapOptions& o
   row.n_truth = static_cast<int>(level.n_truth());
   row.n_estimated = static_cast<int>(level.n_estimated());
   for (size_t e = 0; e < compared_errors().size(); ++e) {
-    if (level.has(e)) row.errors[compared_errors()[e]->name] = summarize_sample(level.sample(e, level.clusters()), options);
+    if (level.has(e))
+      row.errors[compared_errors()[e]->name] = summarize_sample(level.sample(e, level.clusters()), options);
   }
   row.limit = summarize_limit(level, options);
   if (level.epe_initial_px().n > 0) row.epe_initial_px = level.epe_initial_px().mean();
   return row;
 }
 
-/// One statistic of SampleSummary; `detail`: in CSV and JSON only.
+/// One statistic of SampleSummary; with `detail` in CSV and JSON only.
 struct Statistic {
   IntervalEstimate SampleSummary::*member;
   const char* name;
@@ -108,7 +109,7 @@ constexpr std::array<Statistic, 7> statistics = {{{&SampleSummary::mean, "mean",
                                                   {&SampleSummary::q75, "q75", "q75", true},
                                                   {&SampleSummary::q95, "q95", "q95"}}};
 
-/// People see the interval of the mean alone.
+/// Tables for readers show only the interval of the mean.
 Fields<SampleSummary> statistic_fields(const MetricDefinition& error) {
   Fields<SampleSummary> fields;
   for (const Statistic& s : statistics) {

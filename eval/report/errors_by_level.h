@@ -1,13 +1,13 @@
 #pragma once
 
-// Errors by noise level, from records alone: one row per dataset, sequence, body, estimator and level.
+// Errors by noise level, from records only: one row per data set, sequence, body, estimator and level.
 //
-//   mean, rmse, quantiles  over the estimated pairs of all seeds, each with its 95 % interval: cluster
-//                          bootstrap with a seed's pairs as one cluster (stats/bootstrap.h); where there is
-//                          one seed only, with frames as clusters
-//   coverage               estimated pairs / pairs with truth; a body that is lost is not skipped silently
 //
-// A record whose body has no truth, or is static by truth, does not count.
+//   mean, rmse, quantiles  over the estimated pairs of all seeds, with 95 % intervals by the cluster bootstrap
+//                          (stats/bootstrap.h); a cluster is the pairs of a seed, or a frame if there is one seed
+//   coverage               estimated pairs / pairs with truth, so that a lost body lowers it
+//
+// Records of bodies without truth, or static by truth, are not counted.
 
 #include <map>
 #include <optional>
@@ -21,61 +21,69 @@
 
 namespace sextant {
 
-// ---- How near the estimates of one noise level come to the limit (docs/metrics.md, "The Cramér-Rao bound"):
+// ---- Ratio of the errors at one noise level to the Cramer-Rao bound (docs/metrics.md, "The Cramér-Rao
+// bound"):
 //
-//   bound        RMS of the records' bounds
-//   efficiency   bound / RMS of the errors of the same records; its interval from the bootstrap of that RMS
-//   ANEES        mean of the records' NEES, and where that of a consistent estimator lies (stats/trend.h)
+//
+//   bound        RMS of the bounds of the records
+//   efficiency   bound / RMS error of the same records; its interval follows from the bootstrap of that RMS
+//   ANEES        mean NEES of the records, with the interval expected for a consistent estimator (stats/trend.h)
 
+/// Efficiency of one error.
 struct Efficiency {
   double bound = 0;  ///< unit of the error
   double efficiency = 0;
-  std::optional<Interval> interval;  ///< of the efficiency, 95 %; none with one seed
+  std::optional<Interval> interval;  ///< 95 % interval of the efficiency; none with one seed
 
-  /// RMS error / bound: 1 at the bound.
+  /// RMS error / bound, which is 1 at the bound.
   IntervalEstimate ratio() const;
 };
 
+/// ANEES of one body.
 struct Consistency {
   double anees = 0;
   Interval expected;  ///< 95 %
   int n = 0;
 };
 
+/// Bounds and consistency of one noise level.
 struct LimitSummary {
-  std::map<std::string, Efficiency> efficiency;  ///< by error; those of bounded_errors() that records have
+  std::map<std::string, Efficiency> efficiency;  ///< by error; the bounded_errors() that the records have
   std::optional<Consistency> consistency;
 };
 
-/// The compared errors that have a bound.
+/// Returns the compared errors that have a bound.
 std::vector<const MetricDefinition*> bounded_errors();
 
-/// Of the estimated records of one body, estimator and level. What no record has is none.
+/// Summarises the estimated records of one body, estimator and level; values that no record has stay empty.
 LimitSummary summarize_limit(const NoiseLevel& level, const BootstrapOptions& options);
 
-/// The columns of a noise table that say how near its errors come to the bound.
+/// Columns of a noise table for efficiency and consistency.
 Fields<LimitSummary> limit_fields();
 
 // ---- errors
 
+/// One row of the noise table.
 struct NoiseLevelRow {
   std::string parameter, dataset, sequence, body, estimator, noise;
   double level = 0;
   int n_seeds = 0;
   int n_truth = 0;
   int n_estimated = 0;
-  std::map<std::string, SampleSummary> errors;  ///< by name; the `compared` ones that a record has
+  std::map<std::string, SampleSummary> errors;  ///< by name; the `compared` errors that a record has
   LimitSummary limit;
-  std::optional<double> epe_initial_px;  ///< mean: the noise that was really there, where true flow is given
+  std::optional<double>
+      epe_initial_px;  ///< mean EPE before the refinement, which is the actual noise, if the true flow is known
 
-  /// Whether the records of that level are behind this row.
+  /// Returns true if records of that level contribute to this row.
   bool covers(const std::string& swept, const NoiseLevelKey& key) const {
     return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
            key.estimator == estimator && key.level == level && key.noise == noise;
   }
 };
 
-/// In order of dataset, sequence, body (ego first), estimator, level, noise. The same for any `jobs`.
+/// Returns rows in order of data set, sequence, body (camera first), estimator, level and noise; they do not
+/// depend on `jobs`.
 std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs = 1,
                                         const BootstrapOptions& options = {});
 

@@ -16,14 +16,14 @@ namespace {
 constexpr double alpha = 0.05;
 constexpr double identical_below = 1e-9;  // m or deg: rounding of equal optima
 
-/// What every estimator made of one body at one level.
+/// Records of every estimator for one body at one level.
 struct Level {
   const NoiseSweep* sweep = nullptr;
   std::map<Interned, const NoiseLevel*> by_estimator;
 };
 using RowPairs = std::vector<std::pair<size_t, size_t>>;
 
-/// Of the pairs whose records both have that error; nothing where there is none.
+/// Compares the pairs whose records both have that error; empty if there are none.
 std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& first,
                                        const NoiseLevel& second, size_t error, ClusterBy by,
                                        const BootstrapOptions& options) {
@@ -45,10 +45,11 @@ std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& 
   return out;
 }
 
-/// The same of levels of summaries: of a seed the mean difference stands for each of its pairs, which
-/// leaves every number of a comparison as it is. Identical: to rounding in mean and mean square of every
-/// seed.
-std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& seeds, const BootstrapOptions& options) {
+/// Compares levels of summaries. The mean difference of a seed stands for each of its pairs, which does not
+/// change any number of a comparison. Estimators are identical if mean and mean square agree up to rounding
+/// for every seed.
+std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& seeds,
+                                       const BootstrapOptions& options) {
   std::vector<double> differences;
   std::vector<uint64_t> labels;
   Moments of_first;
@@ -69,11 +70,15 @@ std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& 
   return out;
 }
 
-/// Nothing where no pair was estimated by both, or they are summaries of different pairs.
+/// Empty if no pair was estimated by both, or if the summaries are of different pairs.
 std::optional<ComparisonRow> compare_summed(const NoiseLevel& first, const NoiseLevel& second,
                                             const BootstrapOptions& options) {
   const NoiseLevelKey& key = first.key();
-  ComparisonRow row{.dataset = key.dataset, .sequence = key.sequence, .body = key.body, .noise = key.noise, .level = key.level};
+  ComparisonRow row{.dataset = key.dataset,
+                    .sequence = key.sequence,
+                    .body = key.body,
+                    .noise = key.noise,
+                    .level = key.level};
   if (!first.is_summed() || !second.is_summed()) return std::nullopt;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
     const auto seeds = first.paired_sums(second, e);
@@ -89,7 +94,7 @@ std::optional<ComparisonRow> compare_summed(const NoiseLevel& first, const Noise
   return row;
 }
 
-/// Nothing where no pair was estimated by both.
+/// Empty if no pair was estimated by both.
 std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& second,
                                      const BootstrapOptions& options) {
   const RowPairs pairs = first.pairs(second);
@@ -104,7 +109,7 @@ std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& 
                     .n_pairs = n,
                     .n_only_first = static_cast<int>(first.n_with_error()) - n,
                     .n_only_second = static_cast<int>(second.n_with_error()) - n};
-  // Sorted: one seed where the first is the last.
+  // The pairs are sorted, so there is one seed if the first and the last pair have the same.
   const bool one_seed = first.case_of(pairs.front().first).first == first.case_of(pairs.back().first).first;
   const ClusterBy by = one_seed ? ClusterBy::frames : ClusterBy::seeds;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
@@ -114,7 +119,7 @@ std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& 
   return row;
 }
 
-/// In the order in which the sweeps' records have them.
+/// Estimators in the order in which the sweeps' records have them.
 std::vector<Interned> estimators_in_order(const std::vector<NoiseSweep>& sweeps) {
   std::vector<Interned> names;
   for (const NoiseSweep& sweep : sweeps) {
@@ -185,8 +190,10 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
         const NoiseLevel& one = *first->second;
         const NoiseLevel& other = *second->second;
         const bool is_summed = one.is_summed() || other.is_summed();
-        std::optional<ComparisonRow> row = is_summed ? compare_summed(one, other, options) : compare(one, other, options);
-        if (!row && is_summed && one.n_with_error() > 0 && other.n_with_error() > 0) ++left_out[static_cast<size_t>(i)];
+        std::optional<ComparisonRow> row =
+            is_summed ? compare_summed(one, other, options) : compare(one, other, options);
+        if (!row && is_summed && one.n_with_error() > 0 && other.n_with_error() > 0)
+          ++left_out[static_cast<size_t>(i)];
         if (!row) continue;
         row->parameter = level.sweep->parameter;
         row->first = names[a];

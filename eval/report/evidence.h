@@ -1,7 +1,7 @@
 #pragma once
 
-// What the tables and claims of the reproduction are made of: the records of its parts and the paper's
-// published numbers, and nothing else. Equal evidence, equal report.
+// Evidence of a reproduction: the records of its experiments and the paper's published numbers. Tables and
+// claims depend on nothing else, so that equal evidence gives an equal report.
 
 #include <string>
 #include <vector>
@@ -11,11 +11,11 @@
 
 namespace sextant {
 
-/// What a part was run for; tables look for their records by it.
+/// Purpose of an experiment; tables select records by it.
 enum class PartRole {
   sets,         ///< the paper's three sets, our estimators
-  sets_paper,   ///< the same by the paper's procedures (eval/procedures)
-  attribution,  ///< the same, one decision at a time from the published code's procedure to ours
+  sets_paper,   ///< the three sets by the paper's procedures (eval/procedures)
+  attribution,  ///< the three sets, one decision at a time from the published code's procedure to ours
   noise,
   noise_correlated,  ///< independent and correlated noise of the same size
   classification,
@@ -24,9 +24,10 @@ enum class PartRole {
   timing,
   showcase,
   systems,        ///< published systems and ours in one run
-  systems_noise,  ///< published systems for the figures of `noise`
+  systems_noise,  ///< published systems, for the figures of `noise`
 };
 
+/// Records of one experiment.
 struct EvidencePart {
   std::string name;  ///< its folder below parts/
   PartRole role = PartRole::sets;

@@ -1,8 +1,8 @@
 #pragma once
 
-// Paths and curves along them that a reader of report.html walks through: pan, zoom, turn, one cursor in the
-// path and in all curves, series switched on and off. The page has the script (html/page/explorer.js); a
-// reader without JavaScript has the figures of the same section.
+// Interactive paths, and curves along them, for report.html: pan, zoom, rotate, one cursor in the path and
+// all curves, series switched on and off. The script is html/page/explorer.js; a reader without JavaScript
+// sees the figures of the same section.
 
 #include <Eigen/Core>
 #include <array>
@@ -11,30 +11,31 @@
 
 namespace sextant {
 
-/// Poses of all paths of one page, at most about: makers thin longer ones and say so in Explorer::note.
+/// Approximate largest number of poses of all paths on one page. Callers thin longer paths, and state it in
+/// Explorer::note.
 inline constexpr size_t explored_poses = 60'000;
 
-/// One path with what is known along it. Lists are as long as `time`.
+/// One path with the quantities along it. Lists are as long as `time`.
 struct ExploredPath {
-  std::string label;          ///< paths of one label are switched on and off together
-  bool is_reference = false;  ///< drawn grey where it has a colour of its own, else dashed
+  std::string label;          ///< paths with the same label are switched on and off together
+  bool is_reference = false;  ///< drawn grey if `colour` is 0, otherwise dashed
   int colour = 0;             ///< 0: grey; k: the k-th line colour
   std::vector<double> time;   ///< ascending
   std::vector<int> frame;
-  std::vector<Eigen::Vector3d> position_m;  ///< may be empty; NaN: not known
-  std::vector<bool> begins;                 ///< a line begins here
-  /// A list for each of Explorer::curves, NaN where not known; empty: not known at all.
+  std::vector<Eigen::Vector3d> position_m;  ///< may be empty; NaN: unknown
+  std::vector<bool> begins;                 ///< true if a line begins at this pose
+  /// One list for each of Explorer::curves, with NaN for unknown values; an empty list if none is known.
   std::vector<std::vector<double>> values;
 };
 
 struct Explorer {
   std::string name;        ///< anchor of the page
   std::string time_title;  ///< "time [s]"
-  /// Indices of the axes to the right, up and towards the reader, whose direction may be the negative one.
+  /// Indices of the axes to the right, upwards and towards the reader; the latter may point the other way.
   std::array<int, 3> axes = {0, 2, 1};
   std::vector<std::string>
-      curves;          ///< titles with units; the first also colours paths, behind it the page shows x, y, z
-  std::string note{};  ///< below
+      curves;          ///< titles with units; the first one also colours the paths; the page appends x, y, z
+  std::string note{};  ///< shown below the paths
   std::vector<ExploredPath> paths;  ///< drawn in this order
 };
 

@@ -35,7 +35,7 @@ set grid ytics linecolor rgb "#E0E0E0" linewidth 0.5
 set key top left reverse Left samplen 1.5 spacing 1.1 noenhanced
 )";
 
-/// The figure once for each kind of picture that is asked for.
+/// Script that draws the figure once for each requested kind of picture.
 std::string complete_script(const Figure& figure, bool svg_alone) {
   const std::string size_cm = fmt::format("{:g}cm,{:g}cm", figure.width_cm, figure.height_cm);
   const auto pixels = [](double cm, double dpi) { return static_cast<int>(cm / 2.54 * dpi); };
@@ -59,7 +59,7 @@ std::string complete_script(const Figure& figure, bool svg_alone) {
   return script;
 }
 
-/// Cairo writes the time of day into a PDF.
+/// Removes the date that Cairo writes into a PDF.
 std::string without_date(std::string pdf) {
   const std::string key = "/CreationDate (D:";
   for (size_t at = pdf.find(key); at != std::string::npos; at = pdf.find(key, at + 1)) {
@@ -80,7 +80,7 @@ std::string replaced(const std::string& text, char what, const char* by) {
   return out;
 }
 
-/// A text on one line. gnuplot leaves the '>' of "]]>" in an SVG as it is, which XML takes for an end.
+/// Text on one line. gnuplot does not escape the '>' of "]]>" in an SVG, which is invalid XML.
 std::string label_text(const std::string& text) {
   std::string line = one_line(text);
   for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at))
@@ -97,7 +97,7 @@ std::string figure_csv(Table data) {
   return to_csv(data);
 }
 
-/// What a whole picture ends with: gnuplot does not notice when it cannot write.
+/// Endings of complete pictures; they are checked because gnuplot does not report failed writes.
 constexpr std::array<std::pair<const char*, std::string_view>, 3> endings = {
     {{".svg", "</svg>"}, {".pdf", "%%EOF"}, {".png", "IEND\xae\x42\x60\x82"}}};
 
@@ -109,7 +109,7 @@ bool ends_with(std::string_view bytes, std::string_view end) {
   return bytes.ends_with(end);
 }
 
-/// Letters, digits, '.' and '_' of the text, a '-' in place of others between them.
+/// Keeps letters, digits, '.' and '_', and replaces sequences of other characters by '-'.
 std::string plain_stem(const std::string& text) {
   std::string stem;
   for (const char c : text) {
@@ -127,7 +127,7 @@ std::string plain_stem(const std::string& text) {
 std::string file_stem(const std::string& text) {
   const std::string stem = plain_stem(text);
   if (stem.empty()) return "figure";
-  constexpr size_t longest = 48, digits = 8;  // several make a name, which may have 255 bytes
+  constexpr size_t longest = 48, digits = 8;  // several stems form a file name, which may have 255 bytes
   if (stem.size() <= longest) return stem;
   std::string kept = stem.substr(0, longest - 1 - digits);
   while (kept.back() == '-') kept.pop_back();
@@ -147,8 +147,8 @@ int filled_point(size_t i) {
 
 int open_point(size_t i) { return filled_point(i) - 1; }
 
-// Doubled, as gnuplot's manual has it, a quote at the beginning of a string or beside another one still ends
-// it.
+// A doubled quote, which gnuplot's manual recommends, still ends the string at its beginning or beside
+// another quote, so quotes become apostrophes.
 std::string gp_text(const std::string& text) {
   return "'" + replaced(label_text(text), '\'', apostrophe) + "'";
 }
@@ -158,7 +158,7 @@ std::string gp_tic(const std::string& label) { return replaced(gp_text(label), '
 std::string gp_cell(const std::string& text) {
   std::string cell =
       replaced(replaced(replaced(label_text(text), ',', ";"), '"', apostrophe), '\'', apostrophe);
-  const size_t first = cell.find_first_not_of(' ');  // gnuplot leaves out what is before it
+  const size_t first = cell.find_first_not_of(' ');  // gnuplot skips leading blanks
   return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') + 1 - first);
 }
 
@@ -182,13 +182,14 @@ std::vector<std::string> box_plots(const std::string& x, double width, const std
 namespace {
 
 OutputFiles drawn(const Figure& figure, bool svg_alone) {
-  // gnuplot takes "< cmd" as data and "| cmd" as output for commands.
-  SEXTANT_CHECK(!figure.name.empty() && plain_stem(figure.name) == figure.name && figure.name.front() != '.' &&
-                figure.name.front() != '-');
+  // gnuplot would execute data "< cmd" and output "| cmd", so names must be plain.
+  SEXTANT_CHECK(!figure.name.empty() && plain_stem(figure.name) == figure.name &&
+                figure.name.front() != '.' && figure.name.front() != '-');
   const ScratchFolder scratch("sextant-figure-");
   const RemovedOnInterrupt on_interrupt(scratch.path());
   const std::string script = figure.name + ".gp";
-  OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)}, {script, complete_script(figure, svg_alone)}};
+  OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)},
+                       {script, complete_script(figure, svg_alone)}};
   for (const auto& [name, bytes] : files) write_file(scratch.path() / name, bytes);
   run_gnuplot(script, scratch.path());
   for (const auto& [extension, end] : endings) {
@@ -197,7 +198,7 @@ OutputFiles drawn(const Figure& figure, bool svg_alone) {
     files[figure.name + extension] = fs::exists(picture) ? read_file(picture) : "";
     if (!ends_with(files[figure.name + extension], end)) {
       fail(
-          "gnuplot wrote only a part of {}{}: is the disk of {} full? Make room, or choose another folder "
+          "gnuplot wrote only a part of {}{}: is the disk of {} full? Free some space, or choose another folder "
           "with TMPDIR",
           figure.name, extension, scratch.path().parent_path().string());
     }
@@ -221,14 +222,18 @@ OutputFiles all_drawn(const std::vector<Figure>& figures, int jobs, bool svg_alo
 }  // namespace
 
 OutputFiles draw(const Figure& figure) { return drawn(figure, false); }
-OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet) { return all_drawn(figures, jobs, false, quiet); }
-OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs) { return all_drawn(figures, jobs, true, true); }
+OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet) {
+  return all_drawn(figures, jobs, false, quiet);
+}
+OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs) {
+  return all_drawn(figures, jobs, true, true);
+}
 
 namespace {
 
 constexpr const char* log_name = "gnuplot.log";
 
-/// What decides how a figure looks besides its script.
+/// Environment variables that influence the bytes of a figure.
 std::vector<std::string> environment() {
   std::vector<std::string> settings = {"TZ=UTC0", "LC_ALL=C.UTF-8", "SOURCE_DATE_EPOCH=1577836800"};
   for (char** entry = environ; *entry != nullptr; ++entry) {
@@ -250,8 +255,8 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return out;
 }
 
-/// The end of a pipe from which gnuplot reads what to load. All of it is written before there is a gnuplot,
-/// so one that ends early breaks no pipe. gnuplot-iostream's own start of gnuplot goes through a shell.
+/// Returns the read end of a pipe that holds the script for gnuplot. The script is written before gnuplot
+/// starts, so a gnuplot that ends early cannot break the pipe. gnuplot-iostream would start it through a shell.
 int commands(const std::string& script) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) fail("cannot start gnuplot: {}", std::strerror(errno));
@@ -289,10 +294,10 @@ void run_gnuplot(const std::string& script, const std::filesystem::path& folder)
   while (::waitpid(id, &status, 0) < 0 && errno == EINTR) {
   }
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  check_interrupt();  // Ctrl-C reaches gnuplot too
+  check_interrupt();  // gnuplot receives Ctrl-C as well
   if (WIFSIGNALED(status)) fail("gnuplot was ended by signal {} while it drew {}", WTERMSIG(status), script);
   std::string words = one_line(read_file(folder / log_name));
-  words = words.substr(0, 400);  // with its caret far to the right gnuplot fills pages
+  words = words.substr(0, 400);  // gnuplot repeats long lines to mark an error in them
   words.erase(words.find_last_not_of(' ') + 1);
   fail("gnuplot refused {}: {}", script, words);
 }

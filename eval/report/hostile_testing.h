@@ -1,6 +1,6 @@
 #pragma once
 
-// Test helper: texts of strangers that must stay texts on their way through a figure.
+// Test helper: hostile texts that must remain text on their way through a figure.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace sextant {
 
-/// Whoever runs one of the commands in them creates the file `planted`.
+/// Texts with commands; executing any of them would create the file `planted`.
 inline std::vector<std::string> hostile_texts(const std::filesystem::path& planted) {
   const std::string command = "touch " + planted.string();
   return {"`" + command + "`",
@@ -45,7 +45,7 @@ inline std::vector<std::string> hostile_texts(const std::filesystem::path& plant
           "  blanks  "};
 }
 
-/// All are drawn, as pictures that a parser of XML takes, and nothing was planted.
+/// Expects that all figures are drawn as well-formed XML, and that no command was executed.
 inline void expect_drawn(const std::vector<Figure>& figures, const std::filesystem::path& planted) {
   ASSERT_FALSE(figures.empty());
   const OutputFiles files = draw(figures, 2);

@@ -11,8 +11,8 @@
 namespace sextant {
 namespace {
 
-constexpr size_t column_width = 6;   // columns that fit beside each other in one column of a paper
-constexpr size_t small_columns = 9;  // in smaller letters from here, across both columns
+constexpr size_t column_width = 6;   // columns that fit into one column of a paper
+constexpr size_t small_columns = 9;  // tables with this many columns span both columns in smaller letters
 
 constexpr std::array<std::pair<const char*, const char*>, 10> ascii_signs = {{{"\\", "\\textbackslash{}"},
                                                                               {"&", "\\&"},
@@ -54,7 +54,7 @@ const char* size_command(size_t n_columns) {
                         : "\\tiny\\setlength{\\tabcolsep}{2pt}";
 }
 
-/// "-0.012" with a minus, not a hyphen; an empty cell as a dash.
+/// Formats "-0.012" with a minus sign instead of a hyphen, and an empty cell as a dash.
 std::string latex_cell(const Cell& cell, const Column& column) {
   const std::string text = shown(cell, column);
   if (text == "-") return "--";
@@ -62,7 +62,7 @@ std::string latex_cell(const Cell& cell, const Column& column) {
   return latex_escaped(text);
 }
 
-/// What stands first in a row: "\\\\" and the rules of booktabs would take "[5cm]" or "*" behind them for an argument.
+/// First text of a row: after "\\\\" and the rules of booktabs "[5cm]" or "*" would be read as an argument.
 std::string first_in_row(const std::string& text) {
   const bool is_argument = text.starts_with('[') || text.starts_with('*');
   return is_argument ? fmt::format("{{{}}}{}", text.substr(0, 1), text.substr(1)) : text;
@@ -101,7 +101,9 @@ std::string to_latex(const Table& whole, const std::string& name) {
   text += "\\begin{tabular}{@{}";
   for (const Column& column : table.columns) text += column.align == Align::left ? "l" : "r";
   text += "@{}}\n\\toprule\n";
-  const auto add = [&](size_t j, const std::string& cell) { text += j > 0 ? " & " + cell : first_in_row(cell); };
+  const auto add = [&](size_t j, const std::string& cell) {
+    text += j > 0 ? " & " + cell : first_in_row(cell);
+  };
   for (size_t j = 0; j < n; ++j) add(j, latex_escaped(table.columns[j].title));
   text += " \\\\\n\\midrule\n";
   for (const std::vector<Cell>& row : table.rows) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// For tests: what pdflatex makes of tables.
+// Compiles tables with pdflatex in tests.
 
 #include <cstdlib>
 #include <optional>
@@ -19,7 +19,7 @@ struct Compiled {
   std::string words;
 };
 
-/// A whole document; none where pdflatex is not installed.
+/// Compiles a whole document; empty if pdflatex is not installed.
 inline std::optional<Compiled> compile_latex_document(const std::string& text) {
   if (std::system("command -v pdflatex > /dev/null 2>&1") != 0) return std::nullopt;
   const ScratchFolder scratch("sextant-latex-");
@@ -31,7 +31,7 @@ inline std::optional<Compiled> compile_latex_document(const std::string& text) {
   return Compiled{status == 0, read_file(folder + "/out.txt")};
 }
 
-/// A two-column page with this body.
+/// Compiles a two-column page with this body.
 inline std::optional<Compiled> compile_latex(const std::string& body) {
   return compile_latex_document(
       "\\documentclass[twocolumn]{article}\n\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n"

@@ -1,13 +1,15 @@
 #pragma once
 
-// What one estimator made of one body at one level of the noise, as columns: the case, the compared errors
-// and nothing else of its records, about 30 bytes each. Tables, figures and claims on noise are functions
-// of these. A sweep may have kept summaries instead of records (records/case_summary.h): then a row is a
-// case, its sums are exact, and its values are the centres of their bins. Frames are not known.
+// Results of one estimator for one body at one noise level, as columns: the case and the compared errors of
+// its records, about 30 bytes per record. Tables, figures and claims about noise are computed from these. A
+// sweep may have kept summaries instead of records (records/case_summary.h). Then a row is a case, its sums
+// are exact, its values are the centres of histogram bins, and its frames are unknown.
+//
 //
 //   truth       records whose body has truth, and is not static by truth
-//   estimated   those of them with status ok
-// Every number below is of the estimated ones; n_seeds() alone is of all records.
+//   estimated   records of these with status ok
+//
+// All numbers below refer to estimated records, except n_seeds(), which refers to all records.
 
 #include <cstdint>
 #include <memory>
@@ -23,18 +25,19 @@
 
 namespace sextant {
 
-/// What was drawn independently (stats/bootstrap.h): a seed; where all have the same seed, a frame.
+/// Independent units (stats/bootstrap.h): seeds, or frames if all records have the same seed.
 enum class ClusterBy { seeds, frames };
 
+/// Identifies a noise level.
 struct NoiseLevelKey {
   Interned dataset, sequence, body, estimator, noise;
   double level = 0;
 
   static NoiseLevelKey of(const Record& record);
   bool operator==(const NoiseLevelKey&) const = default;
-  /// Dataset, sequence, body (ego first, objects by id), estimator, level, noise.
+  /// Orders by data set, sequence, body (camera first, objects by id), estimator, level and noise.
   bool operator<(const NoiseLevelKey& other) const;
-  /// The same but for level and noise: the same curve.
+  /// Returns true for keys that differ in level and noise only, which belong to the same curve.
   bool is_same_curve(const NoiseLevelKey& other) const;
 
   struct Hash {
@@ -42,27 +45,29 @@ struct NoiseLevelKey {
   };
 };
 
-/// `metrics_for(compared)`: the columns of a level. An error is called by its index here.
+/// metrics_for(compared): the errors that a level holds. Errors are addressed by their index in this list.
 const std::vector<const MetricDefinition*>& compared_errors();
 /// Names of compared_errors().
 const std::vector<Interned>& compared_names();
-/// The index of that name; throws InternalError where there is none.
+/// Returns the index of an error; throws InternalError if there is none of that name.
 size_t compared_error(std::string_view name);
 
+/// The columns of one level.
 class NoiseLevel {
  public:
   explicit NoiseLevel(NoiseLevelKey key, std::vector<Interned> errors = compared_names())
       : key_(key), names_(std::move(errors)) {}
 
   void add(const Record& record);
-  /// A case's summary of the body. Throws Error where there are records, and the other way round.
+  /// Adds the summary of a case. Throws Error if the level holds records; the other overload throws if it
+  /// holds summaries.
   void add(uint64_t seed, const BodySums& body);
   bool is_summed() const { return !sums_.empty(); }
-  /// Into order of case, once all are there.
+  /// Sorts the rows by case, after the last add().
   void sort();
-  /// Cases that stand more than once, in order; sorted.
+  /// Returns the cases that occur more than once, in order. Needs sort().
   std::vector<SeedFrame> repeated() const;
-  /// Cases of both; both sorted.
+  /// Returns the cases that both levels have. Both need sort().
   std::vector<SeedFrame> shared(const NoiseLevel& other) const;
 
   const NoiseLevelKey& key() const { return key_; }
@@ -72,29 +77,31 @@ class NoiseLevel {
   ClusterBy clusters() const { return is_summed() || n_seeds() > 1 ? ClusterBy::seeds : ClusterBy::frames; }
 
   bool has(size_t error) const { return n_of_.at(error) > 0; }
-  /// One error of those that have it.
+  /// One error over the records that have it, as sums per cluster, or as values with their clusters.
   ClusterSums sums(size_t error, ClusterBy by) const;
   ClusteredSample sample(size_t error, ClusterBy by) const;
-  /// The same of those that have a bound of that error too, by seed; and the moments of these bounds.
+  /// As sums() by seed, over the records that also have a bound of that error; and the moments of these
+  /// bounds.
   std::pair<ClusterSums, Moments> bounded(size_t error) const;
   Moments nees() const { return nees_; }
-  /// EPE before the refinement where the true flow is given: the noise that was really there.
+  /// EPE before the refinement, if the true flow is known; it shows the actual noise.
   Moments epe_initial_px() const { return epe_initial_px_; }
-  /// True distance of those that have E_t.
+  /// True distance of the records that have E_t.
   Moments distance_gt_m() const { return distance_gt_m_; }
 
-  /// Rows of two levels that are of one case and have a compared error each; both sorted.
+  /// Returns the rows of two levels that belong to the same case and both have a compared error. Both need
+  /// sort().
   std::vector<std::pair<size_t, size_t>> pairs(const NoiseLevel& other) const;
   size_t n_with_error() const;
-  /// Of two levels of summaries, by seed of both: the sums of an error that both have. Nothing where in
-  /// some seed they are of different pairs.
+  /// Sums of an error over the seeds that both levels of summaries have. Returns nullopt if the sets of
+  /// estimated frames differ for any seed.
   struct SeedSums {
     uint64_t seed;
     Moments first, second;
   };
   std::optional<std::vector<SeedSums>> paired_sums(const NoiseLevel& other, size_t error) const;
   SeedFrame case_of(size_t row) const { return cases_.case_of(row); }
-  /// NaN where the row has none.
+  /// Returns the error of a row; NaN if the row has none.
   double error(size_t error, size_t row) const { return errors_[error][row]; }
 
  private:
@@ -107,16 +114,16 @@ class NoiseLevel {
   [[noreturn]] void fail_mixed() const;
 
   NoiseLevelKey key_;
-  std::vector<Interned> names_;  ///< of the errors
+  std::vector<Interned> names_;  ///< names of the errors
   size_t n_truth_ = 0, n_estimated_ = 0;
   std::vector<size_t> n_of_ = std::vector<size_t>(names_.size());  ///< by error
   std::vector<Moments> bounds_ = std::vector<Moments>(names_.size());
   Moments nees_, epe_initial_px_, distance_gt_m_;
   CaseColumns cases_;
-  // By row, which is a record.
+  // By row of records.
   std::vector<std::vector<double>> errors_ = std::vector<std::vector<double>>(names_.size());
   std::vector<std::vector<bool>> has_bound_ = std::vector<std::vector<bool>>(names_.size());  ///< by error
-  // By row, which is a case, instead of errors_; the frames of cases_ are 0.
+  // By row of summaries (a case), instead of errors_; the frames of cases_ are 0.
   struct RowSums {
     Moments error, bounded;
   };
@@ -128,13 +135,14 @@ class NoiseLevel {
 
   std::vector<std::vector<RowSums>> sums_;        ///< by error
   std::vector<std::vector<BinnedValue>> values_;  ///< by error
-  std::vector<size_t> missed_;                    ///< hash of the frames that were not estimated
+  std::vector<size_t> missed_;                    ///< by row; hash of the frames that were not estimated
 };
 
-/// Records of one body under one estimator as one level, whatever their noise; not empty.
+/// Makes one level from the records of one body under one estimator, whatever their noise; `records` must not
+/// be empty.
 NoiseLevel level_of(const RecordRefs& records);
 
-/// Levels do not change once they are read.
+/// Shared pointer, since levels do not change once they are read.
 using NoiseLevelRef = std::shared_ptr<const NoiseLevel>;
 
 /// Sorts records into their levels.
@@ -142,9 +150,9 @@ class NoiseLevels {
  public:
   void add(const Record& record);
   void add(const CaseSummary& summary);
-  /// In order of key, each sorted.
+  /// Returns the levels in order of key, each sorted.
   std::vector<NoiseLevelRef> take();
-  /// In order of first appearance.
+  /// Returns the estimators in order of first appearance.
   const std::vector<Interned>& estimators() const { return estimators_; }
 
  private:
@@ -154,13 +162,13 @@ class NoiseLevels {
   std::vector<Interned> estimators_;
 };
 
-/// Seeds where these levels have two or more between them.
+/// Seeds if these levels have at least two together, otherwise frames.
 ClusterBy clusters_of(std::span<const NoiseLevelRef> levels);
 
-/// Levels that differ in level and noise alone, of a list in order of key.
+/// Groups levels that differ in level and noise only; `levels` must be in order of key.
 std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevelRef> levels);
 
-/// Of a body over the levels of its curve: the mean of their true distances, m.
+/// Mean true distance of a body over the levels of its curve, m.
 double mean_distance_m(std::span<const NoiseLevelRef> curve);
 
 }  // namespace sextant

@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-/// Dotted keys of the numbers in a tree.
+/// Collects the numbers in a tree by dotted key.
 void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::string, double>& numbers) {
   for (const auto& [key, value] : tree.items()) {
     const std::string name = prefix.empty() ? key : prefix + "." + key;
@@ -22,7 +22,7 @@ void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::
   }
 }
 
-/// A sweep lists its noise by source and level; a run has one entry a source.
+/// A sweep lists its noise by source and level; a run has one entry per source.
 std::vector<AchievedNoise> achieved_noise(const Json& run) {
   std::vector<AchievedNoise> achieved;
   const auto add = [&](const Json& entry, const Json& configuration) {
@@ -40,17 +40,20 @@ std::vector<AchievedNoise> achieved_noise(const Json& run) {
   return achieved;
 }
 
-/// The folders of a case that is in more than one, or in one of them twice, in order.
+/// Returns the folders that hold this case, in order; a folder that holds it twice occurs twice.
 std::vector<std::string> folders_with(const NoiseLevelKey& key, const SeedFrame& at,
                                       const std::vector<std::filesystem::path>& folders) {
   std::vector<std::string> found;
   for (const std::filesystem::path& folder : folders) {
     if (!std::filesystem::exists(folder / "records.jsonl")) {
       for_each_summary(folder / summary_file_name, [&](const CaseSummary& c) {
-        const bool has_key = c.dataset == key.dataset.str() && c.sequence == key.sequence.str() && c.level == key.level &&
-                             c.noise == key.noise.str();
-        const auto is_estimator = [&](const ResultSums& result) { return result.estimator == key.estimator.str(); };
-        if (c.seed == at.first && has_key && std::ranges::any_of(c.results, is_estimator)) found.push_back(folder.string());
+        const bool has_key = c.dataset == key.dataset.str() && c.sequence == key.sequence.str() &&
+                             c.level == key.level && c.noise == key.noise.str();
+        const auto is_estimator = [&](const ResultSums& result) {
+          return result.estimator == key.estimator.str();
+        };
+        if (c.seed == at.first && has_key && std::ranges::any_of(c.results, is_estimator))
+          found.push_back(folder.string());
       });
       continue;
     }
@@ -61,7 +64,7 @@ std::vector<std::string> folders_with(const NoiseLevelKey& key, const SeedFrame&
   return found;
 }
 
-/// Throws Error for a case that is in two folders, whatever they vary.
+/// Throws Error for a case in two folders, whichever parameter they vary.
 void check_once(const std::vector<NoiseSweep>& sweeps, const std::vector<std::filesystem::path>& folders) {
   std::map<NoiseLevelKey, std::vector<const NoiseLevel*>> by_key;
   for (const NoiseSweep& sweep : sweeps) {
@@ -130,14 +133,16 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
     if (!has_results(folder)) {
-      fail("{}: no records.jsonl or {}: expected the folder of a finished run or sweep", folder.string(), summary_file_name);
+      fail("{}: no records.jsonl or {}: expected the folder of a finished run or sweep", folder.string(),
+           summary_file_name);
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
     Content& content = by_parameter[swept_parameter(run.value("configuration", Json::object()))];
     if (has_records) {
       for_each_record(folder / "records.jsonl", [&](const Record& record) { content.levels.add(record); });
     } else {
-      for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) { content.levels.add(summary); });
+      for_each_summary(folder / summary_file_name,
+                       [&](const CaseSummary& summary) { content.levels.add(summary); });
     }
     for (AchievedNoise& achieved : achieved_noise(run)) {
       achieved.file = folder / "run.json";
@@ -161,7 +166,7 @@ std::string parameter_title(const std::string& parameter) {
 
 namespace {
 
-/// The number at a path of keys, if there is one.
+/// Returns the number at a path of keys, if there is one.
 std::optional<double> number_at(const Json& json, std::initializer_list<const char*> path) {
   const Json* at = &json;
   for (const char* key : path) {

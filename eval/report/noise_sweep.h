@@ -1,8 +1,8 @@
 #pragma once
 
-// Folders of runs and sweeps as reports read them: the records by level of the noise, streamed, and of
-// run.json what was asked of the noise and what came out. Folders that vary the same parameter of the noise
-// belong together, whichever estimator they hold.
+// Folders of runs and sweeps, as reports read them: the records by noise level, streamed, and the requested
+// and achieved noise from run.json. Folders that vary the same noise parameter are joined, whichever
+// estimators they hold.
 
 #include <filesystem>
 #include <optional>
@@ -15,16 +15,17 @@
 
 namespace sextant {
 
-/// Noise of one source at one level, of run.json.
+/// Noise of one source at one level, from run.json.
 struct AchievedNoise {
   std::string source;
   double level = 0;
-  Json noise;  ///< NoiseVerification::json()
+  Json noise;                    ///< NoiseVerification::json()
   std::filesystem::path file{};  ///< the run.json
 };
 
+/// Levels of one or several folders that vary the same parameter.
 struct NoiseSweep {
-  std::string parameter;  ///< "depth.delta_d_px": the key of the noise whose value is the level; "" = none
+  std::string parameter;  ///< "depth.delta_d_px": key of the noise whose value is the level; "": none
   std::vector<NoiseLevelRef> levels;  ///< in order of key
   std::vector<Interned> estimators;   ///< in order of first appearance
   std::vector<AchievedNoise> achieved{};
@@ -32,24 +33,24 @@ struct NoiseSweep {
   size_t n_levels() const;
 };
 
-/// Of these records alone.
+/// Makes a sweep of these records.
 NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record>& records);
-/// With the levels of `more` too.
+/// Adds the levels of `more` to `sweep`.
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
-/// In order of parameter; within one, in the order of the folders. Throws Error for a folder without
-/// records.jsonl or summary.bin, and for the same case (all of a record's keys) in two folders.
+/// Reads folders; returns sweeps in order of parameter and, within one, of the folders. Throws Error for a
+/// folder without records.jsonl or summary.bin, and if two folders hold the same case.
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders);
 
-/// The dotted key of the noise that has the value of the level at every level of a run.json's configuration;
-/// "" where there is none, or only one level.
+/// Returns the dotted key of the noise whose value equals the level at every level of a run.json's
+/// configuration; "" if there is none, or only one level.
 std::string swept_parameter(const Json& configuration);
 
-/// An axis of that parameter: "disparity noise delta_d [px]".
+/// Title of an axis for the parameter: "disparity noise delta_d [px]".
 std::string parameter_title(const std::string& parameter);
 
-// ---- What was asked of the noise and what came out, from the run.json of runs and sweeps: one row per
-// source, level and channel. The draws that every estimator saw are those counted here.
+// ---- Requested and achieved noise, from the run.json of runs and sweeps: one row per source, level and
+// channel. The statistics are over the draws that every estimator used.
 //
 //   depth      delta_d [px]: standard deviation of the depth error times f b / z^2
 //   flow x, y  standard deviation [px], per body;   flow EPE: mean length of the error vector [px], per body
@@ -57,11 +58,11 @@ std::string parameter_title(const std::string& parameter);
 
 struct AchievedNoiseRow {
   std::string parameter, source, body, channel;
-  std::filesystem::path file{};  ///< the run.json that says so
+  std::filesystem::path file{};  ///< the run.json that records it
   double level = 0;
   double requested_px = 0;
   double achieved_px = 0;
-  double n = 0;  ///< draws
+  double n = 0;  ///< number of draws
   std::optional<double> neighbours;
   std::optional<double> share_invalidated;  ///< depth only
   std::optional<double> outlier_share;      ///< flow only

@@ -105,7 +105,7 @@ std::string address_from(const fs::path& page_folder, const fs::path& file) {
                                .string();
   std::string address;
   for (const char c :
-       path) {  // a file's name is no part of an address: '#', '?' and '%' mean something there
+       path) {  // '#', '?' and '%' have a meaning in addresses and must be escaped in a file name
     const auto byte = static_cast<unsigned char>(c);
     const bool plain = std::isalnum(byte) != 0 || std::string_view("/._-~").find(c) != std::string_view::npos;
     address += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Where in the files of records the rows of a table come from: for links from a page to what is behind a row.
+// Places in the files of records that the rows of a table come from, for links from a page to these records.
 
 #include <filesystem>
 #include <map>
@@ -14,7 +14,7 @@
 
 namespace sextant {
 
-/// Number of the records behind a row, and the one of them with the largest E_t.
+/// Records behind a row: their number, and the one with the largest E_t.
 struct RowRecords {
   std::filesystem::path file;
   size_t n = 0;
@@ -23,42 +23,42 @@ struct RowRecords {
   int worst_frame = 0;
   double worst_Et_m = 0;
 
-  /// Adds the record that stands in that line.
+  /// Adds the record in line `line`.
   void add(const Record& record, size_t line);
-  /// Adds the records of another row; the file is that of the worst record.
+  /// Adds the records of another row; `file` becomes that of the worst record.
   void add(const RowRecords& more);
-  /// "80; largest E_t: seed 3, frame 130, line 512".
+  /// Formats "80; largest E_t: seed 3, frame 130, line 512".
   std::string text() const;
 };
 
 /// The records of one noise level.
 struct LevelRecords {
-  std::string parameter;  ///< of the sweep; "" where nothing is swept
+  std::string parameter;  ///< parameter of the sweep; "" if nothing is swept
   NoiseLevelKey key;
   RowRecords records;
 };
 using RecordPlaces = std::vector<LevelRecords>;
 
-/// Records with truth in FOLDER/records.jsonl, for the levels of the sweeps that were read from these
-/// folders; a folder that kept summaries has none.
+/// Finds the records with truth in FOLDER/records.jsonl, for the levels of the sweeps that were read from
+/// these folders; a folder that kept summaries has none.
 RecordPlaces record_places(const std::vector<std::filesystem::path>& folders,
                            const std::vector<NoiseSweep>& sweeps);
-/// Records with truth that will be the lines of `file`.
+/// Finds records with truth that will become the lines of `file`.
 RecordPlaces record_places(const std::vector<Record>& records, const std::filesystem::path& file);
 
-/// Adds or fills the column "records", which leads from a page in `page_folder` to the records behind each
+/// Adds or fills the column "records", which links from a page in `page_folder` to the records behind each
 /// row.
 void add_records_column(const std::vector<RowRecords>& behind, const std::filesystem::path& page_folder,
                         Table& table);
 
-/// The same column for a table with one row for each of `rows`, which have a dataset and a sequence, and may have
-/// a body and a level. `row.covers(parameter, key)` decides which levels are behind a row. Without places the
-/// table stays as it is.
+/// Adds the same column to a table with one row for each of `rows`, which have a data set and a sequence, and
+/// may have a body and a level. `row.covers(parameter, key)` returns true for the levels behind a row.
+/// Without places the table stays unchanged.
 template <typename Row>
 void add_record_links(const std::vector<Row>& rows, const RecordPlaces& places,
                       const std::filesystem::path& page_folder, Table& table) {
   if (places.empty() || rows.empty()) return;
-  // Rows and levels can both be many: a row meets the levels of its own case alone.
+  // Both rows and levels can be numerous, so a row is only compared with the levels of its own case.
   using Case = std::tuple<std::string_view, std::string_view, std::string_view, double>;
   constexpr bool has_body = requires(const Row& row) { row.body; };
   constexpr bool has_level = requires(const Row& row) { row.level; };
@@ -83,10 +83,10 @@ void add_record_links(const std::vector<Row>& rows, const RecordPlaces& places,
   add_records_column(behind, page_folder, table);
 }
 
-/// Makes the cells in the column of that key lead to these addresses, one for each row; "" leads nowhere.
+/// Makes the cells in the column `key` link to these addresses, one for each row; "" links nowhere.
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table);
 
-/// The address of a file on a page in `page_folder`: relative, so that both can be moved together.
+/// Relative address of a file on a page in `page_folder`, so that both can be moved together.
 std::string address_from(const std::filesystem::path& page_folder, const std::filesystem::path& file);
 
 }  // namespace sextant

@@ -1,6 +1,6 @@
 #pragma once
 
-// What every table asks of a record.
+// Access to records that all tables share.
 
 #include <algorithm>
 #include <map>
@@ -17,14 +17,14 @@ namespace sextant {
 
 using RecordRefs = std::vector<const Record*>;
 
-/// What a map has under that key; null where it has none.
+/// Returns the value of a map under `key`; null if there is none.
 template <typename Map>
 const typename Map::mapped_type* find_in(const Map& map, const typename Map::key_type& key) {
   const auto it = map.find(key);
   return it == map.end() ? nullptr : &it->second;
 }
 
-/// The keys that all of these maps have, in order: the cases in which they can be compared.
+/// Returns the keys that all of these maps have, in order: the cases in which they can be compared.
 template <typename Map>
 std::vector<typename Map::key_type> common_keys(const std::vector<const Map*>& maps) {
   std::vector<typename Map::key_type> keys;
@@ -35,7 +35,7 @@ std::vector<typename Map::key_type> common_keys(const std::vector<const Map*>& m
   return keys;
 }
 
-/// What these have under that member, each value once, in order of first appearance.
+/// Returns the values of one member, each once, in order of first appearance.
 template <typename Item, typename Text>
 std::vector<std::string> distinct(const std::vector<const Item*>& items, Text Item::*member) {
   std::vector<std::string> values;
@@ -46,23 +46,24 @@ std::vector<std::string> distinct(const std::vector<const Item*>& items, Text It
   return values;
 }
 
-/// The number of that name, if the record has it.
+/// Returns the number called `key`; empty if the record does not have it.
 template <typename Map>
 std::optional<double> find_number(const Map& numbers, const typename Map::key_type& key) {
   const double* number = find_in(numbers, key);
   return number == nullptr ? std::nullopt : std::optional(*number);
 }
 
-/// The numbers of that name of the records that have it.
+/// Returns the number called `key` of each record that has it.
 std::vector<double> numbers_of(const RecordRefs& records, NumberMap map, const std::string& key);
 
-/// One error of the records that have it.
+/// Returns the error called `key` of each record that has it, by seed and frame.
 std::map<SeedFrame, double> errors_by_case(const RecordRefs& records, const std::string& key);
 
-/// "camera", "object 3".
+/// Formats a body for readers: "camera", "object 3".
 std::string body_title(const std::string& body);
 
-/// What was drawn independently (stats/bootstrap.h): a seed; of records that all have the same seed, a frame.
+/// Independent units of the bootstrap (stats/bootstrap.h): seeds, or frames if all records have the same
+/// seed.
 class Clusters {
  public:
   explicit Clusters(const RecordRefs& records);
@@ -74,17 +75,17 @@ class Clusters {
   int n_seeds_;
 };
 
-/// One error of the records that have it, ready for intervals.
+/// One error with the cluster of each value, for intervals; records without the error are left out.
 struct ErrorSample {
   std::vector<double> values;
   std::vector<uint64_t> clusters;
 };
 ErrorSample error_sample(const RecordRefs& records, const std::string& key, const Clusters& clusters);
 
-/// "E_t [m]", with the digits of the list.
+/// Column titled "E_t [m]", with the decimals of the list of metrics.
 Column metric_column(const MetricDefinition& metric);
 
-// ---- Records as figures want them: sets of frames, each with its bodies in order.
+// ---- Records for figures: sets of frames, each with its bodies in order.
 
 struct BodyRecords {
   std::string title;  ///< "camera", "Obj1"
@@ -92,19 +93,19 @@ struct BodyRecords {
 };
 
 struct RecordSet {
-  std::string name;   ///< part of file names: "s18"
+  std::string name;   ///< used in file names: "s18"
   std::string title;  ///< "scenario s18"
   std::vector<BodyRecords> bodies;
 };
 
-/// One set per dataset and sequence: estimated records with truth, camera first, objects by id. They point
-/// into `records`.
+/// Groups estimated records with truth by data set and sequence; the camera first, objects by id. The results
+/// point into `records`.
 std::vector<RecordSet> record_sets(const std::vector<Record>& records);
 
-/// In order of first appearance.
+/// Returns the estimators in order of first appearance.
 std::vector<std::string> estimators_of(const RecordSet& set);
 
-/// Those of one estimator.
+/// Selects the records of one estimator.
 std::vector<const Record*> of_estimator(const std::vector<const Record*>& records,
                                         const std::string& estimator);
 

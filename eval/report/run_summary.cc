@@ -43,8 +43,8 @@ std::map<BodyKey, RecordRefs> by_body(const std::vector<Record>& records) {
   return bodies;
 }
 
-/// What of ego's error is the same in every pair, which no noise of measurements is; nothing unless the mean
-/// along an axis is beyond three standard errors, and not too small to be printed.
+/// Describes the error of the camera that is the same in every pair, which measurement noise cannot cause.
+/// Empty unless the mean along an axis exceeds three standard errors and is large enough to be printed.
 std::optional<std::string> systematic_note(const RecordRefs& ego) {
   std::vector<int> frames;
   std::vector<Eigen::Vector3d> errors_m;
@@ -64,7 +64,7 @@ std::optional<std::string> systematic_note(const RecordRefs& ego) {
                      ego.front()->sequence, ego.front()->estimator, errors->text());
 }
 
-/// What the truth itself is worth, per sequence that says so.
+/// Notes the accuracy of the truth for each sequence whose records state it.
 std::vector<std::string> floor_notes(const std::vector<Record>& records) {
   std::map<std::string, double> floors;
   for (const Record& record : records) {
@@ -76,7 +76,7 @@ std::vector<std::string> floor_notes(const std::vector<Record>& records) {
   for (const auto& [sequence, floor_m] : floors) {
     notes.push_back(
         fmt::format("Ground-truth floor of {}: its true steps are off by {:.4f} m RMS along the way; "
-                    "E_t [m] of ego cannot be told to be better.",
+                    "E_t [m] of ego cannot be resolved below this.",
                     sequence, floor_m));
   }
   return notes;
@@ -94,7 +94,7 @@ std::optional<double> summary_number(const RecordRefs& estimated, const MetricDe
                                      const MetricPreset& preset) {
   if (estimated.empty()) return std::nullopt;
   RecordRefs over = estimated;
-  if (metric.is(beside_speed))  // speeds beside an error are those of the pairs that it is over
+  if (metric.is(beside_speed))  // speeds beside an error are averaged over the same pairs
     std::erase_if(over, [&](const Record* r) { return !r->errors.contains(preset.velocity_key); });
   const std::string& key = estimated.front()->is_ego() ? metric.name : preset.object_key(metric.name);
   const std::vector<double> numbers = numbers_of(over, metric.map, key);
@@ -169,7 +169,7 @@ std::vector<std::string> summary_notes(const std::vector<Record>& records, bool 
   return notes;
 }
 
-/// Shortens a list "gated(area) 3, lost 1" at a comma to at most `width` characters.
+/// Shortens a list such as "gated(area) 3, lost 1" at a comma to at most `width` characters.
 std::string shortened(const std::string& list, size_t width) {
   if (list.size() <= width) return list;
   const size_t comma = list.rfind(", ", width - 5);
@@ -193,7 +193,7 @@ std::string summary_text(const std::vector<Record>& records, const MetricPreset&
   const auto n_left_out = static_cast<size_t>(std::ranges::count_if(rows, lacks_coverage));
   if (n_left_out > 0 && n_left_out < rows.size()) {
     std::erase_if(rows, lacks_coverage);
-    notes.push_back(fmt::format("{} more bodies stand still or have no truth.", n_left_out));
+    notes.push_back(fmt::format("{} further bodies are static or have no truth.", n_left_out));
   }
   for (BodySummary& row : rows) row.other = shortened(row.other, width_of_reasons);
   Table shown = body_table(rows, preset);
@@ -211,11 +211,10 @@ std::string summary_text(const std::vector<Record>& records, const MetricPreset&
     part.title = i == 0 ? part.title : "";
     if (i + 1 < parts.size()) part.notes.clear();
     if (i + 1 == parts.size())
-      part.notes.emplace_back(
-          "More: --columns all, summary.md; `sextant explain WORD` says what a word means.");
+      part.notes.emplace_back("More: --columns all, summary.md; `sextant explain WORD` explains a term.");
     for (std::string& note : part.notes) note = wrapped(note, width);
     const std::string whole = to_text(part);
-    const size_t rows_begin = whole.find("\n\n");  // what stands above them may be longer than the line
+    const size_t rows_begin = whole.find("\n\n");  // the text above the rows may be wider
     text += wrapped(whole.substr(0, rows_begin), width) + whole.substr(rows_begin) +
             (i + 1 < parts.size() ? "\n" : "");
   }
@@ -248,7 +247,7 @@ struct Mean {
 }  // namespace
 
 std::string consistency_text(const std::vector<Record>& records) {
-  constexpr double far_too_large = 12;  // twice what is right
+  constexpr double far_too_large = 12;  // twice the expected value
   constexpr std::array<const char*, 4> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees"};
   std::map<std::string, std::array<Mean, 4>> of_body;
   for (const Record& record : records) {
@@ -262,8 +261,8 @@ std::string consistency_text(const std::vector<Record>& records) {
   }
   if (std::ranges::none_of(of_body, [](const auto& body) { return body.second[0].n > 0; })) return "";
   std::string text =
-      "Mean NEES, 6 where covariances are right: of halves of a body (left, right; odd, even cells),\n"
-      "of the truth\n";
+      "Mean NEES, 6 for right covariances: split-half (left, right; odd, even cells),\n"
+      "against the truth\n";
   bool too_sure = false;
   for (const auto& [body, means] : of_body) {
     too_sure = too_sure || means[0].sum > far_too_large * means[0].n;

@@ -1,12 +1,14 @@
 #pragma once
 
-// The summary of a run, from records alone: one row per dataset, sequence, estimator and body, under a metric
-// preset, and the dynamic/static classification.
+// Summary of a run, from records only: one row per data set, sequence, estimator and body under a metric
+// preset, and the counts of the dynamic/static classification.
 //
-//   truth      pairs that have truth in both frames: for ego all of them, for objects those whose truth is
-//              not static (dynamic_gt = 0 is left out; unknown is kept)
-//   estimated  those of them with status ok;   coverage = estimated / truth
-// The metrics, those `in_summary` of the list (metrics/definitions.h), are taken over `estimated`. Every
+//
+//   truth      pairs with truth in both frames: all pairs for the camera; for objects those whose truth is not
+//              static (pairs with dynamic_gt = 0 are left out, pairs without it are kept)
+//   estimated  pairs of these with status ok;   coverage = estimated / truth
+//
+// The metrics that the list (metrics/definitions.h) marks `in_summary` are computed over `estimated`. Every
 // record that is not ok is counted in `other`.
 
 #include <map>
@@ -22,56 +24,57 @@
 
 namespace sextant {
 
+/// One row of the summary.
 struct BodySummary {
   std::string dataset;
   std::string sequence;
   std::string estimator;
   std::string body;
-  int n_pairs = 0;  ///< records of this body
+  int n_pairs = 0;  ///< number of records of this body
   int n_truth = 0;
   int n_estimated = 0;
   std::optional<double> coverage;  ///< 0..1
-  /// By name, those `in_summary` (metrics/definitions.h) that a record has; under the preset, "Et_m" of an
-  /// object may be its Et_body_m.
+  /// Metrics by name: those marked `in_summary` (metrics/definitions.h) that a record has. The preset may
+  /// take "Et_m" of an object from Et_body_m.
   std::map<std::string, double> metrics;
   std::string other;  ///< "gated(distance) 3, lost 1"
 
-  /// Whether the records of that level are behind this row.
+  /// Returns true if records of that level contribute to this row.
   bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
     return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator &&
            key.body == body;
   }
 };
 
-/// In order of dataset, sequence, estimator; ego first, then objects by id.
+/// Returns rows in order of data set, sequence and estimator; the camera first, then objects by id.
 std::vector<BodySummary> summarize(const std::vector<Record>& records, const MetricPreset& preset);
 
-/// One metric over estimated records of one kind of body: errors that the preset chooses by its aggregate,
-/// all others by their mean; none where no record has it.
+/// Computes one metric over estimated records of one kind of body: the preset's aggregate for its errors, the
+/// mean for all others; empty if no record has it.
 std::optional<double> summary_number(const RecordRefs& estimated, const MetricDefinition& metric,
                                      const MetricPreset& preset);
 
-/// "gated(distance) 3, lost 1": records that are not ok, by status.
+/// Formats the records that are not ok by status, e.g. "gated(distance) 3, lost 1".
 std::string other_statuses(const RecordRefs& records);
 
-/// Over all object records that say both what was found and what is true and that no gate on distance or area
-/// left out.
+/// Counts the object records that hold both the estimated and the true class, and were not left out by a gate
+/// on distance or area.
 ClassificationCounts count_classification(const std::vector<Record>& records);
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset);
 
-/// summary_table() for a terminal of 100 columns: per dataset, sequence and estimator what matters first,
-/// body, estimated, coverage, E_t, E_R, E_v and why pairs have no estimate, of the bodies with coverage; everything
-/// with `all`, however wide.
+/// summary_table() for a terminal of 100 columns: per data set, sequence and estimator the most important
+/// columns (body, estimated, coverage, E_t, E_R, E_v, reasons for missing estimates) of bodies with coverage.
+/// With `all` every column, however wide.
 std::string summary_text(const std::vector<Record>& records, const MetricPreset& preset, bool all);
 
 /// {"schema","preset","aggregate","rows":[...],"classification":{...}}
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset);
 
-// ---- how halves of the bodies agree (`sextant run --consistency`).
+// ---- Split-half consistency of the bodies (`sextant run --consistency`).
 
-/// By body: means of values.split_nees, of its two kinds and of values.nees, a line each; empty where no
-/// record has split_nees.
+/// Lists by body the means of values.split_nees, of its two kinds and of values.nees, one line each; empty if
+/// no record has split_nees.
 std::string consistency_text(const std::vector<Record>& records);
 
 }  // namespace sextant

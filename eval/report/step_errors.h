@@ -1,7 +1,7 @@
 #pragma once
 
-// What of a camera's step errors is the same in every pair, or grows along the sequence: no noise of
-// measurements, but calibration, scale, or the truth's own heading.
+// Components of a camera's step errors that are equal in every pair, or grow along the sequence. They are not
+// caused by measurement noise but by calibration, scale, or the heading of the truth.
 //
 //   e_k = estimated minus true translation of pair k (T_prev_curr, axes of the previous camera, m)
 //   mean, scatter: mean and standard deviation (n - 1) of e by axis
@@ -23,7 +23,8 @@ struct StepErrors {
   std::string text() const;
 };
 
-/// Empty for fewer than two pairs. Pairs of one frame only have no drift, 0.
-std::optional<StepErrors> step_errors(const std::vector<int>& frames, const std::vector<Eigen::Vector3d>& errors_m);
+/// Computes the components; empty for fewer than two pairs. If all pairs have the same frame, the drift is 0.
+std::optional<StepErrors> step_errors(const std::vector<int>& frames,
+                                      const std::vector<Eigen::Vector3d>& errors_m);
 
 }  // namespace sextant

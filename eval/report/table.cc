@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// Number of characters on screen of UTF-8 text (continuation bytes take no room).
+/// Number of characters on screen of a UTF-8 text; continuation bytes are not counted.
 size_t width_of(const std::string& text) {
   return static_cast<size_t>(std::count_if(
       text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
@@ -21,7 +21,7 @@ std::string padded(const std::string& text, size_t width, Align align) {
   return align == Align::left ? text + space : space + text;
 }
 
-/// Header and rows as rounded text, and each column's width.
+/// Header and rows as rounded text, with the width of each column.
 struct Layout {
   std::vector<std::vector<std::string>> lines;
   std::vector<size_t> widths;
@@ -58,14 +58,15 @@ std::string markdown_text(const std::string& text) {
     return i < line.size() && std::isalpha(static_cast<unsigned char>(line[i])) != 0;
   };
   std::string out;
-  for (size_t i = 0; i < line.size(); ++i) {  // "p < 0.05" and "A & B" are no HTML
+  for (size_t i = 0; i < line.size(); ++i) {  // escaped, because "p < 0.05" and "A & B" are not HTML
     const bool is_next = i + 1 < line.size();
     if (line[i] == '<' && (letter_at(i + 1) || (is_next && std::strchr("/!?", line[i + 1]) != nullptr))) {
       out += "&lt;";
     } else if (line[i] == '&' && (letter_at(i + 1) || (is_next && line[i + 1] == '#'))) {
       out += "&amp;";
     } else if (line[i] == '$' || (line.compare(i, 2, "](") == 0 && line.compare(i, 3, "](#") != 0)) {
-      // No formula, and neither a link nor a picture from elsewhere: places on the page itself are ours.
+      // Escapes formulas, links and pictures in untrusted text; links to places on the page are made by the
+      // program.
       out += line[i] == '$' ? "&#36;" : "&#93;";
     } else {
       out += line[i];
@@ -211,7 +212,7 @@ Json rows_to_json(const Table& table) {
 
 namespace {
 
-/// Without the columns for which `leave_out(column index)` holds.
+/// Returns the table without the columns for which `leave_out(column index)` is true.
 template <typename Predicate>
 Table without_columns(Table table, const Predicate& leave_out) {
   for (size_t j = table.columns.size(); j-- > 0;) {
@@ -223,7 +224,7 @@ Table without_columns(Table table, const Predicate& leave_out) {
   return table;
 }
 
-/// Columns j and j + 1 as one of text.
+/// Joins the columns j and j + 1 into one column of text.
 void join_range(Table& table, size_t j) {
   const Column low = table.columns[j];
   const Column high = table.columns[j + 1];
@@ -237,9 +238,9 @@ void join_range(Table& table, size_t j) {
   table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(j) + 1);
 }
 
-/// 0.000178, 0.0886, -51.2, 195, 2430: no exponent where a person would write none.
+/// Formats 0.000178, 0.0886, -51.2, 195, 2430: with an exponent only for numbers that are long without one.
 std::string rounded_to_digits(double number, int digits) {
-  constexpr double rounding = 1e-5;  // differences of equal numbers, in any unit that claims have
+  constexpr double rounding = 1e-5;  // differences of equal numbers, in any unit of the claims
   const double size = std::abs(number);
   if (size < rounding) return "0";
   const int before = static_cast<int>(std::floor(std::log10(size))) + 1;
@@ -257,7 +258,7 @@ std::string shown(const Cell& cell, const Column& column) {
   if (column.below && *number > 0 && *number < half_unit) {
     return fmt::format("<{:.{}f}", 2 * half_unit, column.decimals);
   }
-  const bool is_zero = std::abs(*number) < half_unit;  // not "-0.000"
+  const bool is_zero = std::abs(*number) < half_unit;  // avoids "-0.000"
   return fmt::format("{:.{}f}", is_zero ? 0.0 : *number, column.decimals);
 }
 
@@ -289,7 +290,7 @@ FoldedTable fold_columns(const Table& table) {
 
 std::string wrapped(const std::string& text, size_t width, const std::string& indent) {
   std::string out;
-  size_t at = 0;  // characters in the present line
+  size_t at = 0;  // characters in the current line
   for (const std::string& line : split(text, '\n')) {
     if (!out.empty()) out += '\n';
     at = 0;

@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-/// One body's errors under one estimator, one entry for each of compared_errors().
+/// Sums of one body's errors by level, with one entry for each of compared_errors().
 using Levels = std::map<double, ClusterSums>;
 
 void add_sums(const ClusterSums& more, ClusterSums& sums) {
@@ -41,7 +41,7 @@ Levels levels_of(std::span<const NoiseLevelRef> curve, size_t error, ClusterBy b
 
 using Labels = std::set<uint64_t>;
 
-/// The clusters that have every level.
+/// Returns the clusters that have every level.
 Labels complete_clusters(const std::map<double, Labels>& by_level) {
   Labels kept;
   for (bool is_first = true; const auto& [level, labels] : by_level) {
@@ -70,7 +70,7 @@ std::map<double, Labels> labels_of(const std::vector<Levels>& of_errors) {
   return by_level;
 }
 
-/// Of clusters that all have every level.
+/// Trend over clusters that all have every level.
 ErrorTrend trend_of(const Levels& levels, const BootstrapOptions& options) {
   ErrorTrend trend;
   std::vector<LevelSums> sums;

@@ -1,14 +1,16 @@
 #pragma once
 
-// How each body's error grows with the level of the noise, from records alone: one row per dataset, sequence,
-// body and estimator of a sweep with at least two levels.
+// Growth of each body's error with the noise level, from records only: one row per data set, sequence, body
+// and estimator of a sweep with at least two levels.
 //
-//   slope        least squares line of the error through all estimated pairs, per unit of the level; 95 %
-//                interval by cluster bootstrap (clusters: seeds; with one seed frames)
+//
+//   slope        slope of the least-squares line of the error through all estimated pairs, per unit of the level;
+//                95 % interval by cluster bootstrap (clusters: seeds; with one seed: frames)
 //   relative     slope / mean error at the lowest level
-//   p            Page's test that the clusters' means rise with the level, corrected by Holm over the table
-//   rises        steps from level to level at which the mean over all rises / all steps
-// Clusters that miss a level count in none of these.
+//   p            Page's test that the means of the clusters rise with the level, corrected by Holm over the table
+//   rises        number of steps between levels at which the mean over all clusters rises / all steps
+//
+// Clusters that lack a level are left out.
 
 #include <map>
 #include <optional>
@@ -21,12 +23,13 @@
 
 namespace sextant {
 
+/// Trend of one error.
 struct ErrorTrend {
-  double mean_lowest = 0;   ///< of the error at the lowest level
-  double mean_highest = 0;  ///< at the highest
+  double mean_lowest = 0;   ///< mean error at the lowest level
+  double mean_highest = 0;  ///< mean error at the highest level
   NoiseSlope slope;
   int n_rises = 0, n_steps = 0;
-  std::optional<double> p;  ///< none with fewer than 2 clusters
+  std::optional<double> p;  ///< empty with fewer than 2 clusters
   std::optional<double> p_corrected;
 };
 
@@ -35,16 +38,16 @@ struct TrendRow {
   double lowest = 0, highest = 0;  ///< level
   int n_levels = 0;
   int n_clusters = 0;
-  std::map<std::string, ErrorTrend> errors;  ///< by name; the `compared` ones at two levels or more
+  std::map<std::string, ErrorTrend> errors;  ///< by name; the `compared` errors known at two levels or more
 
-  /// Whether the records of that level are behind this row.
+  /// Returns true if records of that level contribute to this row.
   bool covers(const std::string& swept, const NoiseLevelKey& key) const {
     return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
            key.estimator == estimator;
   }
 };
 
-/// In order of sweep, dataset, sequence, body (ego first), estimator.
+/// Returns rows in order of sweep, data set, sequence, body (camera first) and estimator.
 std::vector<TrendRow> noise_trends(const std::vector<NoiseSweep>& sweeps, int jobs = 1,
                                    const BootstrapOptions& options = {});
 

@@ -15,7 +15,7 @@ std::span<const EmbeddedFile> word_files();
 
 namespace {
 
-/// The words of the field and of this program, and what a status is: words.json.
+/// Reads the terms of the field and of this program, and the statuses, from words.json.
 std::vector<Word> written_words() {
   std::vector<Word> words;
   for (const Json& entry : parse_json(word_files().front().text, "words.json")) {
@@ -25,7 +25,7 @@ std::vector<Word> written_words() {
   return words;
 }
 
-/// "[text](address)" as text.
+/// Replaces "[text](address)" by the text.
 std::string without_links(std::string text) {
   for (size_t close = text.find("]("); close != std::string::npos; close = text.find("](", close)) {
     const size_t open = text.rfind('[', close), end = text.find(')', close);
@@ -40,11 +40,12 @@ std::vector<Word> made() {
   std::vector<Word> words = written_words();
   for (const MetricDefinition& m : metric_definitions()) {
     std::vector<std::string> others = {m.name, m.symbol};
-    const std::string end = m.name.substr(m.stem().size());  // "_m"; of a number without unit a part of its name
+    const std::string end =
+        m.name.substr(m.stem().size());  // "_m"; for a number without unit, a part of its name
     if (end == "_m" || end == "_deg" || end == "_kmh" || end == "_px") others.push_back(m.stem());
     words.push_back({fmt::format("{}.{}", to_string(m.map), m.name), "number",
-                     fmt::format("{} [{}], {}: {}", m.symbol, m.unit, m.body == "both" ? "every body" : m.body,
-                                 without_links(m.definition)),
+                     fmt::format("{} [{}], {}: {}", m.symbol, m.unit,
+                                 m.body == "both" ? "every body" : m.body, without_links(m.definition)),
                      std::move(others)});
   }
   for (const MetricPreset& p : metric_presets())
@@ -55,7 +56,7 @@ std::vector<Word> made() {
   return words;
 }
 
-/// "split_nees", "Split NEES" -> "splitnees".
+/// Normalises a term: "split_nees" and "Split NEES" become "splitnees".
 std::string plain(std::string_view word) {
   std::string text;
   for (const char c : word) {
@@ -65,7 +66,7 @@ std::string plain(std::string_view word) {
   return text;
 }
 
-/// Few letters apart, but not most of the word.
+/// Terms at a small edit distance that is less than most of the word.
 std::vector<std::string> nearest(const std::string& wanted) {
   std::vector<std::pair<int, std::string>> near;
   for (const Word& word : all_words()) {

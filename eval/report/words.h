@@ -1,10 +1,11 @@
 #pragma once
 
 // Definitions of the terms in tables and reports, printed by `sextant explain`. docs/glossary.md (terms) and
-// docs/metrics.md (statuses) repeat them; a test compares.
+// docs/metrics.md (statuses) repeat them; a test compares both.
 //
-//   words of the field and of this program   words.json
-//   what a status is                         words.json
+//
+//   terms of the field and of this program   words.json
+//   statuses                                 words.json
 //   numbers of a record                      metrics/definitions.h
 //   presets                                  metrics/definitions.h
 
@@ -15,14 +16,15 @@
 
 namespace sextant {
 
+/// One entry.
 struct Word {
-  std::string word;                   ///< as tables have it: "coverage", "E_t", "errors.Et_m"
+  std::string word;                   ///< name in tables: "coverage", "E_t", "errors.Et_m"
   std::string kind;                   ///< "word", "status", "number", "preset"
   std::string meaning;                ///< one or a few sentences
-  std::vector<std::string> others{};  ///< other names of it
+  std::vector<std::string> others{};  ///< other names
 };
 
-/// Words, then statuses, numbers and presets.
+/// Returns terms, then statuses, numbers and presets.
 std::span<const Word> all_words();
 
 /// Returns the entries called `word`, ignoring case, '_', '-' and blanks. Throws Error with similar terms if

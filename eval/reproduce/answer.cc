@@ -5,8 +5,8 @@
 namespace sextant {
 namespace {
 
-/// Reproduced, reproduced in part, not reproduced, undecided or not measured: the verdict that a claim's
-/// line has.
+/// Verdict of a claim in the summary: reproduced, reproduced in part, not reproduced, undecided or not
+/// measured.
 std::string verdict_of(const CheckedClaim& claim) { return claim_verdicts({claim}, "").front().verdict; }
 
 std::string sentence(const std::string& begin, const std::vector<std::string>& items) {

@@ -11,15 +11,15 @@ namespace sextant {
 namespace {
 
 constexpr size_t most_lines = 26;
-constexpr double lowest = 0.02, highest = 50;  // of the axis: what is beyond is drawn at its end
+constexpr double lowest = 0.02, highest = 50;  // range of the axis; values beyond are drawn at its ends
 
 struct Line {
   std::string label;
   const PaperRow* ours = nullptr;
-  const PaperRow* code = nullptr;  ///< by the procedure of the published code
+  const PaperRow* code = nullptr;  ///< measured with the published code's procedure
 };
 
-/// One mark of the figure: values are shares of the published one.
+/// One mark of the figure; values are relative to the published value.
 struct Mark {
   std::string line, series, colour;
   double y = 0, x = 0;
@@ -27,14 +27,14 @@ struct Mark {
   std::string verdict;
 };
 
-/// The estimator's name without its procedure, and the procedure.
+/// Splits an estimator's label into its name and its procedure.
 std::pair<std::string, std::string> split_name(const std::string& estimator) {
   const size_t comma = estimator.find(", ");
   if (comma == std::string::npos) return {estimator, ""};
   return {estimator.substr(0, comma), estimator.substr(comma + 2)};
 }
 
-/// "S18-F124-134 Obj1 joint E_t [m]".
+/// Formats "S18-F124-134 Obj1 joint E_t [m]".
 std::string label_of(const PaperRow& row) {
   std::string label;
   for (const std::string& word :
@@ -97,7 +97,7 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
     if (line.code != nullptr) marks.push_back(mark_of("published code", *line.code, y + 0.2));
   }
   double from = 0.5, to = 2;
-  std::set<std::pair<std::string, std::string>> drawn;  // series and colour
+  std::set<std::pair<std::string, std::string>> drawn;  // pairs of series and colour
   for (const Mark& mark : marks) {
     words += fmt::format("{}{} {}", words.empty() ? "" : ", ", gp_tic(mark.verdict), gp_number(mark.y));
     drawn.insert({mark.series, mark.colour});

@@ -19,7 +19,7 @@ namespace {
 
 using Sections = std::vector<PlacedSection>;
 
-constexpr int page_quality = 85;  // of JPEG pictures on the page; the PNG lies beside it
+constexpr int page_quality = 85;  // of JPEG pictures on the page; the lossless PNG lies beside it
 
 void add_section(PaperPlace place, const std::string& name, const std::string& heading,
                  std::vector<Figure> figures, Sections& sections, bool is_detail = true) {
@@ -29,7 +29,7 @@ void add_section(PaperPlace place, const std::string& name, const std::string& h
   sections.push_back({place, std::move(section)});
 }
 
-/// Fig. 1: the picture of a pair, and the tracks from above.
+/// Fig. 1: the picture of one frame pair, and the tracks from above.
 void add_showcases(const fs::path& parts, const Evidence& evidence, Sections& sections) {
   for (const EvidencePart* part : evidence.with(PartRole::showcase)) {
     const std::vector<Record>& records = part->records;
@@ -40,7 +40,7 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, Sections& se
     section.pictures = {
         {.name = part->name + "-picture",
          .caption = "Static features with a quarter of their flow; moving objects with their points, "
-             "outline, "
+                    "outline, "
                     "estimated and true speed.",
          .alt = "Camera image with static features on the background and the outlines of moving objects",
          .png = png,
@@ -52,13 +52,13 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, Sections& se
   }
 }
 
-/// A part, and the names of the parts that its levels are of.
+/// An experiment with noise levels, and the names of the experiments that its levels come from.
 struct NoisePart {
   EvidencePart part;
   std::vector<std::string> names;
 };
 
-/// Fig. 4: error against noise, depth on the left, flow on the right; one section a part.
+/// Fig. 4: error against noise, depth on the left, flow on the right; one section per experiment.
 void add_noise_levels(const fs::path& parts, const std::vector<NoiseLevelRow>& levels, const NoisePart& noise,
                       Sections& sections) {
   const EvidencePart& part = noise.part;
@@ -77,7 +77,7 @@ void add_noise_levels(const fs::path& parts, const std::vector<NoiseLevelRow>& l
   sections.push_back({PaperPlace::fig_4, std::move(section)});
 }
 
-/// The part with the published systems that were measured under the same noise on the same data.
+/// Joins the published systems that were measured under the same noise on the same data.
 NoisePart with_systems(const EvidencePart& part, const Evidence& evidence) {
   NoisePart joined{part, {part.name}};
   const Record& ours = part.records.front();
@@ -92,7 +92,8 @@ NoisePart with_systems(const EvidencePart& part, const Evidence& evidence) {
   return joined;
 }
 
-/// The paper's sets on the data of one part, bodies as the paper calls them; those that were estimated.
+/// Record sets of the paper's experiments on the data of one experiment, with the paper's names of bodies;
+/// only bodies that were estimated.
 std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   std::vector<RecordSet> sets;
   for (const SetData& data : paper().sets) {
@@ -104,7 +105,7 @@ std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   return sets;
 }
 
-/// The sets of the part that is nearest to the paper's data and has the paper's method.
+/// Record sets of the experiment whose data are nearest to the paper's and whose method is the paper's.
 std::vector<RecordSet> nearest_sets(const Evidence& evidence) {
   const EvidencePart* nearest = nullptr;
   for (const EvidencePart* part : evidence.with(PartRole::sets)) {
@@ -139,7 +140,7 @@ std::vector<TopView> recorded_views(const fs::path& folder) {
   return views;
 }
 
-/// By sequence, and by the own names of parts of recorded sequences.
+/// Speed floors by sequence, and by the names that experiments give to ranges of recorded sequences.
 std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
   std::map<std::string, double> floors;
   for (const EvidencePart* part : evidence.with(PartRole::recorded))
@@ -150,7 +151,7 @@ std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
   return floors;
 }
 
-/// The tests of one part, as a table and their curves.
+/// Adds the tests of dynamic against static of one experiment, as a table and their curves.
 void add_classification(const EvidencePart& part, Sections& sections) {
   std::vector<Figure> figures = classification_figures(part.records);
   if (figures.empty()) return;
@@ -182,16 +183,19 @@ std::vector<PlacedSection> figure_sections(const fs::path& parts, const Evidence
   std::ranges::stable_sort(sweeps, {}, [](const std::vector<NoiseLevelRow>& rows) {
     return rows.empty() ? SIZE_MAX : data_nearness(rows.front().dataset);
   });
-  add_section(PaperPlace::fig_4, "fig4", "Fig. 4: error against depth and flow "
-      "noise", paper_noise_figures(sweeps), sections,
-              false);
+  add_section(PaperPlace::fig_4, "fig4",
+              "Fig. 4: error against depth and flow "
+              "noise",
+              paper_noise_figures(sweeps), sections, false);
   std::vector<RecordSet> sets;
   for (const EvidencePart* part : evidence.with(PartRole::sets))
     std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
   add_section(PaperPlace::fig_5, "fig5", "Fig. 5: flow before and after the optimisation",
               paper_epe_figures(nearest_sets(evidence)), sections, false);
-  add_section(PaperPlace::fig_5, "fig5_estimators", "Fig. 5, by estimator "
-      "(ours)", epe_figures(sets), sections);
+  add_section(PaperPlace::fig_5, "fig5_estimators",
+              "Fig. 5, by estimator "
+              "(ours)",
+              epe_figures(sets), sections);
   add_section(PaperPlace::fig_6, "fig6", "Fig. 6: camera paths",
               top_view_figures(recorded_views(parts / "recorded")), sections, false);
   add_section(PaperPlace::ours, "attribution", "From the published code to ours (ours)",

@@ -33,7 +33,7 @@ Part sweep_part(const char* name, PartRole role, const char* plan, const char* n
   return part;
 }
 
-/// A part on the text of Virtual KITTI, wherever below the root that lies.
+/// Experiment on the text files of Virtual KITTI, in whichever folder of the root they lie.
 Part replay_part(const char* name, PartRole role, const char* plan, const std::string& data_root) {
   Part part = sweep_part(name, role, plan, "vkitti_1.3.1_text", paper().fetch("vkitti1_text"));
   const std::filesystem::path root(data_root);

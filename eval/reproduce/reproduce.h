@@ -1,12 +1,13 @@
 #pragma once
 
-// The paper's experiments again, as far as the data allow. A folder DIR holds
+// Repeats the paper's experiments as far as the data allow. A folder DIR holds
 //
-//   parts/<name>/      one sweep, run or evaluation each, complete or resumable
-//   data.json          which parts could run with this data, and what the others need
-//   report/            tables, claims, figures, report.html: a function of the two above alone
 //
-// A part is run again when its plan, its inputs or the program have changed; else it is left as it is.
+//   parts/<name>/      one experiment (sweep, run or evaluation) each, complete or resumable
+//   data.json          which experiments could run with this data, and which data the others need
+//   report/            tables, claims, figures and report.html, made only from the two above
+//
+// An experiment is run again if its plan, its inputs or the program have changed.
 
 #include <filesystem>
 #include <string>
@@ -22,6 +23,7 @@
 
 namespace sextant {
 
+/// Configuration of a reproduction.
 struct ReproduceConfig {
   std::string data_root;  ///< empty: embedded scenarios only
   std::filesystem::path out;
@@ -31,28 +33,28 @@ struct ReproduceConfig {
   bool quiet = false;
 };
 
-/// Runs what is not finished. Throws Error on bad data, Interrupted on Ctrl-C: the same call resumes.
+/// Runs the unfinished experiments. Throws Error on bad data and Interrupted on Ctrl-C, after which the same
+/// call resumes.
 void run_parts(const ReproduceConfig& config);
 
-/// The report of what is in config.out. Throws Error where nothing is.
+/// Report of the results in config.out. Throws Error if there are none.
 struct ReproductionReport {
   ReportDocument document;
-  std::vector<PaperLayout> tables;     ///< as the paper prints them
-  std::vector<PrintedFigure> figures;  ///< of paper.html, all in the document
+  std::vector<PaperLayout> tables;     ///< tables in the layout of the paper
+  std::vector<PrintedFigure> figures;  ///< figures of paper.html; all are in the document
 };
 ReproductionReport reproduction_report(const ReproduceConfig& config);
 
-// ---- the answer: what holds, what does not and why, what was not measured and what would measure it,
-// in at most 120
-// words.
+// ---- The answer in at most 120 words: which claims hold, which do not and why, what was not measured, and
+// which command would measure it.
 
 std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
                              const std::vector<PaperLayout>& tables);
 
-// ---- by what, on which machine and from which inputs the records of a report were made: from the run.json of its
-// parts. Same folders, same lines.
+// ---- Provenance of a report: program, machine and inputs of its records, from the run.json of the
+// experiments. The same folders give the same lines.
 
-/// Parts lie in `parts/<name>`. What several parts agree in is said once.
+/// The experiments lie in `parts`/<name>. A value that several experiments share is listed once.
 std::vector<std::pair<std::string, std::string>> reproduction_provenance(const std::filesystem::path& parts,
                                                                          const Evidence& evidence);
 

@@ -22,7 +22,7 @@
 namespace sextant {
 namespace {
 
-/// Two small parts that can run, and one that lacks its data.
+/// Two small experiments that can run, and one whose data are missing.
 class ReproduceTest : public testing::Test {
  protected:
   ReproduceTest() {
@@ -77,11 +77,11 @@ TEST_F(ReproduceTest, OpensWithTheAnswerAndTheTablesOfThePaper) {
   EXPECT_LT(html.find(report.document.abstract.substr(0, 12)), html.find("id=\"paper_table_1\""));
   EXPECT_LT(html.find("id=\"paper_table_1\""), html.find("id=\"paper_table_2\""));
   EXPECT_LT(html.find("id=\"paper_table_5\""), html.find("<h3>Claims</h3>"));
-  EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);  // folded in the summary
+  EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);  // claims are folded in the summary
   EXPECT_EQ(html.find("id=\"table_1_classification\""), std::string::npos);
   EXPECT_THAT(html, HasSubstr("href=\"details.html#table_1_classification\""));
   EXPECT_THAT(html, HasSubstr("run: scripts/fetch vkitti1 --rgb --depth --flow --masks &amp;&amp; "
-      "sextant reproduce"));
+                              "sextant reproduce"));
   const std::string& details = files.at("details.html");
   EXPECT_LT(details.find("id=\"table_1_classification\""), details.find("id=\"table_2_flow_error\""));
   EXPECT_THAT(details, HasSubstr("answer_table_4_ego_motion"));
@@ -107,15 +107,15 @@ TEST_F(ReproduceTest, TheAnswerHasAtMost120Words) {
   EXPECT_LE(n_words(), 120) << answer_paragraph(checked, report.tables);
 }
 
-/// Pages of the PDF that Chromium prints of a page; none without Chromium.
+/// Number of pages when Chromium prints a page to PDF; empty without Chromium.
 std::optional<size_t> printed_pages(const std::string& html, const fs::path& folder) {
   if (std::system("command -v chromium > /dev/null 2>&1") != 0) return std::nullopt;
   write_file(folder / "paper.html", html);
   const std::string command = fmt::format(
       "chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
-          "--disable-background-networking "
+      "--disable-background-networking "
       "--user-data-dir='{0}/profile' --no-pdf-header-footer --print-to-pdf='{0}/paper.pdf' "
-          "'file://{0}/paper.html' "
+      "'file://{0}/paper.html' "
       "> '{0}/out.txt' 2>&1",
       folder.string());
   EXPECT_EQ(std::system(command.c_str()), 0) << read_file(folder / "out.txt");
@@ -137,7 +137,8 @@ TEST_F(ReproduceTest, PrintsOnAtMostFourPages) {
 
 TEST(AnswerFigure, DrawsEveryPublishedValueOnce) {
   PublishedTable table{.number = "III"};
-  const auto row = [&](const std::string& estimator, const std::string& data, double published, double measured) {
+  const auto row = [&](const std::string& estimator, const std::string& data, double published,
+                       double measured) {
     Measured m;
     m.value = measured;
     m.interval = Interval{0.9 * measured, 1.1 * measured};
@@ -188,9 +189,9 @@ TEST_F(ReproduceTest, ItsTablesCompileUnderPdflatex) {
 
 TEST_F(ReproduceTest, FinishedPartsStayAsTheyAreAndGiveTheSameReport) {
   run_parts(config_);
-  const std::string demo = read_file(part_file("demo"));  // with times, which no second run would repeat
+  const std::string demo = read_file(part_file("demo"));  // holds times, which a second run would not repeat
   const OutputFiles first = report();
-  fs::remove(part_file("noise"));  // as if it had been interrupted
+  fs::remove(part_file("noise"));  // as after an interruption
   run_parts(config_);
   EXPECT_EQ(read_file(part_file("demo")), demo);
   EXPECT_TRUE(fs::exists(part_file("noise")));
@@ -254,7 +255,7 @@ TEST(ReproductionParts, RunOnTheRealTextAndSample) {
   }
 }
 
-/// The stored parts and the data they were measured on.
+/// The stored experiments, and the data that they were measured on.
 class StoredParts : public testing::TestWithParam<const char*> {
  protected:
   /// One camera and one object in frames 1..3, with truth.
@@ -356,7 +357,7 @@ TEST_F(ReproduceTest, ShowsPublishedSystemsInTheNoiseFigure) {
   const OutputFiles files = report();
   EXPECT_THAT(files.at("tables/fig_4_depth.csv"), HasSubstr("VDO_SLAM 9d33024.front"));
   EXPECT_THAT(files.at("tables/fig_4_depth.csv"), HasSubstr("joint_flow"));
-  // They are no evidence for the paper's claims.
+  // The stored systems are no evidence for the paper's claims.
   EXPECT_THAT(files.at("tables/claims.csv"), Not(HasSubstr("VDO_SLAM")));
 }
 

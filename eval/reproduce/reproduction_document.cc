@@ -22,7 +22,7 @@ Json read_data_json(const fs::path& folder) {
   return data;
 }
 
-/// The records of every finished part.
+/// Reads the records of every finished experiment.
 Evidence read_evidence(const ReproduceConfig& config) {
   Evidence evidence;
   evidence.published = paper().published;
@@ -34,11 +34,12 @@ Evidence read_evidence(const ReproduceConfig& config) {
     evidence.parts.push_back(
         {part.name, part.role, std::move(sweeps.front()), read_records(folder / "records.jsonl")});
   }
-  if (evidence.parts.empty()) fail("{}: no part is finished: nothing to report", config.out.string());
+  if (evidence.parts.empty())
+    fail("{}: no experiment is finished, so there is nothing to report", config.out.string());
   return evidence;
 }
 
-/// Which parts there are, on what data, and how to get the others.
+/// Lists the experiments with their data, and the commands that obtain missing data.
 Table data_table(const Json& data, const Evidence& evidence) {
   struct PartState {
     std::string name, title, missing, fetch;
@@ -67,13 +68,13 @@ Table data_table(const Json& data, const Evidence& evidence) {
       {Column::text("records_file").only_in_files(),
        [](const PartState& part) { return part.measured ? Cell(records_of_part(part.name)) : Cell(); }}};
   return table_of(
-      "What was measured",
+      "Data and state of every experiment",
       "ROOT is the folder given by --data or SEXTANT_DATA. Virtual KITTI and KITTI have their own licences "
       "(CC BY-NC-SA 3.0).",
       fields, rows);
 }
 
-/// What the summary says of a table of the paper.
+/// Summary line of a table of the paper.
 VerdictLine verdict_line(const PaperTable& entry, const PublishedTable& table,
                          const std::vector<PaperLayout>& layouts) {
   std::vector<std::string> verdicts;
@@ -97,7 +98,7 @@ VerdictLine verdict_line(const PaperTable& entry, const Table& ours) {
   return line;
 }
 
-/// The long tables and the figures of their answers: details of the page.
+/// Sections with the long tables and the figures of their answers, for the details of the page.
 std::vector<PlacedSection> long_table_sections(const Evidence& evidence,
                                                const std::vector<PublishedTable>& published,
                                                const std::vector<PaperLayout>& layouts,
@@ -130,7 +131,7 @@ std::vector<PlacedSection> long_table_sections(const Evidence& evidence,
   return sections;
 }
 
-/// Figures of the paper's numbers that the page itself shows, in the paper's order.
+/// Figures of the paper's numbers that the page shows directly, in the paper's order.
 std::vector<PrintedFigure> printed_figures(const std::vector<PlacedSection>& sections) {
   std::vector<PrintedFigure> figures;
   for (const PlacedSection& placed : sections) {

@@ -26,7 +26,7 @@ std::string machine(const Json& run) {
   return fmt::format("{}, {} cores", m.value("cpu", std::string("unknown")), m.value("cores", 0));
 }
 
-/// What every part says, each different answer once.
+/// Returns the texts of all experiments, each distinct text once.
 std::string distinct(const std::vector<Json>& runs, const std::function<std::string(const Json&)>& say) {
   std::vector<std::string> said;
   for (const Json& run : runs) {
@@ -36,7 +36,8 @@ std::string distinct(const std::vector<Json>& runs, const std::function<std::str
   return fmt::format("{}", fmt::join(said, "; "));
 }
 
-/// "24 files, SHA-256 1f0a..." of the digests of all files that a part has read, in the order of their names.
+/// Formats "24 files, SHA-256 1f0a..." from the digests of all files that an experiment has read, in order of
+/// name.
 std::string inputs_of(const Json& run) {
   size_t n = 0;
   std::string digests;
@@ -48,7 +49,7 @@ std::string inputs_of(const Json& run) {
   };
   if (run.contains("inputs")) add(run.at("inputs"));
   for (const Json& source : run.value("sources", Json::array())) add(source.value("inputs", Json::object()));
-  if (n == 0) return "no files: scenarios of the program";
+  if (n == 0) return "no files: scenarios built into the program";
   return fmt::format("{} files, SHA-256 {}", n, sha256(digests).substr(0, 16));
 }
 

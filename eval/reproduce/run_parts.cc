@@ -17,13 +17,13 @@
 namespace sextant {
 namespace {
 
-/// What made a part besides its plan and data: this very program.
+/// Identifies the program, which results depend on besides plan and data.
 std::string program_id() {
   static const std::string id = sha256(read_file("/proc/self/exe"));
   return id;
 }
 
-/// A part's own file: what it was made by and, where no sweep keeps track of that itself, from.
+/// File of an experiment that records the program and, unless a sweep keeps track of them, the inputs.
 constexpr const char* stamp_name = "part.json";
 
 Json stamp_of(const Part& part, const ReproduceConfig& config) {
@@ -52,18 +52,18 @@ void run_sweep_part(const Part& part, const ReproduceConfig& config, const fs::p
   sweep(sweep_config);
 }
 
-/// The files that a run has read are as its run.json says.
+/// Returns true if the files that a run has read are unchanged according to its run.json.
 bool read_the_same(const fs::path& folder) {
   try {
-    return std::ranges::all_of(json_list(read_run_json(folder), "sources", "run.json"), [](const Json& source) {
-      return same_inputs(json_object(source, "inputs", "run.json"));
-    });
+    return std::ranges::all_of(
+        json_list(read_run_json(folder), "sources", "run.json"),
+        [](const Json& source) { return same_inputs(json_object(source, "inputs", "run.json")); });
   } catch (const Error&) {
-    return false;  // damaged: made anew
+    return false;  // damaged: run again
   }
 }
 
-/// Files that are written together, at once.
+/// Runs an experiment whose files are all written at once.
 void run_whole_part(const fs::path& folder, const std::function<OutputFiles()>& make) {
   if (!fs::exists(folder / "records.jsonl") || !read_the_same(folder)) write_output_folder(folder, make());
 }
@@ -79,7 +79,7 @@ OutputFiles make_showcase_part(const Part& part, const ReproduceConfig& config) 
   return showcase_files(request);
 }
 
-/// One estimator after the other on one thread, so that stages do not share cores.
+/// Runs the estimators one after the other on one thread, so that stages do not share cores.
 OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
   const Plan plan = parse_plan(part.plan, part.name, config.data_root);
   OutputFiles files;
@@ -112,7 +112,7 @@ void run_part(const Part& part, const ReproduceConfig& config, const fs::path& f
   }
 }
 
-/// "[3/9] flow noise, scenario s18 ... 4.1 s", on standard error.
+/// Progress "[3/9] flow noise, scenario s18 ... 4.1 s", on standard error.
 class PartLines {
  public:
   PartLines(size_t n, bool quiet) : n_(n), quiet_(quiet) {}
@@ -132,11 +132,12 @@ class PartLines {
     const size_t left = n_ - at_;
     const double left_s = total_s_ / static_cast<double>(at_) * static_cast<double>(left);
     print_error(fmt::format("      {:.1f} s", seconds));
-    if (left > 0) print_error(fmt::format("; {} part{} left, about {:.0f} s", left, left == 1 ? "" : "s", left_s));
+    if (left > 0)
+      print_error(fmt::format("; {} experiment{} left, about {:.0f} s", left, left == 1 ? "" : "s", left_s));
     print_error("\n");
   }
 
-  /// What took the time, the longest first.
+  /// Prints the experiments that took longest.
   void summary() {
     constexpr size_t most = 8;
     constexpr double worth_telling_s = 0.5;
@@ -144,7 +145,8 @@ class PartLines {
     std::string text;
     for (size_t i = 0; i < std::min(most, times_.size()) && times_[i].first >= worth_telling_s; ++i)
       text += fmt::format("{}{} {:.1f} s", i > 0 ? ", " : "", times_[i].second, times_[i].first);
-    if (!quiet_ && !text.empty()) print_error(fmt::format("{} parts in {:.1f} s: {}\n", at_, total_s_, text));
+    if (!quiet_ && !text.empty())
+      print_error(fmt::format("{} experiments in {:.1f} s: {}\n", at_, total_s_, text));
   }
 
  private:
@@ -180,7 +182,7 @@ void run_parts(const ReproduceConfig& config) {
     const Json stamp = stamp_of(*part, config);
     lines.begin(*part, has_stamp(folder, stamp) && fs::exists(folder / "records.jsonl") &&
                            !fs::exists(folder / "journal.jsonl"));
-    if (!has_stamp(folder, stamp)) {  // what another program or other inputs have left
+    if (!has_stamp(folder, stamp)) {  // written by another program or from other inputs
       fs::remove_all(folder);
       make_folder_below(config.out, fs::path("parts") / part->name);
       write_file(folder / stamp_name, json_text(stamp));

@@ -24,7 +24,7 @@ std::map<FrameKey, Record::Numbers> truth_values(const std::vector<Record>& reco
     Record::Numbers& values = truth[frame_key(record)];
     for (const auto& [key, value] : record.values) {
       if (key.str().find("_gt") != std::string::npos)
-        values.emplace(key, value);  // who estimates does not matter
+        values.emplace(key, value);  // the truth does not depend on the estimator
     }
   }
   return truth;
@@ -41,7 +41,7 @@ std::string embedded_text(const std::string& name) {
 
 OutputFiles stored_files(const std::string& part, const std::filesystem::path& beside) {
   if (!std::filesystem::exists(beside / "records.jsonl"))
-    fail("{}: no records.jsonl: part {} needs it", beside.string(), part);
+    fail("{}: no records.jsonl: experiment {} needs it", beside.string(), part);
   const auto truth = truth_values(read_records(beside / "records.jsonl"));
   const std::string name = part + "/records.jsonl";
   std::vector<Record> records;

@@ -50,7 +50,7 @@ std::string packed(const DrawnPoints& drawn) {
   return base64(bytes);
 }
 
-/// Outlines of every instance of a mask, simplified to about a pixel.
+/// Outlines of every instance in a mask, simplified to about one pixel.
 Json outlines(const Image<uint16_t>& mask) {
   std::map<int, cv::Rect> boxes;
   for (int y = 0; y < mask.height(); ++y) {
@@ -84,7 +84,7 @@ Json outlines(const Image<uint16_t>& mask) {
   return json;
 }
 
-/// Rounded to what one sees, so that the page stays small.
+/// Rounds to visible differences, to keep the page small.
 Json rounded(double value, double steps) {
   return std::isfinite(value) ? Json(std::round(value * steps) / steps) : Json();
 }
@@ -126,7 +126,7 @@ Json pairs_json(const ViewedRun& run) {
   return json;
 }
 
-/// As in records.jsonl, without what all records of the run have in common.
+/// Records as in records.jsonl, without the fields that all records of the run share.
 Json records_json(const ViewedRun& run) {
   std::map<int, std::map<std::string, Json>> by_frame;
   for (const Record& record : run.records) {
@@ -224,7 +224,7 @@ Json metrics_json() {
 }
 
 struct FramePicture {
-  std::string jpeg;  ///< empty: the source has no image
+  std::string jpeg;  ///< empty if the source has no image
   Json outlines = Json::object();
 };
 
@@ -253,7 +253,8 @@ std::string_view part(std::string_view name) {
   return it->text;
 }
 
-/// The page with `data` in it. Marks are looked for in the page alone: texts of the data may look like one.
+/// Inserts `data` into the page. The marks are searched in the page only, because texts of the data may look
+/// like one.
 std::string assembled(const Json& data) {
   std::string scripts(page_file("canvas.js"));
   for (const char* name : {"data.js", "picture.js", "plots.js", "app.js"}) scripts += part(name);

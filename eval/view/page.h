@@ -1,10 +1,10 @@
 #pragma once
 
-// A page to walk through one run, or two of the same source: the image with masks, points and flow, the paths
-// from above, the errors over time, the worst frames. One file of HTML that asks for nothing else; where its
-// images make it larger than one_file_bytes they lie beside it, in frames/.
+// An interactive page of one run, or of two runs of the same source: the image with masks, points and flow,
+// the paths from above, the errors over time, the worst frames. It is one self-contained HTML file; if its
+// images make it larger than one_file_bytes, they are written to frames/ beside it.
 //
-// What the page reads (page/data.js), as JSON inside it:
+// Data of the page, read by page/data.js, as JSON inside it:
 //   {"schema":1, "source", "dataset", "sequence", "width", "height", "first", "last", "rate_hz",
 //    "images": {"12": "data:image/jpeg;base64,.."} or {"12": "frames/000012.jpg"},
 //    "outlines": {"12": {"3": [[x,y,x,y,..], ..]}},         // of masks, px
@@ -33,15 +33,15 @@ struct PageOptions {
   size_t one_file_bytes = sextant::one_file_bytes;
 };
 
-/// index.html, and frames/ where they need to be. The second run, if any, must be of the same frames: throws
-/// Error that names both otherwise.
+/// Makes index.html, and frames/ if the page is too large. A second run must have the same frames; otherwise
+/// throws Error that names both.
 OutputFiles view_page(std::span<const ViewedRun> runs, const PageOptions& options);
 
-/// Writes the page to `out`, a FILE.html, or into the folder `out`; returns what to open. Throws Error when
-/// FILE.html cannot hold the images: a folder can.
+/// Writes the page to the file `out` (FILE.html) or into the folder `out`; returns the file to open. Throws
+/// Error if FILE.html cannot hold the images; a folder can.
 std::string write_view(const std::filesystem::path& out, const OutputFiles& files);
 
-/// One run, or two of the same source.
+/// Request for a page of one run, or of two runs of the same source.
 struct ViewRequest {
   std::vector<std::filesystem::path> folders;  ///< of `sextant run`, `sweep`, `merge` or `evaluate objects`
   CaseChoice choice;
@@ -53,9 +53,9 @@ struct ViewRequest {
 };
 struct View {
   std::vector<ViewedRun> runs;
-  std::string page;  ///< what to open
+  std::string page;  ///< file to open
 };
-/// view_run() or view_records(), view_page() and write_view() under the lock of a folder `out`.
+/// Calls view_run() or view_records(), view_page() and write_view(); locks a folder `out`.
 View make_view(const ViewRequest& request);
 
 }  // namespace sextant

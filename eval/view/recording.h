@@ -1,8 +1,8 @@
 #pragma once
 
-// A viewed run as an MCAP recording for other viewers (Foxglove, Lichtblick): JSON messages of Foxglove's
-// published schemas. Positions are in metres, frame `world` is the world of the run (x right, y down, z ahead
-// in the first camera), and `map` is the same with z up.
+// A viewed run as an MCAP recording for other viewers (Foxglove, Lichtblick), with JSON messages of
+// Foxglove's published schemas. Positions are in metres. The frame `world` is the world of the run (x right,
+// y down, z ahead in the first camera); the frame `map` is the same world with z up.
 //
 //   topic                        type                        content
 //   /tf                          foxglove.FrameTransform     map -> world -> camera and camera_truth
@@ -13,8 +13,8 @@
 //   /image                       foxglove.CompressedImage    the image of the frame, JPEG
 //   /calibration                 foxglove.CameraCalibration  the rectified camera
 //
-// The time of frame k is k / rate. An object's estimate begins at the truth of each stretch of estimates
-// (eval/records/tracks.h). Objects without a true size have poses but no boxes.
+// The time of frame k is k / rate. The estimated path of an object begins at the true pose at the start of
+// each stretch of estimates (eval/records/tracks.h). Objects without a true size have poses but no boxes.
 
 #include <cstdint>
 #include <filesystem>
@@ -29,7 +29,7 @@ struct RecordingOptions {
   bool quiet = false;
 };
 
-/// Replaces `out` and returns the number of messages. Throws Error, Interrupted on Ctrl-C; `out` is then
+/// Replaces `out` and returns the number of messages. Throws Error, or Interrupted on Ctrl-C; `out` is then
 /// unchanged.
 uint64_t write_recording(const ViewedRun& run, const std::filesystem::path& out,
                          const RecordingOptions& options = {});

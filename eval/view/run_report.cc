@@ -20,7 +20,7 @@ namespace {
 constexpr int picture_px = 560;
 constexpr const char* records_beside = "records.jsonl";  // in the folder of the page
 
-/// Watches the first seed of sources that were not estimated in this run.
+/// Estimates the first seed of sources again that were not estimated in this run.
 void catch_up(const RunReportRequest& request, WorstFrames& worst) {
   for (size_t i = 0; i < request.result.sources.size(); ++i) {
     if (worst.has_seen(request.result.sources[i].info)) continue;
@@ -28,7 +28,7 @@ void catch_up(const RunReportRequest& request, WorstFrames& worst) {
     again.sources = {request.config.sources[i]};
     again.n_seeds = 1;
     again.journal = nullptr;
-    again.rescore = true;  // programs of others stay where they are
+    again.rescore = true;  // external programs are not started
     again.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) {
       worst.add(pair, of_pair);
     };
@@ -36,14 +36,14 @@ void catch_up(const RunReportRequest& request, WorstFrames& worst) {
   }
 }
 
-/// "0.0123" or "0.0123 to 0.2".
+/// Formats "0.0123" or "0.0123 to 0.2".
 std::string range_text(std::vector<double> values, int digits) {
   std::ranges::sort(values);
   if (values.size() == 1) return fmt::format("{:.{}f}", values.front(), digits);
   return fmt::format("{:.{}f} to {:.{}f}", values.front(), digits, values.back(), digits);
 }
 
-/// What came out, in a sentence each for camera and objects.
+/// Summarises the result in one sentence each for camera and objects.
 std::string answer(const RunReportRequest& request) {
   const std::vector<BodySummary> rows = summarize(request.result.records, request.preset);
   const std::string how(to_string(request.preset.aggregate));
@@ -72,19 +72,19 @@ std::string answer(const RunReportRequest& request) {
 
 std::string source_title(const SequenceInfo& info) { return info.dataset + " " + info.sequence; }
 
-/// The names of the sources in names of files and parts.
+/// Names of the sources for use in file names.
 std::vector<std::string> stems_of(const RunReportRequest& request) {
   std::vector<std::string> stems;
   for (const SourceRun& source : request.result.sources) stems.push_back(file_stem(folder_name(source.info)));
   return distinct_names(std::move(stems));
 }
 
-/// Below the folder of the results, where the line puts the page of a source.
+/// Folder of a source's page, below the folder of the results, as given in the command.
 std::string view_folder(const RunReportRequest& request, size_t source) {
   return request.result.sources.size() == 1 ? "view" : "view_" + stems_of(request)[source];
 }
 
-/// The folder where sources are found from anywhere; empty where the program finds them by itself.
+/// Folder in which sources are found from anywhere; empty if the program finds them by itself.
 std::string data_root(const RunReportRequest& request) {
   std::error_code ignored;
   if (!request.data_root.empty()) return fs::absolute(request.data_root).lexically_normal().string();
@@ -95,11 +95,11 @@ std::string data_root(const RunReportRequest& request) {
 }
 
 ReportSection view_section(const RunReportRequest& request) {
-  ReportSection section{"view-section", "Walk through it"};
+  ReportSection section{"view-section", "Interactive page"};
   section.paragraphs = {
-      "Given in this folder, the line below makes a page of every frame with points, flow, masks and errors "
+      "Run in this folder, the command below makes a page of every frame with points, flow, masks and errors "
       "over time; the "
-      "pictures of the worst frames lead into it."};
+      "pictures of the worst frames link to it."};
   const std::string root = data_root(request);
   for (size_t i = 0; i < request.result.sources.size(); ++i) {
     std::string line = "sextant view .";
@@ -116,10 +116,10 @@ std::string worst_caption(const std::string& title, const WorstFrame& worst) {
   std::string text = fmt::format("{}, frame {}: E_t {:.4f} m", title, r.frame, worst.Et_m);
   if (const auto e = find_number(r.errors, "ER_deg")) text += fmt::format(", E_R {:.4f} deg", *e);
   if (const auto e = find_number(r.errors, "Ev_kmh")) text += fmt::format(", E_v {:.2f} km/h", *e);
-  return text + fmt::format("; {} points, {} agree.", r.n_points, r.n_inliers);
+  return text + fmt::format("; {} points, {} inliers.", r.n_points, r.n_inliers);
 }
 
-/// In which line of records.jsonl, from 1.
+/// Line of a record in records.jsonl, from 1.
 size_t line_of(const Record& wanted, const std::vector<Record>& records) {
   const auto key = [](const Record& r) {
     return std::tie(r.dataset, r.sequence, r.estimator, r.body, r.frame, r.seed);
@@ -129,7 +129,7 @@ size_t line_of(const Record& wanted, const std::vector<Record>& records) {
   return static_cast<size_t>(at - records.begin()) + 1;
 }
 
-/// One row of pictures a body; a table says the same in numbers.
+/// Section with one row of pictures per body; a table repeats the numbers.
 ReportSection worst_section(const RunReportRequest& request, size_t index, const WorstFrames& worst) {
   const SourceRun& source = request.result.sources[index];
   SourceSpec spec = request.config.sources[index];
@@ -137,11 +137,11 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
   const std::unique_ptr<Sequence> sequence = open_source(spec);
   const std::string stem = stems_of(request)[index];
   ReportSection section{"worst_" + stem, "Worst frames: " + source_title(source.info)};
-  Table table{
-      "",
-      "",
-      {Column::text("body"), Column::count("frame"), Column::number("Et_m", "E_t [m]", 4),
-       Column::count("points"), Column::count("inliers", "agree"), Column::count("line", "line of records")}};
+  Table table{"",
+              "",
+              {Column::text("body"), Column::count("frame"), Column::number("Et_m", "E_t [m]", 4),
+               Column::count("points"), Column::count("inliers", "inliers"),
+               Column::count("line", "line of records")}};
   Channels channels;
   channels.rgb = source.info.channels.rgb;
   channels.mask = source.info.channels.mask;
@@ -164,15 +164,15 @@ ReportSection worst_section(const RunReportRequest& request, size_t index, const
   add_addresses("line", std::vector<std::string>(table.rows.size(), records_beside), table);
   section.paragraphs = {
       channels.rgb
-          ? "The three frames of each body with the largest E_t, of the first seed. Discs agree with the "
-            "estimate, crosses do not; lines are a quarter of the flow."
+          ? "The three frames of each body with the largest E_t, of the first seed. Discs are inliers of the "
+            "estimate, crosses are outliers; lines are a quarter of the flow."
           : "The three frames of each body with the largest E_t, of the first seed. The source has no "
             "images."};
   section.tables = {{"table_" + section.name, std::move(table)}};
   return section;
 }
 
-/// By sequence, how far its true speed is off.
+/// Error of the true speed by sequence.
 std::map<std::string, double> speed_floors(const RunResult& result) {
   std::map<std::string, double> floors;
   for (const Record& record : result.records) {

@@ -1,8 +1,9 @@
 #pragma once
 
-// report.html, with which a run ends: what came out in a sentence, the summary, errors over time, paths from
-// above, distributions, the three worst frames of each body as pictures, where it comes from, and the line
-// that opens the page to walk through it. One file that needs nothing else; links into that page work once
+// report.html of a run: a summary in one sentence, the table, errors over time, paths from above,
+// distributions, pictures of the three worst frames of each body, provenance, and the command that makes the
+// interactive page. It is one self-contained file; links into the interactive page work once that command has
+// been run. The same run gives the same bytes, wherever its folder is.
 // the line has been run. Same run, same bytes, wherever its folder is.
 
 #include <map>
@@ -17,14 +18,14 @@
 
 namespace sextant {
 
-// ---- The frames in which each body is worst, with what the estimator saw of it there: found while a run
-// goes, pair by pair, so that nothing has to be estimated again to draw them.
+// ---- The worst frames of each body, with the estimator's result there. They are collected pair by pair
+// during a run, so that nothing must be estimated again to draw them.
 
 struct WorstFrame {
   Record record;
   BodyResult result;
-  int prev = 0;     ///< the frame to draw on; the record's is the current one
-  double Et_m = 0;  ///< as the preset has it
+  int prev = 0;     ///< frame to draw on; the record's frame is the current one
+  double Et_m = 0;  ///< as defined by the preset
 };
 
 class WorstFrames {
@@ -33,11 +34,11 @@ class WorstFrames {
 
   explicit WorstFrames(const MetricPreset& preset) : preset_(preset) {}
 
-  /// A PairObserver. Of an estimator with several results the first counts.
+  /// A PairObserver. For an estimator with several results, the first result is used.
   void add(const FrameResult& result, std::span<const Record> of_pair);
-  /// Whether pairs of these frames were seen.
+  /// Returns true if pairs of these frames were seen.
   bool has_seen(const SequenceInfo& info) const;
-  /// By body_order(): the largest E_t first, of equal ones the earlier frame. Empty where no pair was seen.
+  /// By body_order(); the largest E_t first, and for equal ones the earlier frame. Empty if no pair was seen.
   const std::map<int, std::vector<WorstFrame>>& of(const SequenceInfo& info) const;
 
  private:
@@ -53,11 +54,11 @@ struct RunReportRequest {
   const RunConfig& config;
   const RunResult& result;
   const MetricPreset& preset;
-  std::string data_root;  ///< for the line, where the user has to say it again; else empty
+  std::string data_root;  ///< for the command, if the user must give it again; otherwise empty
 };
 
-/// `worst` has watched the run. Sources that it has not seen, because an earlier run had done them, go
-/// through the estimator again here, with their first seed.
+/// Makes the report. `worst` has observed the run. Sources that it has not seen, because an earlier run had
+/// finished them, are estimated again here with their first seed.
 ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst);
 
 }  // namespace sextant

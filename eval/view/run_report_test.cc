@@ -86,7 +86,8 @@ TEST(RunReport, HasEveryPartAndAPictureOfEveryWorstFrame) {
       EXPECT_THAT(html, HasSubstr(fmt::format("href=\"view/index.html#frame={}&amp;body={}\"",
                                               frame.record.frame, frame.record.body.str())));
   }
-  // Every row of the summary leads to its records, the largest error told; every worst frame to its line.
+  // Every row of the summary links to its records and states the largest error; every worst frame links to
+  // its line.
   const WorstFrame& worst = run.worst.of(run.result.sources.front().info).at(0).front();
   const auto line = std::ranges::find_if(run.result.records, [&](const Record& r) {
     return r.is_ego() && r.seed == 0 && r.frame == worst.record.frame;
@@ -102,7 +103,7 @@ TEST(RunReport, IsTheSameWhenTheSourceWasDoneBefore) {
   const RunConfig config = config_of("synthetic:s18@0-4");
   Watched run = watched(config);
   Watched resumed;
-  resumed.result = run.result;  // nothing was watched
+  resumed.result = run.result;  // nothing was observed
   EXPECT_FALSE(resumed.worst.has_seen(run.result.sources.front().info));
   EXPECT_EQ(page_of(config, resumed), page_of(config, run));
 }

@@ -34,7 +34,7 @@ ViewedRun viewed(const std::string& folder, const CaseChoice& choice = {}) {
   return view_run(folder, choice, "", 1, true);
 }
 
-/// What the page holds.
+/// Content of the page.
 Json data_of(const std::string& html) {
   const std::string begin = "<script type=\"application/json\" id=\"data\">";
   const size_t from = html.find(begin) + begin.size();
@@ -137,7 +137,7 @@ TEST(View, NamesWhatIsNotThere) {
   moved["configuration"]["sources"] = {"vdo:/nowhere/at/all"};
   folder.write("run/run.json", json_text(moved));
   EXPECT_THAT(error_of([&] { viewed(run_folder); }),
-              HasSubstr("its source 'vdo:/nowhere/at/all' is not where it was"));
+              HasSubstr("its source 'vdo:/nowhere/at/all' cannot be opened"));
   Json other = run_json;
   other.erase("configuration");
   folder.write("run/run.json", json_text(other));
@@ -151,7 +151,7 @@ TEST(View, SaysWhenTheProgramMakesOtherRecordsNow) {
   records.front().errors["Et_m"] += 1e-9;
   folder.write("run/records.jsonl", write_records(records));
   EXPECT_THAT(viewed(run_folder).notes,
-              testing::ElementsAre(HasSubstr("not those that this program makes now")));
+              testing::ElementsAre(HasSubstr("differ from those of the current program")));
 }
 
 TEST(View, TwoRunsMustBeOfTheSameFrames) {

@@ -25,7 +25,8 @@ namespace {
 
 constexpr const char* external_prefix = "external:";
 
-/// The configuration of a run as a plan of one estimator and one level; that of a sweep is one already.
+/// Converts the configuration of a run to a plan with one estimator and one level; that of a sweep is already
+/// a plan.
 Json plan_of(const Json& configuration, const std::string& where) {
   if (configuration.contains("estimators")) return configuration;
   const Json options = json_object(configuration, "options", where);
@@ -52,7 +53,7 @@ std::string listed(const std::vector<std::string>& names) {
   return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
 }
 
-/// The place of `wanted` among `names`; the first when nothing is wanted.
+/// Index of `wanted` among `names`; the first one if `wanted` is empty.
 size_t place_of(const std::string& wanted, const std::vector<std::string>& names, const std::string& what,
                 const fs::path& folder) {
   if (names.empty()) fail("{}: its configuration has no {}", folder.string(), what);
@@ -62,7 +63,7 @@ size_t place_of(const std::string& wanted, const std::vector<std::string>& names
   return static_cast<size_t>(it - names.begin());
 }
 
-/// `plan` cut down to the sources that are asked for: others need not be there.
+/// Reduces `plan` to the requested source, so that the other sources need not exist.
 void choose_source(Json& plan, const std::string& wanted, const fs::path& folder) {
   std::vector<std::string> names;
   for (const Json& source : json_list(plan, "sources", folder.string()))
@@ -82,7 +83,7 @@ PlanCase choose_case(const Plan& plan, const CaseChoice& choice, const fs::path&
   return c;
 }
 
-/// Evenly out of all, the same ones in every run.
+/// Selects points evenly, the same ones in every run.
 DrawnPoints drawn_points(const BodyResult& body, const PinholeCamera& camera) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   DrawnPoints drawn;
@@ -110,13 +111,13 @@ std::vector<Record> without_times(std::vector<Record> records) {
   return records;
 }
 
-/// Runs the case again and keeps what a page shows of it.
+/// Runs the case again and keeps what the page shows.
 void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int jobs, bool quiet,
                ViewedRun& run) {
   const Sequence& sequence = *run.sequence;
   const SequenceInfo& info = sequence.info();
   CaseSettings settings = case_settings(plan, c);
-  settings.rescore = true;  // programs of others stay where they are
+  settings.rescore = true;  // external programs are not started
   settings.folder = folder / "external" / fmt::format("{}_seed{}", folder_name(info), c.seed);
   PairReader reader(sequence, plan.estimators[c.estimator].extraction, settings.noise, jobs);
   std::vector<ExtractedPair> window;
@@ -138,7 +139,7 @@ void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int 
   CaseOutcome outcome = std::move(run_cases(sequence, {settings}, next, 1, keep).front());
 
   run.tracks = body_tracks(outcome.motions, sequence.truth(), info);
-  std::map<int, std::map<int, Eigen::Vector3d>> positions;  // of objects, by frame
+  std::map<int, std::map<int, Eigen::Vector3d>> positions;  // positions of objects by frame
   for (const BodyTrack& track : run.tracks) {
     if (track.body == "ego") continue;
     const int id = std::stoi(track.body.substr(track.body.find(':') + 1));
@@ -155,13 +156,13 @@ void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int 
   }
   if (without_times(outcome.records) != without_times(run.records)) {
     run.notes.push_back(
-        "Its records are not those that this program makes now: points, covariances and paths are of the "
-        "program as it is, "
-        "numbers those of the folder.");
+        "Its records differ from those of the current program: points, covariances and paths are computed by the "
+        "current program, "
+        "numbers are those of the folder.");
   }
 }
 
-/// Those of the case, by frame; of several results of one estimator, the first.
+/// Records of the case by frame; for an estimator with several results, the first.
 std::vector<Record> records_of(const fs::path& folder, const SequenceInfo& info, const ViewedRun& run) {
   std::vector<Record> records;
   for (Record& record : read_records(folder / "records.jsonl")) {
@@ -177,7 +178,7 @@ std::shared_ptr<const Sequence> open(const SourceSpec& spec, const fs::path& fol
   try {
     return open_source(spec);
   } catch (const Error& error) {
-    fail("{}: its source '{}' is not where it was: {}. Say with --data in which folder it is now",
+    fail("{}: its source '{}' cannot be opened: {}. Give the folder that holds it with --data",
          folder.string(), spec.text, error.what());
   }
 }
@@ -221,7 +222,7 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
   } catch (const Error& error) {
     if (!is_external) throw;
     run.notes.push_back(
-        fmt::format("Points and paths of another program cannot be made again: {}", error.what()));
+        fmt::format("Points and paths of an external program cannot be computed again: {}", error.what()));
   }
   return run;
 }
@@ -349,7 +350,7 @@ bool has_covariance(const BodyResult& body) {
          body.estimate.covariance.trace() > 0;
 }
 
-/// d(exp(e) p) / d e.
+/// Derivative d(exp(e) p) / d e.
 Eigen::Matrix<double, 3, 6> point_jacobian(const Eigen::Vector3d& p) {
   Eigen::Matrix<double, 3, 6> J;
   J << Eigen::Matrix3d::Identity(), -skew(p);

@@ -1,9 +1,9 @@
 #pragma once
 
-// One case of a finished run or sweep, with what its records do not hold: the points of every pair, the
-// covariances and the paths. These come from the source again, through the same deterministic pipeline: a run
-// needs no extra files to be looked at. Records are those of the folder. Programs of others are not run
-// again: of their cases there are records alone.
+// One case of a finished run or sweep, with data that its records do not hold: the points of every pair, the
+// covariances and the paths. These are computed again from the source by the same deterministic pipeline, so
+// a run needs no extra files to be viewed. Records are read from the folder. External programs are not run
+// again; their cases consist of records only.
 
 #include <cstdint>
 #include <filesystem>
@@ -21,17 +21,18 @@
 
 namespace sextant {
 
-// ---- What an estimate's own covariance says about its errors: the bands of a timeline and the ellipses of a
-// top view. To first order, for an unbiased Gaussian estimate X = exp(e) Xhat with covariance C of e (left
-// twist):
+// ---- Uncertainty of the errors according to the estimate's own covariance: the bands of a timeline and the
+// ellipses of a top view. To first order, for an unbiased Gaussian estimate X = exp(e) Xhat with covariance C
+// of e (left twist):
 //
-//   E_t, E_R   length of the two halves of the error's twist: e for the camera, -Ad(X^-1) e for an object
-//              (metrics/crlb.h). The length of a Gaussian vector is taken as a scaled chi variable of the
-//              same mean square and variance (Satterthwaite 1946)
+//
+//   E_t, E_R   norms of the translation and rotation part of the error twist: e for the camera, -Ad(X^-1) e for an
+//              object (metrics/crlb.h). The norm of a Gaussian vector is approximated by a scaled chi variable with
+//              the same mean square and variance (Satterthwaite 1946)
 //   E_v        n^T (H c - c) / dt along n, the direction of H c - c, from the covariances of both motions
-//   position   steps are independent: covariances in the world add up
+//   position   steps are independent, so their covariances in the world add up
 
-/// 19 of 20 errors are smaller. NaN where there is no covariance.
+/// Bounds below which 95 % of the errors lie. NaN if there is no covariance.
 struct ErrorBand {
   double Et_m;
   double ER_deg;
@@ -40,10 +41,10 @@ struct ErrorBand {
 
 inline constexpr double band_probability = 0.95;
 
-/// The q with P(|x| <= q) = p for x ~ N(0, covariance).
+/// Returns q with P(|x| <= q) = p for x ~ N(0, covariance).
 double length_quantile(const Eigen::Matrix3d& covariance, double p);
 
-/// Of a body whose status is ok.
+/// Computes the bounds for a body with status ok.
 ErrorBand error_band(const BodyResult& body, const FrameResult& frame);
 
 /// Covariance of a position in the world seen from above (m^2): x to the right, z ahead in the first camera.
@@ -51,12 +52,12 @@ struct TopViewCovariance {
   double xx = 0, xz = 0, zz = 0;
 };
 
-/// Adds up along a run. The camera's begins at its first pose; an object's where a stretch of estimates
-/// begins.
+/// Accumulates covariances of positions along a run. For the camera they begin at its first pose, for an
+/// object at the beginning of each stretch of estimates.
 class PositionCovariances {
  public:
-  /// T_world_camera and the objects' positions after the pair, as estimated; frames in order. What has no
-  /// covariance in the result is left out.
+  /// Adds one pair. T_world_curr and the positions of the objects are the estimates after the pair; call in
+  /// order of frames. A body without a covariance in the result is left out.
   std::map<std::string, TopViewCovariance> add(const FrameResult& frame, const SE3& T_world_curr,
                                                const std::map<int, Eigen::Vector3d>& objects_m);
 
@@ -69,22 +70,22 @@ class PositionCovariances {
   std::map<int, Object> objects_;
 };
 
-/// Which case. What is not said: the first that the folder has.
+/// Selects a case. An unset member selects the first one in the folder.
 struct CaseChoice {
-  std::string source;     ///< as the folder's configuration has it
+  std::string source;     ///< as in the folder's configuration
   std::string estimator;  ///< label in records
   std::optional<double> level;
   std::optional<uint64_t> seed;
 };
 
-/// Points of a body in a pair, for drawing: at most max_drawn_points, evenly out of all.
+/// Points of a body in a pair for drawing: at most max_drawn_points, evenly selected from all.
 struct DrawnPoints {
   int n_all = 0;
   struct Point {
     double u, v;                      ///< px, previous image
     double flow_u, flow_v;            ///< measured
-    double predicted_u, predicted_v;  ///< that the estimated motion gives at the measured depth; NaN: none
-    double refined_u, refined_v;      ///< the estimator's
+    double predicted_u, predicted_v;  ///< by the estimated motion at the measured depth; NaN: none
+    double refined_u, refined_v;      ///< flow refined by the estimator
     bool inlier;
   };
   std::vector<Point> points;
@@ -103,10 +104,10 @@ struct ViewedRun {
   std::string estimator, noise;
   double level = 0;
   uint64_t seed = 0;
-  std::string version;  ///< of the program that ran it, with commit
+  std::string version;  ///< version and commit of the program that ran it
   uint64_t n_cases = 1;
-  std::vector<std::string> notes;  ///< what a reader must know
-  std::vector<Record> records;     ///< of the case, as in the folder
+  std::vector<std::string> notes;  ///< notes for the reader
+  std::vector<Record> records;     ///< records of the case, as in the folder
   std::vector<BodyTrack> tracks;
   std::map<int, std::map<std::string, ViewedBody>> pairs;  ///< by current frame and body
   std::shared_ptr<const Sequence> sequence;

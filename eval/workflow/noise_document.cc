@@ -22,7 +22,7 @@ std::string joined(const std::vector<std::filesystem::path>& folders) {
   return text;
 }
 
-/// What sweeps that kept summaries cannot say, a line each; no rows where there are records.
+/// Lists what sweeps that kept summaries cannot report, one row each; no rows for sweeps with records.
 Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<ComparisonRow>& comparisons,
                      size_t n_left_out) {
   struct Limit {
@@ -36,12 +36,14 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
       one_seed = one_seed || (level->is_summed() && level->n_seeds() < 2);
     }
   }
-  if (any) limits.push_back({"quantiles", "within 0.5 %: they are those of bins so wide; all else is exact"});
+  if (any)
+    limits.push_back(
+        {"quantiles", "exact within 0.5 %, the width of the histogram bins; everything else is exact"});
   if (one_seed) limits.push_back({"intervals of one seed", "need frames, which only records have"});
   if (any && n_left_out > 0) {
     limits.push_back(
         {fmt::format("{} of {} comparisons of estimators", n_left_out, n_left_out + comparisons.size()),
-         "the two estimated different pairs: which, only records tell"});
+         "the two estimated different pairs; only records show which"});
   }
   return table_of<Limit>("What summaries leave open",
                          "These sweeps kept summaries of their cases, not records (\"keep\": \"summary\").",

@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-/// Options below "noise" go on top of the noise.
+/// Merges the options below "noise" over the noise of the configuration.
 void set_noise(RunConfig& config) {
   const auto said = config.options.find("noise");
   if (said == config.options.end()) return;
@@ -54,7 +54,8 @@ WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output) {
     identity[fingerprints_key] = fingerprints_json(versions);
   RunJournal journal(output.out, identity);
   RunConfig resumable = config;
-  if (!config.rescore) resumable.journal = &journal;  // the files of a rescored run may change between
+  if (!config.rescore)
+    resumable.journal = &journal;  // the files that a rescored run reads may change between two attempts
   WorstFrames worst(preset);
   resumable.on_pair = [&](const FrameResult& pair, std::span<const Record> of_pair) {
     worst.add(pair, of_pair);
@@ -66,7 +67,7 @@ WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output) {
   try {
     files["report.html"] =
         report_page(run_document({config, result, preset, output.data_root}, worst), config.jobs);
-  } catch (const Error& error) {  // the results of hours do not hang on a program that draws
+  } catch (const Error& error) {  // a failing gnuplot must not lose the results of a long run
     folder.warnings.push_back(fmt::format("no report.html: {}", error.what()));
     std::error_code ignored;
     std::filesystem::remove(std::filesystem::path(output.out) / "report.html", ignored);
@@ -82,7 +83,7 @@ RescoredFolder rescore_into_folder(const RescoreRequest& request, const SweepCon
                                    const RunOutput& output) {
   std::error_code ignored;
   if (std::filesystem::equivalent(request.folder, output.out, ignored))
-    fail("--out {}: is the folder itself: choose another one", output.out);
+    fail("--out {}: is the folder that is being rescored: choose another one", output.out);
   if (!is_sweep(request.folder)) {
     RunConfig run = rescored_run(request);
     run.jobs = config.jobs;

@@ -1,4 +1,5 @@
-// A report of a sweep that kept summaries against that of the same sweep's records: tables, claims, what is left open.
+// Compares the report of a sweep that kept summaries with the report of the same sweep's records: tables,
+// claims, and the list of what summaries leave open.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,16 +20,18 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The records of one case: camera and three objects over five frames; sometimes one is not estimated, a bound is missing.
-/// `gaps`: of object 3 the estimator misses frames of its own.
+/// Records of one case: camera and three objects over five frames, some without an estimate or a bound.
+/// With `gaps` the estimator misses frames of object 3 that depend on its name.
 std::vector<Record> case_of(const std::string& estimator, double level, uint64_t seed, bool gaps) {
   std::vector<Record> records;
   for (int frame = 1; frame <= 5; ++frame) {
     for (int body = 0; body <= 3; ++body) {
-      PhiloxStream random(1000 * seed + static_cast<uint64_t>(frame), static_cast<uint64_t>(10 * body + 100 * level));
+      PhiloxStream random(1000 * seed + static_cast<uint64_t>(frame),
+                          static_cast<uint64_t>(10 * body + 100 * level));
       const double gain = estimator == "b" ? 0.9 : 1.0;
-      Record r = RecordOf{"d", "s", estimator, body == 0 ? "ego" : object_body(body), fmt::format("flow {}", level),
-                          level, seed, frame};
+      Record r = RecordOf{
+          "d",   "s",  estimator, body == 0 ? "ego" : object_body(body), fmt::format("flow {}", level),
+          level, seed, frame};
       r.values["nees"] = 5 + 2 * random.uniform();
       if (body > 0) r.values["distance_gt_m"] = 10.0 * body + 0.1 * frame;
       r.errors["Et_m"] = gain * level * (body + 1) * (0.01 + random.uniform());
@@ -36,7 +39,8 @@ std::vector<Record> case_of(const std::string& estimator, double level, uint64_t
       r.errors["epe_initial_px"] = level + 0.1 * random.uniform();
       r.flow_truth = "given";
       if (frame != 2) r.bound = {{"Et_m", 0.3 * level}, {"ER_deg", 0.05 * level}};
-      const bool is_missed = (body == 2 && frame == 3) || (gaps && body == 3 && frame == 1 + static_cast<int>(seed % 3));
+      const bool is_missed =
+          (body == 2 && frame == 3) || (gaps && body == 3 && frame == 1 + static_cast<int>(seed % 3));
       if (is_missed) {
         r.status = Status::gated;
         r.gate = Gate::distance;
@@ -57,7 +61,8 @@ struct Folders {
     std::vector<Record> all;
     std::vector<std::string> cases;
     Json levels = Json::array();
-    for (const double level : {0.5, 1.0, 1.5}) levels.push_back({{"level", level}, {"noise", {{"flow", {{"scale", level}}}}}});
+    for (const double level : {0.5, 1.0, 1.5})
+      levels.push_back({{"level", level}, {"noise", {{"flow", {{"scale", level}}}}}});
     for (const std::string estimator : {"a", "b"}) {
       for (const double level : {0.5, 1.0, 1.5}) {
         for (uint64_t seed = 0; seed < n_seeds; ++seed) {
@@ -78,7 +83,7 @@ struct Folders {
   }
 };
 
-/// By name; rows as JSON.
+/// Tables of the report by name, with rows as JSON.
 std::map<std::string, Json> tables_of(const fs::path& folder) {
   std::map<std::string, Json> tables;
   for (const ReportSection& section : noise_document({folder}, 2).sections) {
@@ -107,9 +112,11 @@ void expect_equal_rows(const Json& found, const Json& wanted, const std::string&
       }
       const double number = value.get<double>();
       const bool is_end = key.find("_low") != std::string::npos || key.find("_high") != std::string::npos;
-      // The ends of a quantile's interval are quantiles of replicates, which jump from one value of a small sample to the next.
+      // The ends of a quantile's interval are quantiles of bootstrap replicates, which jump between values
+      // of a small sample.
       const double tolerance = is_quantile(key) ? (is_end ? 0.05 : 0.005) : 1e-12;
-      EXPECT_NEAR(found[row][key].get<double>(), number, tolerance * std::max(std::abs(number), is_quantile(key) ? 0.0 : 1.0))
+      EXPECT_NEAR(found[row][key].get<double>(), number,
+                  tolerance * std::max(std::abs(number), is_quantile(key) ? 0.0 : 1.0))
           << where;
     }
   }
@@ -126,7 +133,7 @@ TEST(SummaryReport, IsThatOfTheRecords) {
   for (const auto& [name, rows] : wanted) expect_equal_rows(found.at(name), rows, name);
 }
 
-/// How many records a row of a table is of, by its link, whose address is checked.
+/// Returns how many records the link of a row states, and checks the address of the link.
 int n_behind(const Json& row) {
   EXPECT_EQ(row.value("records_file", ""), "../records/records.jsonl") << row.dump();
   return std::stoi(row.value("records", "0"));
@@ -168,8 +175,13 @@ TEST(SummaryReport, OfOneSeedHasNoIntervals) {
 
 TEST(SummaryReport, RefusesACaseTwice) {
   const Folders folders(2, /*gaps=*/false);
-  EXPECT_THAT(error_of([&] { noise_document({folders.summaries, folders.summaries}, 1); }), HasSubstr("give each case once"));
-  EXPECT_THAT(error_of([&] { noise_document({folders.records, folders.summaries}, 1); }),
+  EXPECT_THAT(error_of([&] {
+                noise_document({folders.summaries, folders.summaries}, 1);
+              }),
+              HasSubstr("give each case once"));
+  EXPECT_THAT(error_of([&] {
+                noise_document({folders.records, folders.summaries}, 1);
+              }),
               HasSubstr("in a folder of records and in one of summaries"));
 }
 

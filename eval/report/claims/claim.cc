@@ -66,7 +66,7 @@ struct ClaimRow {
   const ClaimResult* result;
 };
 
-/// `names_claim`: whether people see the statement and its place in the table.
+/// With `names_claim` the table shows the statement and its place in the paper.
 Table table_of_claims(const std::vector<CheckedClaim>& checked, bool names_claim) {
   std::vector<ClaimRow> rows;
   std::vector<std::string> notes;

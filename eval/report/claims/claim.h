@@ -1,14 +1,15 @@
 #pragma once
 
 // Statements of the paper, checked on records. To add some, write eval/report/claims/NAME_claims.cc with a
-// function `std::vector<Claim> NAME_claims()`, which is found by its name. A Claim has its statement itself,
-// or, with paper_claim(), from results/published/zhang2020_data.json.
+// function `std::vector<Claim> NAME_claims()`, which the build finds by its name. A Claim contains its
+// statement or, with paper_claim(), takes it from results/published/zhang2020_data.json.
 //
-// A result is one number with its 95 % interval beside what the paper states. Verdicts:
+// A result is one number with its 95 % interval, and the value that the paper states. Verdicts:
 //   reproduced      the whole interval agrees with the statement
 //   not_reproduced  the whole interval contradicts it
-//   undecided       the interval holds both, or there is no interval
-// A claim that the records say nothing about has no results: it was not tested.
+//
+//   undecided       the interval contains values of both kinds, or there is no interval
+// A claim for which there are no records has no results: it was not tested.
 
 #include <functional>
 #include <optional>
@@ -27,6 +28,7 @@ namespace sextant {
 enum class Verdict { reproduced, not_reproduced, undecided };
 constexpr Names<3> names_of(Verdict) { return {"reproduced", "not reproduced", "undecided"}; }
 
+/// One measured value of a claim.
 struct ClaimResult {
   std::string dataset, sequence, estimator;
   std::string subject;   ///< "camera", "object 2 (id 3)"
@@ -35,11 +37,11 @@ struct ClaimResult {
   double value = 0;
   std::optional<Interval> interval{};
   Verdict verdict = Verdict::undecided;
-  std::string records{};  ///< the part it was measured on
+  std::string records{};  ///< the experiment that measured it
 
   void set(const IntervalEstimate& estimate);
 
-  /// Whether the records of that level are behind this row.
+  /// Returns true if records of that level contribute to this row.
   bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
     return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator;
   }
@@ -53,31 +55,31 @@ struct Claim : Statement {
   ClaimCheck check;
 };
 
-/// A claim whose statement is the entry `name` of zhang2020_data.json.
+/// Makes a claim whose statement is the entry `name` of zhang2020_data.json.
 Claim paper_claim(int order, const std::string& name, ClaimCheck check);
 
-/// All claims, in the order of reports.
+/// Returns all claims in the order of reports.
 std::span<const Claim> claims();
-/// The claim of that name; throws InternalError where there is none.
+/// Returns the claim called `name`; throws InternalError if there is none.
 const Claim& find_claim(const std::string& name);
 
-/// The verdict on "value < limit" and on "value > limit".
+/// Verdicts on "value < limit" and "value > limit".
 Verdict is_below(double limit, double value, const std::optional<Interval>& interval);
 Verdict is_above(double limit, double value, const std::optional<Interval>& interval);
-/// On "low <= value <= high".
+/// Verdict on "low <= value <= high".
 Verdict is_between(double low, double high, double value, const std::optional<Interval>& interval);
 
 struct CheckedClaim {
   const Claim* claim;
   std::vector<ClaimResult> results;
 };
-/// All of claims(), in order.
+/// Checks all claims() in order.
 std::vector<CheckedClaim> check_claims(const Evidence& evidence);
 
-/// One row a result; claims without results are listed in the notes as not tested here.
+/// Table with one row per result; notes list the claims without results as not tested.
 Table claim_table(const std::vector<CheckedClaim>& checked);
 
-/// One line a claim, with the verdict that its results share; linked to `link`.
+/// One line per claim with the joint verdict of its results, linked to `link`.
 std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& link);
 
 }  // namespace sextant

@@ -1,21 +1,21 @@
-// What the paper says of its fig. 4. Its bodies are the camera and the three nearest objects of a
-// sequence; objects are told by their mean true distance. Intervals: bootstrap over seeds.
+// Statements of the paper about its fig. 4. Its bodies are the camera and the three nearest objects of a
+// sequence; objects are identified by their mean true distance. Intervals: bootstrap over seeds.
 //
-//   depth_noise_low         the largest mean error over the levels, once for delta_d <= 0.2 px (an industrial
-//                           stereo camera, in the paper's words) and once for all levels of the sweep
+//
+//   depth_noise_low         largest mean error over the levels, once for delta_d <= 0.2 px (which the paper
+//                           attributes to an industrial stereo camera) and once for all levels of the sweep
 //   depth_noise_gradual     slope of E_t > 0
-//   flow_noise_far_objects  the smaller slope of objects 2 and 3 minus the larger one of camera and object 1,
-//                           > 0
-//   flow_noise_highest      the larger mean error of objects 2 and 3 at the highest level. "Nearly" is read
-//                           as within 25 % of the stated value
+//   flow_noise_far_objects  smaller slope of objects 2 and 3 minus the larger slope of camera and object 1, > 0
+//   flow_noise_highest      larger mean error of objects 2 and 3 at the highest level; "nearly" is interpreted as
+//                           within 25 % of the stated value
 //
-// What noise that is independent from pixel to pixel hides. Sweeps of one data set with the same
-// levels and seeds, once with independent and once with spatially correlated noise of the same size
-// (docs/noise.md):
+// Effect of spatial correlation. Compares sweeps of one data set with the same levels and seeds, with
+// independent noise and with spatially correlated noise of the same size (docs/noise.md):
 //
-//   independent_noise_is_kind  k = mean error with correlated / mean error with independent noise, over the
-//                              cases that both have (level, seed, frame), for camera and the three nearest
-//                              objects; > 1. Interval: bootstrap over seeds
+//
+//   independent_noise_is_kind  k = mean error with correlated / mean error with independent noise, over the cases
+//                              (level, seed, frame) that both have, for the camera and the three nearest objects;
+//                              > 1. Interval: bootstrap over seeds
 
 #include "sextant/eval/report/claims/claim.h"
 
@@ -46,19 +46,19 @@ struct ErrorKind {
 };
 constexpr std::array<ErrorKind, 2> error_kinds = {{{"Et_m", 0.02, 0.09}, {"ER_deg", 0.04, 0.2}}};
 
-/// One body of a noise sweep under one estimator.
+/// One body of a noise sweep for one estimator.
 struct CurveOfBody {
   std::string title;  ///< "camera", "object 1 (id 3)"
   std::span<const NoiseLevelRef> levels;
 };
 
-/// One figure of the paper: a sequence under one estimator.
+/// One figure of the paper: a sequence for one estimator.
 struct FigureOfPaper {
   std::string dataset, sequence, estimator;
   std::vector<CurveOfBody> bodies;  ///< camera, then objects by distance
 };
 
-/// The camera, then the three nearest objects, as the paper counts them.
+/// The camera and the three nearest objects, as in the paper.
 std::vector<CurveOfBody> nearest_bodies(const std::vector<std::span<const NoiseLevelRef>>& curves) {
   std::vector<CurveOfBody> bodies;
   std::vector<std::tuple<double, int, std::span<const NoiseLevelRef>>> objects;
@@ -101,7 +101,7 @@ ClaimResult result_for(const FigureOfPaper& figure, const std::string& subject, 
   return {figure.dataset, figure.sequence, figure.estimator, subject, quantity, stated};
 }
 
-/// Sums of one error by cluster and level, so that statistics of resampled seeds are cheap.
+/// Sums of one error by cluster and level, so that statistics of resampled seeds are fast.
 class LevelMeans {
  public:
   LevelMeans(std::span<const NoiseLevelRef> curve, size_t error, double max_level) {
@@ -132,7 +132,7 @@ class LevelMeans {
     return max;
   }
   double at_highest_level(std::span<const size_t> clusters) const { return means(clusters).back().second; }
-  /// Least squares line through the means.
+  /// Slope of the least-squares line through the means.
   double slope(std::span<const size_t> clusters) const {
     const std::vector<std::pair<double, double>> points = means(clusters);
     double n = 0, x = 0, y = 0, xx = 0, xy = 0;
@@ -147,7 +147,7 @@ class LevelMeans {
   }
 
  private:
-  /// Level and mean over the clusters with these indices, levels that they have.
+  /// Level and mean over the clusters with these indices, for the levels that they have.
   std::vector<std::pair<double, double>> means(std::span<const size_t> clusters) const {
     std::vector<Moments> sums(levels_.size());
     for (const size_t c : clusters) {
@@ -174,11 +174,11 @@ bool has_two_levels(std::span<const NoiseLevelRef> curve) {
   return levels.size() > 1;
 }
 
-/// Camera and objects 1, 2, 3.
+/// The camera and objects 1, 2, 3.
 using FourBodies = std::vector<LevelMeans>;
 
-/// A result for each sequence, estimator and error in which the paper's four bodies are there with the same
-/// seeds.
+/// Returns a result for each sequence, estimator and error for which the paper's four bodies exist with the
+/// same seeds.
 template <typename Check>
 std::vector<ClaimResult> of_four_bodies(const NoiseSweep& sweep, const Check& check) {
   std::vector<ClaimResult> results;
@@ -250,21 +250,21 @@ std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
 }
 
 std::vector<ClaimResult> check_flow_noise_highest(const NoiseSweep& sweep) {
-  return of_four_bodies(sweep, [](const FigureOfPaper& figure, const ErrorKind& kind,
-                                  const FourBodies& means) {
-    ClaimResult result =
-        result_for(figure, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
-                   fmt::format("nearly {}", kind.highest));
-    result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
-      return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
-    }));
-    result.verdict =
-        is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result.value, result.interval);
-    return result;
-  });
+  return of_four_bodies(
+      sweep, [](const FigureOfPaper& figure, const ErrorKind& kind, const FourBodies& means) {
+        ClaimResult result =
+            result_for(figure, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
+                       fmt::format("nearly {}", kind.highest));
+        result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
+          return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
+        }));
+        result.verdict = is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result.value,
+                                    result.interval);
+        return result;
+      });
 }
 
-// ---- independent against correlated noise
+// ---- Independent against correlated noise.
 
 constexpr const char* spatial_suffix = " (spatial ";
 
@@ -272,7 +272,7 @@ bool is_correlated(const NoiseLevel& level) {
   return level.key().noise.str().find(spatial_suffix) != std::string::npos;
 }
 
-/// The level of the same noise without correlation; null where there is none.
+/// Returns the level with the same noise without correlation; null if there is none.
 const NoiseLevel* independent_of(const NoiseLevel& correlated, std::span<const NoiseLevelRef> curve) {
   const std::string noise = correlated.key().noise.str();
   const std::string independent = noise.substr(0, noise.find(spatial_suffix));
@@ -286,7 +286,7 @@ struct Sums {
   double correlated = 0, independent = 0;
 };
 
-/// The ratio of mean errors of one body; none where no case has both.
+/// Ratio of the mean errors of one body; empty if no case has both.
 std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve, size_t error) {
   std::map<uint64_t, Sums> by_seed;
   for (const NoiseLevelRef& level : curve) {
@@ -323,10 +323,9 @@ std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidenc
     std::map<Group, std::vector<std::span<const NoiseLevelRef>>> groups;
     for (const auto& curve : curves_of(part->sweep.levels)) {
       const NoiseLevelKey& key = curve.front()->key();
-      const bool has_both = std::ranges::any_of(
-          curve, [&](const auto& level) {
-            return is_correlated(*level) && independent_of(*level, curve) != nullptr;
-          });
+      const bool has_both = std::ranges::any_of(curve, [&](const auto& level) {
+        return is_correlated(*level) && independent_of(*level, curve) != nullptr;
+      });
       if (has_both) groups[{key.dataset, key.sequence, key.estimator}].push_back(curve);
     }
     for (const auto& [group, curves] : groups) {
@@ -353,7 +352,7 @@ std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidenc
   return results;
 }
 
-/// A check of sweeps, applied to every part that varies noise.
+/// Applies a check of sweeps to every experiment that varies noise.
 template <typename Check>
 auto on_noise_parts(Check check) {
   return [check](const Evidence& evidence) {

@@ -1,13 +1,13 @@
 // Claims on real data. Intervals: bootstrap over stretches of 5 frames, which depend on each other.
 //
-//   velocity            mean E_v of joint per object that the paper names; stated 2 .. 5 km/h
-//   ahead_of_orb_slam   mean E_t of joint less that of ORB-SLAM3's recorded trajectory, same frames; < 0
-//   within_floor        the size of that difference, and of the published one, against the RMS floor of the
+//
+//   velocity            mean E_v of joint for each object that the paper names; stated as 2 .. 5 km/h
+//   ahead_of_orb_slam   mean E_t of joint minus that of ORB-SLAM3's recorded trajectory, on the same frames; < 0
+//   within_floor        absolute value of that difference, and of the published one, against the RMS floor of the
 //                       truth
-//   rotation_floor      the published mean E_R, and that of ORB-SLAM3's recorded trajectories, against the
-//                       rotation floor of the truth of the recorded sequences, RMS: from timing alone to
-//                       turn rates
-//   frame_rate          1000 / mean of the frame's ms (table VII); stated at least 6
+//   rotation_floor      published mean E_R, and that of ORB-SLAM3's recorded trajectories, against the RMS rotation
+//                       floor of the truth of the recorded sequences, from timing only to turn rates
+//   frame_rate          1000 / mean time of a frame in ms (table VII); stated as at least 6
 
 #include "sextant/eval/report/claims/claim.h"
 
@@ -23,7 +23,7 @@
 namespace sextant {
 namespace {
 
-/// The mean of these numbers; where and by whom they were measured is that of the first.
+/// Mean of these numbers; data set, sequence and estimator are those of the first record.
 ClaimResult result_of(const std::vector<RecordNumber>& numbers, const std::string& part) {
   RecordRefs records;
   for (const RecordNumber& number : numbers) records.push_back(number.record);
@@ -39,12 +39,12 @@ std::vector<RecordNumber> errors_of(const RecordRefs& records, const char* key) 
   return numbers;
 }
 
-/// E_t of the paper's method less that of the reference system, over the frames of one sequence that both
-/// have, in m.
+/// E_t of the paper's method minus that of the reference system, in m, over the frames of one sequence that
+/// both have.
 struct Difference {
   std::string part, sequence;
   std::vector<RecordNumber> pairs;
-  double floor_m = 0;  ///< of the truth
+  double floor_m = 0;  ///< floor of the truth
 };
 
 std::vector<Difference> differences_to_reference(const Evidence& evidence) {
@@ -72,7 +72,7 @@ std::vector<Difference> differences_to_reference(const Evidence& evidence) {
   return differences;
 }
 
-/// The interval of |x| for x in `interval`.
+/// Interval of |x| for x in `interval`.
 std::optional<Interval> absolute(const std::optional<Interval>& interval) {
   if (!interval) return std::nullopt;
   const double a = std::abs(interval->low);
@@ -81,7 +81,7 @@ std::optional<Interval> absolute(const std::optional<Interval>& interval) {
   return Interval{has_zero ? 0 : std::min(a, b), std::max(a, b)};
 }
 
-/// The published difference against the floors of all sequences of which there is a truth.
+/// Compares the published difference with the floors of all sequences with available truth.
 std::optional<ClaimResult> published_difference(const Evidence& evidence) {
   std::map<std::string, double> floors;
   std::string part_name;

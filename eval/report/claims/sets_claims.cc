@@ -1,16 +1,17 @@
-// Claims on the paper's three sets, per set and kind of data. Intervals: bootstrap over seeds, which
-// draw the same noise for both estimators.
+// Claims on the paper's three sets, per set and kind of data. Intervals: bootstrap over seeds; a seed gives
+// both estimators the same noise.
 //
-//   joint_camera      100 (E_t of motion only / E_t of joint - 1) %, means over the pairs that both
-//                     estimated. "About 300 %" is read as at least 100 %: a third of it
-//   joint_objects     the same of objects; stated 10 .. 20 %
-//   gain_is_selection (a) that gain with both functions on equal points, RANSAC inliers at 0.3 px or all,
-//                     with the kernel of the published code's joint function: 0, read as within 1 %;
-//                     (b) what one function loses on the inliers against all points: the camera's 300 %
-//   joint_is_matched  the largest difference of E_t of a pair, below 1e-6 m: with the default options the
-//                     effective kernel of joint (estimator/solvers/robust_kernel.h) is that of motion only
+//
+//   joint_camera      100 (E_t of motion only / E_t of joint - 1) %, means over the pairs that both estimated.
+//                     "About 300 %" is interpreted as at least 100 %, a third of it
+//   joint_objects     the same quantity for objects; stated as 10 .. 20 %
+//   gain_is_selection (a) this gain with both functions on equal points, RANSAC inliers at 0.3 px or all, and the
+//                     kernel of the published code's joint function: 0, interpreted as within 1 %;
+//                     (b) increase of one function's error on the inliers against all points: the 300 % of the camera
+//   joint_is_matched  largest difference of E_t of a pair, below 1e-6 m: with the default options the effective
+//                     kernel of joint (estimator/solvers/robust_kernel.h) equals that of motion only
 //   epe_falls         change of the mean EPE of joint by refinement, in %, below 0
-//   classification    share of wrong decisions, at most the paper's of that sequence
+//   classification    share of wrong decisions, at most the paper's for that sequence
 
 #include "sextant/eval/report/claims/claim.h"
 
@@ -26,14 +27,14 @@
 namespace sextant {
 namespace {
 
-/// Two numbers of one pair and seed.
+/// Two numbers of the same pair and seed.
 struct PairOfValues {
   double first, second;
 };
 /// By seed.
 using Pairs = std::map<uint64_t, std::vector<PairOfValues>>;
 
-/// One body of a set under two estimators, or before and after.
+/// One body of a set under two estimators, or before and after the optimisation.
 struct PairedValues {
   const EvidencePart* part;
   RecordFilter filter;
@@ -41,10 +42,10 @@ struct PairedValues {
   Pairs pairs;
 };
 
-/// Estimated records of a set's bodies, by the paper's name.
+/// Estimated records of the bodies of a set, by the paper's names.
 using Bodies = std::map<std::string, RecordRefs>;
 
-/// Visits every set of every part of these roles: part, set, its bodies by estimator.
+/// Visits every set of every experiment with these roles: experiment, set, bodies by estimator.
 template <typename Visit>
 void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> roles, const Visit& visit) {
   for (const PartRole role : roles) {
@@ -59,7 +60,7 @@ void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> role
   }
 }
 
-/// Where both have a body, its E_t case by case.
+/// Adds the E_t of each body that both estimators have, case by case.
 void add_samples(const EvidencePart& part, const SetData& data, const std::string& estimator,
                  const Bodies& first, const Bodies& second, std::vector<PairedValues>& samples) {
   for (const std::string& body : common_keys<Bodies>({&first, &second})) {
@@ -72,8 +73,8 @@ void add_samples(const EvidencePart& part, const SetData& data, const std::strin
   }
 }
 
-/// The baseline and the paper's method for every body, set and part of these roles; names must agree in
-/// what follows these, which is a procedure or a choice of points.
+/// Pairs the baseline and the paper's method for every body, set and experiment with these roles. Their
+/// labels must agree in the suffix, which names a procedure or a choice of points.
 std::vector<PairedValues> estimator_samples(const Evidence& evidence, std::initializer_list<PartRole> roles) {
   const std::string& name = paper().baseline;
   std::vector<PairedValues> samples;
@@ -88,7 +89,7 @@ std::vector<PairedValues> estimator_samples(const Evidence& evidence, std::initi
   return samples;
 }
 
-/// One function on the inliers and on all points, of every body and set.
+/// Pairs one function on the inliers and on all points, for every body and set.
 std::vector<PairedValues> selection_samples(const Evidence& evidence) {
   std::vector<PairedValues> samples;
   for_each_set(evidence, {PartRole::attribution},
@@ -102,7 +103,7 @@ std::vector<PairedValues> selection_samples(const Evidence& evidence) {
   return samples;
 }
 
-/// `statistic` of the pairs of all seeds, and its interval over these.
+/// Computes `statistic` over the pairs of all seeds, with its interval over seeds.
 ClaimResult measured(const PairedValues& sample, const std::string& quantity, const std::string& stated,
                      const std::function<double(const std::vector<const PairOfValues*>&)>& statistic) {
   std::vector<const std::vector<PairOfValues>*> by_seed;
@@ -124,7 +125,7 @@ ClaimResult measured(const PairedValues& sample, const std::string& quantity, co
   return result;
 }
 
-/// 100 (sum of first / sum of second - 1), to six decimals: what is less is rounding.
+/// 100 (sum of first / sum of second - 1), rounded to six decimals.
 double percent_above(const std::vector<const PairOfValues*>& pairs) {
   double first = 0, second = 0;
   for (const PairOfValues* pair : pairs) {
@@ -132,7 +133,7 @@ double percent_above(const std::vector<const PairOfValues*>& pairs) {
     second += pair->second;
   }
   constexpr double resolution = 1e6;
-  return std::round(resolution * 100 * (first / second - 1)) / resolution + 0.0;  // no -0
+  return std::round(resolution * 100 * (first / second - 1)) / resolution + 0.0;  // avoids -0
 }
 
 constexpr const char* gain_title = "E_t of motion only above that of joint [%]";
@@ -161,7 +162,7 @@ std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
 }
 
 std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
-  // The part holds both functions on the same points: "... on inliers", "... on all".
+  // The experiment contains both functions on the same points: "... on inliers", "... on all".
   constexpr double none_percent = 1;
   constexpr double least_percent = 100;
   std::vector<ClaimResult> results;

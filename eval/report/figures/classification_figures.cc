@@ -13,14 +13,14 @@
 namespace sextant {
 namespace {
 
-constexpr double min_false_alarms = 1e-4;  // of the logarithmic axis
+constexpr double min_false_alarms = 1e-4;  // lower end of the logarithmic axis
 constexpr const char* likelihood_score = "motion_sigmas";
 
-/// What was decided about one detection, with what its test decides by; as count_classification counts them.
+/// Decision about one detection with the variable that it is based on; counted as in count_classification().
 struct Decision {
   ScoredDetection scored;
   bool found_dynamic = false;
-  bool should_be_found = false;  ///< faster than what its covariance lets one see
+  bool should_be_found = false;  ///< faster than the speed that its covariance allows to detect
   bool has_limit = false;
 };
 

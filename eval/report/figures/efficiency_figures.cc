@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t most_plotted_bodies = 4;
 
-/// RMS / bound of one error, body, estimator and level.
+/// RMS / bound for one error, body, estimator and level.
 struct Ratio {
   std::string error, body, estimator;
   double level = 0;
@@ -31,7 +31,7 @@ Panel panel_of(const MetricDefinition& error, const std::string& body,
       gp_number(first - margin), gp_number(last + margin), gp_number(lowest / 1.15),
       gp_number(1.15 * highest), error.symbol);
   for (size_t i = 0; i < estimators.size(); ++i) {
-    // Beside each other, so that intervals do not hide one another.
+    // Points are shifted so that their intervals do not overlap.
     const double shift =
         0.12 * margin * (static_cast<double>(i) - (static_cast<double>(estimators.size()) - 1) / 2);
     const std::string x = only_where({{"error", error.stem()}, {"body", body}, {"estimator", estimators[i]}},

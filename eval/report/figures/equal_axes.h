@@ -1,7 +1,7 @@
 #pragma once
 
-// Axes of a panel in one scale for both directions, whatever the panel's shape, with 8 % of room around the
-// data.
+// Axes of a panel with the same scale in both directions, whatever the shape of the panel, and a margin of 8
+// % around the data.
 
 #include <Eigen/Core>
 #include <limits>
@@ -14,8 +14,8 @@ struct AxisTitles {
   std::string right = "x, right [m]", ahead = "z, ahead [m]";
 };
 
-/// "Ahead" is up, or, lying, to the right: then the right-hand side is down, as a view from above must not be
-/// mirrored.
+/// "Ahead" points upwards or, if `lying`, to the right. Then the right-hand side points downwards, because a
+/// view from above must not be mirrored.
 class EqualAxes {
  public:
   /// `least_m`: the smallest extent that fills a panel, a power of ten; the axes of a point show this much.
@@ -25,13 +25,14 @@ class EqualAxes {
   void include(const Eigen::Vector2d& right_ahead_m);
   bool longer_than_wide() const { return high_.y() - low_.y() > high_.x() - low_.x(); }
 
-  /// Height that a panel of this width needs, within limits.
+  /// Height that a panel of this width needs, at most `most_cm`.
   double height_cm(double width_cm, bool lying, double most_cm = 7) const;
 
-  /// gnuplot commands: ranges, tics and titles.
+  /// gnuplot commands for ranges, tics and titles.
   std::string settings(double width_cm, double height_cm, bool lying) const;
 
-  /// gnuplot commands: a bar of a round length with its number, in the lower right corner. Not lying.
+  /// gnuplot commands for a scale bar of a round length with its number, in the lower right corner; not for
+  /// lying axes.
   std::string scale_bar(double width_cm, double height_cm) const;
 
   /// Metres that a centimetre of a panel of this size shows; not lying.
@@ -46,7 +47,7 @@ class EqualAxes {
   };
   Ranges ranges(double width_cm, double height_cm, bool lying) const;
   Eigen::Vector2d room() const { return (high_ - low_).cwiseMax(least_m_) * 1.16; }
-  /// A round number of metres, at least 1 cm on paper.
+  /// A round number of metres that is at least 1 cm on paper.
   double step_m(double m_per_cm) const;
 
   AxisTitles titles_;

@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-/// x of the i-th of n things at category `c`: beside each other in 0.8 of its width.
+/// x of the i-th of n items of a category: side by side in 0.8 of its width.
 struct Slots {
   size_t n;
   double width() const { return 0.8 / static_cast<double>(n); }
@@ -22,7 +22,7 @@ struct Slots {
   }
 };
 
-/// "object 12" -> "obj. 12": labels stand beside each other.
+/// Abbreviates "object 12" to "obj. 12", because labels stand side by side.
 std::string short_title(const std::string& title) {
   constexpr std::string_view word = "object ";
   return title.starts_with(word) ? "obj. " + title.substr(word.size()) : title;
@@ -47,7 +47,7 @@ std::optional<IntervalEstimate> mean_epe(const RecordRefs& records, const char* 
   return summarize_sample(ClusteredSample(sample.values, sample.clusters)).mean;
 }
 
-/// "before" once, then "after" of every estimator that refines flow.
+/// One bar for "before", then one for "after" of every estimator that refines the flow.
 struct EpeBar {
   std::string name;  ///< column `stage` of the data
   std::string title;
@@ -83,7 +83,7 @@ struct EpeRow {
   IntervalEstimate epe_px;
 };
 
-/// The data of figure 5, in our form and in the paper's.
+/// Data of figure 5, in our form and in the paper's.
 Table epe_table(const std::vector<EpeRow>& rows) {
   Fields<EpeRow> fields = {{Column::text("set"), &EpeRow::set},
                            {Column::text("body"), &EpeRow::body},
@@ -115,14 +115,14 @@ Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, std::vect
 
 // ---- distribution
 
-/// The errors of one body under one estimator.
+/// Errors of one body for one estimator.
 struct Box {
   std::string error, body, estimator;
   double x = 0;
   std::vector<double> values;
 };
 
-/// Around all whiskers of an error; empty when there are none.
+/// Range of all whiskers of an error; empty if there are none.
 std::optional<std::pair<double, double>> value_range(const std::vector<Box>& boxes,
                                                      const std::string& error) {
   double low = std::numeric_limits<double>::infinity(), high = 0;
@@ -135,7 +135,7 @@ std::optional<std::pair<double, double>> value_range(const std::vector<Box>& box
   return std::pair(0.7 * low, 1.4 * high);
 }
 
-/// Powers of ten, and 2 and 5 times these where the range is short.
+/// Powers of ten; for a short range also 2 and 5 times these.
 std::string logarithmic_tics(const std::pair<double, double>& range) {
   const bool is_short = range.second < 100 * range.first;
   std::string tics;
@@ -153,12 +153,12 @@ void add_box(const std::string& error, const BodyRecords& body, const std::strin
              std::vector<Box>& boxes) {
   const auto records = of_estimator(body.records, estimator);
   const std::vector<double> values = numbers_of(records, NumberMap::errors, error);
-  // On a logarithmic axis; errors that are rounding alone (exact data) say nothing either.
+  // The axis is logarithmic; errors that are only rounding, as with exact data, are not drawn.
   if (values.empty() || quantile(values, 0.05) < 1e-9) return;
   boxes.push_back({error, body.title, estimator, x, values});
 }
 
-/// Nothing where no body has such an error: gnuplot draws no empty panel.
+/// Empty if no body has such an error, because gnuplot cannot draw an empty panel.
 std::optional<Panel> box_panel(const MetricDefinition& error, const RecordSet& set,
                                const std::vector<std::string>& estimators, std::vector<Box>& boxes) {
   Panel panel{"", category_axis(set.bodies), {}};
@@ -172,9 +172,9 @@ std::optional<Panel> box_panel(const MetricDefinition& error, const RecordSet& s
   }
   const auto range = value_range(boxes, error.name);
   if (!range) return std::nullopt;
-  panel.settings += fmt::format("set ylabel \"{}\" noenhanced\nset yrange [{}:{}]\nset logscale y\nset ytics ({})\n",
-                                error.heading(), gp_number(range->first), gp_number(range->second),
-                                logarithmic_tics(*range));
+  panel.settings += fmt::format(
+      "set ylabel \"{}\" noenhanced\nset yrange [{}:{}]\nset logscale y\nset ytics ({})\n", error.heading(),
+      gp_number(range->first), gp_number(range->second), logarithmic_tics(*range));
   return panel;
 }
 
@@ -209,8 +209,7 @@ std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
 
 std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
   const std::vector<EpeBar> bars = {{"before", "initial flow", "#999999", paper().method, "epe_initial_px"},
-                                    {"after", "optimised flow", "#0072B2", paper().method,
-                                     "epe_refined_px"}};
+                                    {"after", "optimised flow", "#0072B2", paper().method, "epe_refined_px"}};
   const Slots slots{bars.size()};
   std::vector<EpeRow> rows;
   std::string tics;
@@ -232,14 +231,14 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
   Panel panel;
   panel.settings = fmt::format(
       "set xrange [-0.6:{}]\nset xtics scale 0 rotate by -25 ({}) noenhanced\nset ylabel \"mean EPE "
-          "[px]\"\nset yrange [0:*]\n",
+      "[px]\"\nset yrange [0:*]\n",
       gp_number(static_cast<double>(n) - 0.4), tics);
   std::vector<LegendEntry> legend;
   for (const EpeBar& bar : bars) {
     const std::string style = fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour);
     const std::string x = only_where({{"stage", bar.name}}, "column(\"x\")");
-    panel.plots.push_back(fmt::format("data using {}:(column(\"epe_px\")):({}) {}", x,
-                                      gp_number(0.9 * slots.width()), style));
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"epe_px\")):({}) {}", x, gp_number(0.9 * slots.width()), style));
     panel.plots.push_back(interval_plot(x, "low_px", "high_px", "#000000", 0.8));
     legend.push_back({bar.title, style});
   }
@@ -250,7 +249,8 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
       .width_cm = 13.0, .panel_height_cm = 5.6, .right_cm = 2.4, .bottom_cm = 1.8, .top_cm = 0.2};
   set_panels(layout, legend, {panel}, figure);
   figure.script += "set xtics norotate\n";
-  figure.caption = "Fig. 5: mean end-point error of the initial and of the optimised flow, over "
+  figure.caption =
+      "Fig. 5: mean end-point error of the initial and of the optimised flow, over "
       "inliers, with 95 % intervals.";
   return {figure};
 }

@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// One curve with its bars: what changes from level to level.
+/// One curve with its bars: the item that differs between the lines of a figure.
 struct Line {
   std::string name;
   std::string title;
@@ -24,13 +24,13 @@ std::string column_key(const std::string& text) {
   return key;
 }
 
-/// The errors of the figures: curves, and bars on the right axis.
+/// Metrics of the figures: curves on the left axis, bars on the right axis.
 const MetricDefinition& curve_error() { return metric(NumberMap::errors, "Et_m"); }
 const MetricDefinition& bar_error() { return metric(NumberMap::errors, "ER_deg"); }
 
-/// What a figure's curves and bars show: the mean, or the RMSE, which the bound is a bound of.
+/// Statistic that a figure shows: the mean, or the RMSE, which the Cramer-Rao bound refers to.
 struct Content {
-  const char* prefix;  ///< of its file
+  const char* prefix;  ///< prefix of the file name
   const char* what;    ///< caption
   const char* word;    ///< axis
   IntervalEstimate SampleSummary::*statistic;
@@ -44,10 +44,10 @@ constexpr Content estimator_figure = {
     "estimators", "Error of the estimators", "RMS", &SampleSummary::rmse, &NoiseLevelRow::estimator, 2,
     false};
 
-/// What is known of each line at one level.
+/// Rows of every line at one level.
 struct Level {
   double level = 0;
-  std::vector<const NoiseLevelRow*> of_line;  ///< null where the line does not have the level
+  std::vector<const NoiseLevelRow*> of_line;  ///< null if the line does not have the level
 };
 
 std::vector<Level> levels_of(const std::vector<Line>& lines) {
@@ -66,7 +66,7 @@ std::vector<Level> levels_of(const std::vector<Line>& lines) {
   return levels;
 }
 
-/// The statistic of one error that a figure shows; none where the row does not have it.
+/// The statistic of one error; empty if the row does not have it.
 std::optional<IntervalEstimate> estimate_of(const NoiseLevelRow& row, const MetricDefinition& error,
                                             IntervalEstimate SampleSummary::*statistic) {
   const SampleSummary* summary = find_in(row.errors, error.name);
@@ -78,7 +78,7 @@ std::optional<double> bound_of(const NoiseLevelRow& row) {
   return limit ? std::optional(limit->bound) : std::nullopt;
 }
 
-/// One row a level; per line E_t and E_R with their intervals, and the bound of E_t.
+/// One row per level; for each line E_t and E_R with their intervals, and the bound of E_t.
 Table level_data(const std::vector<Line>& lines, const std::vector<Level>& levels,
                  IntervalEstimate SampleSummary::*statistic) {
   Fields<Level> fields = {{Column::text("level"), &Level::level}};
@@ -97,7 +97,7 @@ Table level_data(const std::vector<Line>& lines, const std::vector<Level>& level
   return table_of("", "", fields, levels);
 }
 
-/// At most six labels, at levels.
+/// At most six labels, placed at levels.
 std::string level_tics(const std::vector<Level>& levels) {
   const size_t n = levels.size();
   const size_t step = (n + 5) / 6;
@@ -107,14 +107,14 @@ std::string level_tics(const std::vector<Level>& levels) {
   return fmt::format("set xtics ({})\n", tics);
 }
 
-/// Half the smallest step between levels.
+/// Half of the smallest step between levels.
 double half_step(const std::vector<Level>& levels) {
   double step = std::numeric_limits<double>::infinity();
   for (size_t i = 1; i < levels.size(); ++i) step = std::min(step, levels[i].level - levels[i - 1].level);
   return step / 2;
 }
 
-/// The largest of what is drawn: of errors with their intervals, and of bounds.
+/// Largest drawn values: errors with their intervals, and bounds.
 struct Largest {
   double Et = 0, ER = 0, bound = 0;
 
@@ -158,13 +158,13 @@ std::string column(const Line& line, const char* name) {
   return fmt::format("(column(\"{}_{}\"))", line.key, name);
 }
 
-/// E_R of one line as bars on the right axis, with their intervals.
+/// Draws E_R of one line as bars on the right axis, with their intervals.
 void add_bars(const Line& line, size_t i, double shift, double width, std::vector<std::string>& parts) {
   parts.push_back(
       fmt::format("data using (column(\"level\")+{}):{}:({}) axes x1y2 with boxes fc rgb \"{}\" fs "
                   "transparent solid 0.25 noborder notitle",
                   shift, column(line, "ER_deg"), 0.9 * width, line_colour(i)));
-  // As vectors: error bars would blank a disc around the top of each bar.
+  // Intervals are vectors, because error bars would blank a disc around the top of each bar.
   const std::string low = column(line, "ER_low_deg");
   parts.push_back(
       fmt::format("data using (column(\"level\")+{}):{}:(0):({}-{}) axes x1y2 with vectors nohead lc rgb "
@@ -193,7 +193,7 @@ std::string curves_script(const std::vector<Line>& lines, const std::vector<Leve
     add_bars(lines[i], i, (static_cast<double>(i) - (n - 1) / 2) * width, width, parts);
   }
   for (size_t i = 0; i < lines.size(); ++i) {
-    // Estimators often agree: the later curves are thinner, so that the earlier ones show.
+    // Estimators often agree, so later curves are thinner to keep the earlier ones visible.
     add_curve(lines[i], i, content.bars ? 1.5 : std::max(1.0, 4.0 - 1.5 * static_cast<double>(i)), parts);
   }
   if (largest.bound > 0) {
@@ -207,7 +207,7 @@ std::string curves_script(const std::vector<Line>& lines, const std::vector<Leve
   return script;
 }
 
-/// Rows that belong into one figure, in order.
+/// Rows of the same figure, in order.
 using Groups = std::map<std::vector<std::string>, std::vector<const NoiseLevelRow*>>;
 
 std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows,
@@ -245,11 +245,11 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
   return figure;
 }
 
-/// More curves than this cannot be told apart: the table has their numbers.
+/// With more curves the figure would be unreadable; the table has the numbers.
 constexpr size_t most_lines = 100;
 
-/// One figure for every group of rows that agree in all but `content.line` and the level, of 2 levels or more and at most
-/// most_lines lines.
+/// Makes one figure for each group of rows that differ only in `content.line` and the level, with at least 2
+/// levels and at most most_lines lines.
 void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
                  std::vector<Figure>& figures) {
   Groups groups;
@@ -271,7 +271,7 @@ void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
 
 std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& levels) {
   std::vector<NoiseLevelRow> rows = levels;
-  for (NoiseLevelRow& row : rows)  // the same level of another kind of noise is another line
+  for (NoiseLevelRow& row : rows)  // another kind of noise with the same level is a separate line
     if (row.noise.find(" (spatial ") != std::string::npos) row.estimator += ", correlated";
   std::vector<Figure> figures;
   add_figures(rows, error_figure, figures);

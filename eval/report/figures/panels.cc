@@ -11,8 +11,8 @@ namespace sextant {
 namespace {
 
 constexpr double legend_line_cm = 0.42;
-constexpr double legend_sample_cm = 1.1;  // its line or box, and the gap to the next entry
-constexpr double character_cm = 0.155;    // of DejaVu Sans at 7 pt, on average
+constexpr double legend_sample_cm = 1.1;  // line or box of an entry, and the gap to the next one
+constexpr double character_cm = 0.155;    // average width of DejaVu Sans at 7 pt
 constexpr size_t legend_columns_max = 4;
 
 constexpr std::array<const char*, 4> other_colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959"};
@@ -22,7 +22,7 @@ const PaperEstimator* known(const std::string& estimator) {
   return it == paper().estimators.end() ? nullptr : &*it;
 }
 
-/// Entries that fit beside each other.
+/// Number of entries that fit side by side.
 size_t legend_columns(const std::vector<LegendEntry>& legend, double width_cm) {
   size_t longest = 0;
   for (const LegendEntry& entry : legend) longest = std::max(longest, entry.title.size());
@@ -31,7 +31,7 @@ size_t legend_columns(const std::vector<LegendEntry>& legend, double width_cm) {
                             std::min(legend_columns_max, legend.size()));
 }
 
-/// Edges of a plot as shares of the figure.
+/// Edges of a plot as fractions of the figure.
 std::string margins(double left, double right, double bottom, double top) {
   return fmt::format(
       "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n"

@@ -1,7 +1,7 @@
 #pragma once
 
-// Several diagrams side by side in one figure, with one legend above all of them; and the look that the
-// figures of a report share: an estimator has the same colour everywhere.
+// Several diagrams side by side in one figure, with one legend above all of them, and the common style of the
+// figures of a report: an estimator has the same colour everywhere.
 
 #include <string>
 #include <vector>
@@ -18,17 +18,17 @@ struct LegendEntry {
 struct Panel {
   std::string title;
   std::string settings;            ///< gnuplot commands: ranges, labels, tics
-  std::vector<std::string> plots;  ///< what follows `plot`, without titles
+  std::vector<std::string> plots;  ///< arguments of `plot`, without titles
 };
 
 struct PanelLayout {
   size_t columns = 1;
-  double width_cm = 8.8;  ///< of the figure
+  double width_cm = 8.8;  ///< width of the figure
   double panel_height_cm = 4.2;
-  double left_cm = 1.5;  ///< room for numbers and label of the y axis
+  double left_cm = 1.5;  ///< space for the numbers and the label of the y axis
   double right_cm = 0.25;
-  double bottom_cm = 1.0;  ///< room for numbers and label of the x axis
-  double top_cm = 0.5;     ///< room for the panel's title
+  double bottom_cm = 1.0;  ///< space for the numbers and the label of the x axis
+  double top_cm = 0.5;     ///< space for the title of the panel
 
   double plot_width_cm() const { return width_cm / static_cast<double>(columns) - left_cm - right_cm; }
   double plot_height_cm() const { return panel_height_cm - bottom_cm - top_cm; }
@@ -38,23 +38,24 @@ struct PanelLayout {
 void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legend,
                 const std::vector<Panel>& panels, Figure& figure);
 
-/// Where `column` is `value`: NaN in all other rows, for data in which a row names its panel and series.
+/// gnuplot expression that is `expression` in the rows that satisfy all conditions and NaN in all others, for
+/// data in which a column names panel and series.
 std::string only_where(const std::vector<std::pair<std::string, std::string>>& conditions,
                        const std::string& expression);
 
-/// Colour of an estimator: fixed for those of this program, the others share the rest.
+/// Colour of an estimator: fixed for the estimators of this program, the remaining colours for all others.
 std::string estimator_colour(const std::string& estimator);
 int estimator_point(const std::string& estimator);
 /// Lines and points of an estimator, in plots and legends.
 std::string estimator_style(const std::string& estimator);
-/// The interval between two columns as a line at x: error bars would blank a disc around each point.
+/// Draws the interval between two columns as a line at x; error bars would blank a disc around each point.
 std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,
                           const std::string& colour, double width);
 
-/// A short title for legends; names of other estimators as they are.
+/// Short title for legends; names of other estimators are unchanged.
 std::string estimator_title(const std::string& estimator);
 
-/// Those of this program first, as in legends everywhere.
+/// Orders estimators as in all legends: those of this program first.
 std::vector<std::string> in_order(std::vector<std::string> estimators);
 
 /// The name with its middle left out if it is longer than `most` characters; cut between UTF-8 characters.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t most_bodies = 4;  // the camera and three objects, as in the paper
 
-/// One body at one level.
+/// Errors of one body at one level.
 struct LevelMark {
   std::string panel, body;
   double level = 0;
@@ -24,7 +24,7 @@ std::optional<IntervalEstimate> mean_error(const NoiseLevelRow& row, const char*
   return summary ? std::optional(summary->mean) : std::nullopt;
 }
 
-/// The largest end of the intervals, and what the paper states.
+/// Largest upper end of the intervals, or the value that the paper states if it is larger.
 double top_of(const std::vector<LevelMark>& marks, std::optional<IntervalEstimate> LevelMark::*error,
               double stated) {
   double top = stated;
@@ -144,7 +144,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   figure.caption = fmt::format(
       "Fig. 4: mean error of the joint optimisation against {}. Curves: E_t with 95 % intervals, left "
       "axis; bars: E_R, right "
-      "axis; dashed: what the paper states as the largest.",
+      "axis; dashed: largest errors that the paper states.",
       fmt::join(sources, ", and "));
   return {figure};
 }

@@ -18,7 +18,7 @@ bool has_speed(const Record& record) {
   return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
 }
 
-/// The objects with the most estimates, by id.
+/// Ids of the objects with the most estimates, in order.
 std::vector<int> chosen_objects(const RecordRefs& records) {
   std::map<int, std::set<int>> frames_of;
   for (const Record* record : records) frames_of[body_order(record->body)].insert(record->frame);
@@ -38,12 +38,13 @@ struct SpeedRow {
   std::string body, series;
   int frame = 0;
   double v_kmh = 0;
-  std::optional<Interval> floor_kmh{};  ///< around the truth
+  std::optional<Interval> floor_kmh{};  ///< band around the truth
 };
 
 void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
               std::vector<SpeedRow>& rows) {
-  // The centroid at which the truth is taken differs a little between estimators: the first's.
+  // The true speed depends slightly on the estimator, since it is taken at its centroid; the first
+  // estimator's is drawn.
   std::map<int, double> truth;
   for (const Record* record : of_body) {
     if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
@@ -82,7 +83,7 @@ Panel panel_of(const std::string& body, const std::vector<std::string>& estimato
   }
   panel.plots.push_back(
       fmt::format("data using {}:(column(\"v_kmh\")) with lines lc rgb \"#000000\" lw 1.5", x("truth")));
-  // Estimators often agree: the later ones are smaller, so that the earlier ones show.
+  // Estimators often agree, so later ones are drawn smaller to keep the earlier ones visible.
   for (size_t i = 0; i < estimators.size(); ++i) {
     panel.plots.push_back(fmt::format("data using {}:(column(\"v_kmh\")) {}", x(estimators[i]),
                                       numbered_style(estimators[i], i)));

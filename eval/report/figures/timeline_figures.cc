@@ -11,8 +11,8 @@ namespace sextant {
 namespace {
 
 constexpr size_t most_drawn_bodies = 6;
-constexpr double rounding = 1e-9;           // smaller errors are those of exact data: rounding alone
-constexpr const char* no_estimate = "NaN";  // breaks gnuplot's line
+constexpr double rounding = 1e-9;           // smaller errors are rounding of exact data
+constexpr const char* no_estimate = "NaN";  // interrupts gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
 
@@ -47,7 +47,7 @@ struct TimelineRow {
   std::optional<double> value{};
 };
 
-/// Rows of one error and body; false when none has a number.
+/// Adds the rows of one error and body; returns false if none has a number.
 bool add_rows(const MetricDefinition& error, const RecordRefs& records, const MetricPreset& preset,
               std::vector<TimelineRow>& rows) {
   bool any = false;

@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// x and z: right and ahead of the first camera.
+/// x and z of a point: to the right and ahead of the first camera.
 Eigen::Vector2d ground(const Eigen::Vector3d& p) { return {p.x(), p.z()}; }
 
 Fields<Eigen::Vector3d> from_above(const std::string& x_key, const std::string& z_key) {
@@ -36,7 +36,7 @@ bool is_estimated(const BodyTrack& track) {
   return std::ranges::any_of(track.points, [](const TrackPoint& p) { return p.estimate_m.has_value(); });
 }
 
-/// Above the track's last estimate.
+/// Label above the last estimate of the track.
 std::string speed_label(const BodyTrack& track, double speed_kmh, const std::string& colour, bool lying) {
   const auto last = std::ranges::find_if(track.points.rbegin(), track.points.rend(),
                                          [](const TrackPoint& p) { return p.estimate_m.has_value(); });
@@ -58,7 +58,7 @@ EqualAxes axes_of(const std::vector<BodyTrack>& tracks) {
 
 // ---- fig. 6
 
-/// Truth grey, systems in colours, by order of first appearance in all views.
+/// A system with its colour, by order of first appearance in all views; the truth is grey.
 struct System {
   std::string name;
   std::string colour;
@@ -78,7 +78,7 @@ std::vector<System> systems_of(const std::vector<TopView>& views) {
   return systems;
 }
 
-/// The truth broad and below the others.
+/// The truth is a broad line below the others.
 std::string system_style(const System& system) {
   return fmt::format("with lines lc rgb \"{}\" lw {}", system.colour, system.name == truth_path ? 4.5 : 1.5);
 }

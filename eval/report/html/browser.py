@@ -41,7 +41,7 @@ class Browser:
 
     def open(self, url, width=1280, height=1000, ready="return document.readyState === 'complete'"):
         self.at("/window/rect", {"width": width, "height": height})
-        self.at("/url", {"url": "about:blank"})  # the same page with another address is loaded anew
+        self.at("/url", {"url": "about:blank"})  # otherwise only the fragment of the address would change, without loading the page
         self.at("/url", {"url": url})
         self.wait(ready)
 

@@ -1,8 +1,7 @@
 #pragma once
 
 // An Explorer (eval/report/explorer.h) as HTML: its data, which page/explorer.js draws. Lists are base64 of
-// 32-bit little-endian numbers: float32 of 7 digits for what is drawn, int32 for frames. As JSON inside the
-// element:
+// 32-bit little-endian numbers: float32 for drawn values, int32 for frames. The JSON inside the element:
 //
 //   {"time_title", "axes": [right, up, out], "curves": [title], "note",
 //    "paths": [{"label", "is_reference", "colour", "n", "time", "frame" (null: time is the frame), "position": [x, y, z]

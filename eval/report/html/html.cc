@@ -20,10 +20,10 @@ std::span<const EmbeddedFile> report_page_files();
 
 namespace {
 
-constexpr size_t wide_columns = 12;     // printed in landscape from here
-constexpr size_t crowded_columns = 14;  // in smaller letters from here
+constexpr size_t wide_columns = 12;     // tables with this many columns are printed in landscape
+constexpr size_t crowded_columns = 14;  // tables with this many columns have smaller letters
 
-/// Coloured, and worded: the sign is for those who do not see the colour.
+/// Badge with colour and sign; the sign is for readers who do not see the colour.
 std::string verdict_badge(const std::string& verdict) {
   const Tone tone = tone_of(verdict);
   const char* sign = tone == Tone::agrees ? "✓" : tone == Tone::differs ? "✗" : "–";
@@ -34,7 +34,7 @@ std::string verdict_badge(const std::string& verdict) {
                      sign, html_escaped(verdict));
 }
 
-/// Escaped; paths of records, which lie beside the report's folder, as links.
+/// Escapes a text; paths of records, which lie beside the report's folder, become links.
 std::string with_links(const std::string& text) {
   const std::string records = "/records.jsonl";
   std::string html = html_escaped(text);
@@ -71,7 +71,7 @@ std::string contents(const ReportDocument& document) {
   return html + "</ul>\n</nav>\n";
 }
 
-/// One cell; numbers carry their exact value, by which the page sorts. `address` may be null.
+/// One cell; numbers carry their exact value for sorting. `address` may be null.
 std::string table_cell(const Cell& cell, const Column& column, const std::string* address) {
   const std::string text = shown(cell, column);
   std::string attributes = column.align == Align::right ? " class=\"number\"" : "";
@@ -79,7 +79,7 @@ std::string table_cell(const Cell& cell, const Column& column, const std::string
     attributes += fmt::format(" data-value=\"{}\"", *number);
   const bool is_verdict = column.key.ends_with("verdict") && text != "-";
   if (address != nullptr && !address->empty() && text != "-") {
-    // Addresses of records stand in a report's tables relative to the folder above it.
+    // Addresses of records in a report's tables are relative to the folder above the report.
     const std::string to = (address->starts_with("parts/") ? "../" : "") + *address;
     return fmt::format("<td{}><a href=\"{}\">{}</a></td>", attributes, html_escaped(to),
                        is_verdict ? verdict_badge(text) : html_escaped(text));
@@ -87,7 +87,7 @@ std::string table_cell(const Cell& cell, const Column& column, const std::string
   return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : with_links(text));
 }
 
-/// Rows that agree in what the line above them says.
+/// HTML of rows that share the values stated above them.
 std::string part_html(const Table& part, const std::string& label) {
   const auto [table, folded] = fold_columns(for_people(part));
   std::string html = paragraph(folded, "folded");
@@ -121,7 +121,7 @@ size_t n_columns(const NamedTable& named) {
 
 bool is_wide(const NamedTable& named) { return n_columns(named) >= wide_columns; }
 
-/// Below a heading that may already say the table's title.
+/// HTML of a table below a heading that may already equal the table's title.
 std::string table_html(const NamedTable& named, const std::string& heading) {
   const Table& table = named.table;
   const size_t n = n_columns(named);
@@ -140,22 +140,24 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
 struct PageImage {
   std::string id, bytes, alt, caption;
   std::string link{};
-  double width_cm = 0;  ///< 0: as wide as there is room
+  double width_cm = 0;  ///< 0: full width
 };
 
-constexpr double broad_cm = 16;  // figures from here stay legible on a narrow screen: one scrolls
+constexpr double broad_cm = 16;  // wider figures are scrolled on a narrow screen to stay legible
 
 std::string image(const PageImage& image) {
-  const std::string width = image.width_cm > 0 ? fmt::format(" style=\"max-width:{:g}cm\"", image.width_cm) : "";
+  const std::string width =
+      image.width_cm > 0 ? fmt::format(" style=\"max-width:{:g}cm\"", image.width_cm) : "";
   const std::string type = image.bytes.starts_with("\xff\xd8") ? "image/jpeg"
                            : image.bytes.starts_with("<")      ? "image/svg+xml"
                                                                : "image/png";
-  std::string shown = fmt::format("<img alt=\"{}\"{} src=\"data:{};base64,{}\">", html_escaped(image.alt),
-                                  type == "image/svg+xml" ? " class=\"drawn\"" : "", type, base64(image.bytes));
+  std::string shown =
+      fmt::format("<img alt=\"{}\"{} src=\"data:{};base64,{}\">", html_escaped(image.alt),
+                  type == "image/svg+xml" ? " class=\"drawn\"" : "", type, base64(image.bytes));
   if (!image.link.empty()) shown = fmt::format("<a href=\"{}\">{}</a>", html_escaped(image.link), shown);
   const char* broad = image.width_cm > broad_cm ? " class=\"broad\" tabindex=\"0\"" : "";
-  return fmt::format("<figure id=\"{}\"{}{}>\n{}\n<figcaption>{}</figcaption>\n</figure>\n", image.id, broad, width, shown,
-                     html_escaped(image.caption));
+  return fmt::format("<figure id=\"{}\"{}{}>\n{}\n<figcaption>{}</figcaption>\n</figure>\n", image.id, broad,
+                     width, shown, html_escaped(image.caption));
 }
 
 std::string figures_html(const std::vector<Figure>& figures, const OutputFiles& drawn) {
@@ -164,7 +166,7 @@ std::string figures_html(const std::vector<Figure>& figures, const OutputFiles& 
   for (const Figure& figure : figures) {
     const auto svg = drawn.find(figure.name + ".svg");
     SEXTANT_CHECK(svg != drawn.end());
-    // Printed sizes are for paper; a screen is further away.
+    // Figures have printed sizes; they are enlarged for the larger distance of a screen.
     html += image({figure.name, svg->second, figure.caption, figure.caption, "", 1.6 * figure.width_cm});
   }
   return html + "</div>\n";
@@ -185,17 +187,17 @@ std::string pictures_html(const std::vector<Picture>& pictures) {
   return html;
 }
 
-/// Badge, what was judged, and what it stands on.
+/// Badge, subject and evidence of a verdict.
 std::string verdict_line(const VerdictLine& line) {
   const std::string subject =
-      line.link.empty() || !line.cases.rows.empty()  // what is folded opens by a click
+      line.link.empty() || !line.cases.rows.empty()  // a line with folded cases opens by a click instead
           ? html_escaped(line.subject)
-                        : fmt::format("<a href=\"{}\">{}</a>", html_escaped(line.link), html_escaped(line.subject));
+          : fmt::format("<a href=\"{}\">{}</a>", html_escaped(line.link), html_escaped(line.subject));
   return fmt::format("{}<span class=\"subject\">{}</span><span class=\"evidence\">{}</span>",
                      verdict_badge(line.verdict), subject, with_links(line.evidence));
 }
 
-/// Lines with figures as cards beside each other, lines with cases folded.
+/// Lines with figures become cards side by side; lines with cases are folded.
 std::string verdict_group(std::span<const VerdictLine> lines, const OutputFiles& drawn) {
   const auto has_figure = [](const VerdictLine& line) { return !line.figures.empty(); };
   std::string html;
@@ -234,11 +236,12 @@ std::string summary(const std::vector<VerdictLine>& verdicts, const OutputFiles&
 }
 
 bool has_explorer(const ReportDocument& document) {
-  return std::ranges::any_of(document.sections, [](const ReportSection& section) { return !section.explorers.empty(); });
+  return std::ranges::any_of(document.sections,
+                             [](const ReportSection& section) { return !section.explorers.empty(); });
 }
 
 std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
-  // Where all of it is a wide table, its heading goes to the wide page too.
+  // If a section holds only wide tables, its heading is on the wide page as well.
   const bool wide = section.figures.empty() && section.pictures.empty() && !section.tables.empty() &&
                     std::ranges::all_of(section.tables, is_wide);
   std::string html = fmt::format("<section{} id=\"{}\">\n<h2>{}</h2>\n", wide ? " class=\"wide\"" : "",
@@ -288,7 +291,9 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
   return html + "</body>\n</html>\n";
 }
 
-std::string_view page_file(std::string_view name) { return find_entry(report_page_files(), name, "file").text; }
+std::string_view page_file(std::string_view name) {
+  return find_entry(report_page_files(), name, "file").text;
+}
 
 std::string script_json(const Json& json) {
   std::string text;
@@ -324,7 +329,7 @@ std::string base64(const std::string& bytes) {
 
 namespace {
 
-/// A float for every part that pages for people have; the caption with the first, the notes with the last.
+/// One float for each table that pages show; the first has the caption, the last the notes.
 std::string latex_of(const NamedTable& named) {
   std::vector<Table> parts = parts_of(named);
   if (parts.empty()) parts.push_back(named.table);
@@ -345,7 +350,7 @@ void add_table_files(const NamedTable& named, OutputFiles& files) {
   files[stem + ".json"] = json_text(rows_to_json(named.table));
 }
 
-/// The sections that are details, as a document of their own; nothing where there are none.
+/// Makes a document of the sections that are details; empty if there are none.
 std::optional<ReportDocument> details_of(const ReportDocument& document) {
   ReportDocument details;
   details.title = document.title + ": details";
@@ -357,7 +362,7 @@ std::optional<ReportDocument> details_of(const ReportDocument& document) {
   return details.sections.empty() ? std::nullopt : std::optional(std::move(details));
 }
 
-/// Links of the summary to sections and tables that are details lead to their page.
+/// Makes the links of the summary to sections and tables that are details point to details.html.
 ReportDocument with_details_links(ReportDocument document) {
   std::set<std::string> names;
   for (const ReportSection& section : document.sections) {
@@ -370,7 +375,7 @@ ReportDocument with_details_links(ReportDocument document) {
   return document;
 }
 
-/// Names of data that differ in signs alone are the same stem: figures after the first get a number.
+/// Gives figures with equal file names a number: names of data that differ in punctuation have the same stem.
 ReportDocument with_distinct_figures(ReportDocument document) {
   std::set<std::string> names;
   const auto rename = [&](std::vector<Figure>& figures) {

@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// Fields of a PaperRow and the values that they must have.
+/// Fields of a PaperRow with the values that are required.
 using Selector = std::map<std::string, std::string>;
 
 const Json& layout_data() {
@@ -39,7 +39,7 @@ Selector selector_of(const Json& entry, const char* key = "select") {
   return entry.value(key, Json::object()).get<Selector>();
 }
 
-/// `more` replaces what both have.
+/// Joins two selectors; `more` has priority.
 Selector joined(Selector selector, const Selector& more) {
   for (const auto& [field, value] : more) selector[field] = value;
   return selector;
@@ -50,14 +50,14 @@ std::string text(const Json& entry, const char* key) { return entry.value(key, s
 /// Everything that a cell of one version depends on.
 struct CellContext {
   const PublishedTable& table;
-  const Json& kinds;      ///< of data, the nearest first
-  const Json* only_kind;  ///< null: the nearest that has the value
+  const Json& kinds;      ///< kinds of data, nearest first
+  const Json* only_kind;  ///< null: the nearest kind that has the value
   const Json& procedure;
   const Json& column;
   const Json& row;
-  std::string system;  ///< estimator of a row below the rule; empty: the column's
+  std::string system;  ///< estimator of a row below the rule; empty: that of the column
 
-  /// What the row of the paper and of every procedure has in common.
+  /// Conditions that the paper's row and the rows of all procedures share.
   Selector place(const std::string& quantity) const {
     Selector place = joined(selector_of(column), selector_of(row));
     if (!quantity.empty()) place["quantity"] = quantity;
@@ -74,7 +74,7 @@ struct Found {
   const Json* kind = nullptr;
 };
 
-/// The measured row on the nearest data; of several on one kind the one with most pairs.
+/// Finds the measured row on the nearest data; among several on the same kind, the one with most pairs.
 Found find_measured(const CellContext& context, const std::string& quantity) {
   Selector place = joined(context.place(quantity), selector_of(context.procedure));
   const std::string suffix = text(context.procedure, "procedure");
@@ -114,7 +114,7 @@ Measured scaled(Measured measured, double factor) {
   return measured;
 }
 
-/// The verdict of PaperRow on these two numbers.
+/// Verdict of a PaperRow with these two numbers.
 std::string plain_verdict(const std::optional<double>& published, const std::optional<Measured>& measured) {
   PaperRow row;
   row.published = published;
@@ -122,7 +122,7 @@ std::string plain_verdict(const std::optional<double>& published, const std::opt
   return row.verdict();
 }
 
-/// 95 % interval of a proportion `p` of n.
+/// Wilson's 95 % interval of a proportion `p` of n.
 Interval wilson_interval(double p, double n) {
   constexpr double z = 1.959964;
   const double scale = 1 / (1 + z * z / n), centre = scale * (p + z * z / (2 * n));
@@ -130,7 +130,7 @@ Interval wilson_interval(double p, double n) {
   return {centre - half, centre + half};
 }
 
-/// Sets rates and verdict of a count that is one of `rate_of`.
+/// Sets rates and verdict of a count that is a share of `rate_of`.
 void judge_rate(const CellContext& context, const std::string& quantity, LayoutValue& value) {
   const Found total = find_measured(context, quantity);
   const std::optional<double> published_total = find_published(context, quantity);
@@ -197,7 +197,7 @@ LayoutCell cell_of(const CellContext& context, const std::string& label) {
   return values;
 }
 
-/// The one value that is least as the table prints it; null where two are.
+/// Returns the value that is smallest as printed; null if two are equal.
 template <typename Number>
 LayoutValue* least(const std::vector<LayoutValue*>& values, int decimals, const Number& number_of) {
   const auto least = std::ranges::min_element(values, {}, number_of);
@@ -206,7 +206,8 @@ LayoutValue* least(const std::vector<LayoutValue*>& values, int decimals, const 
   return is_alone ? *least : nullptr;
 }
 
-/// Marks the least value of every group of columns that the paper compares, measured on the same data.
+/// Marks the smallest value in every group of columns that the paper compares, if they were measured on the
+/// same data.
 void mark_best(const Json& columns, LayoutRow& row) {
   std::map<int, std::vector<LayoutValue*>> groups;
   for (size_t j = 0; j < row.cells.size(); ++j)
@@ -229,7 +230,7 @@ std::string joined_labels(const std::vector<std::string>& labels) {
   return fmt::format("{}", fmt::join(labels, " "));
 }
 
-/// One version of a table under construction.
+/// A version of a table under construction.
 struct VersionMaker {
   const PublishedTable& table;
   const Json& layout;
@@ -287,12 +288,12 @@ struct VersionMaker {
   }
 };
 
-/// Distinct, in order of appearance.
+/// Appends `item` unless the list contains it.
 void add_distinct(const std::string& item, std::vector<std::string>& list) {
   if (!item.empty() && std::ranges::find(list, item) == list.end()) list.push_back(item);
 }
 
-/// The data in words, and the notes of the cells.
+/// Describes the data and collects the notes of the cells.
 void describe(const std::string& missing, const Json& kinds, LayoutVersion& version) {
   std::vector<std::string> data, titles, reasons;
   bool is_missing = false;
@@ -345,7 +346,7 @@ PaperLayout layout_of(const Json& entry, const Json& kinds, const PublishedTable
       layout.versions.push_back(std::move(version));
     }
   }
-  // Where the nearest procedure was not measured, the next one that was comes first.
+  // If the nearest procedure was not measured, the next measured one comes first.
   if (layout.versions.front().n_measured == 0 && layout.versions.size() > 1)
     layout.versions.erase(layout.versions.begin());
   return layout;

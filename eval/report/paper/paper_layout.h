@@ -1,18 +1,18 @@
 #pragma once
 
 // Tables I to V as the paper prints them, filled from the rows of the long tables (eval/report/tables).
-// results/published/zhang2020_layout.json declares header, rows, columns, digits and what fills a cell; no
-// table, data set or estimator is named in code.
+// results/published/zhang2020_layout.json declares header, rows, columns, digits and the values of a cell;
+// the code names no table, data set or estimator.
 //
-//   version   the table filled by one procedure from one kind of data. The first takes the procedure
-//             nearest to the paper and, cell by cell, the nearest data at hand
-//   verdict   within, outside: the published value lies among our single runs (tables/published_rows.h), or
-//             does not; with the data in words where they are not the paper's ("outside, on a scenario").
-//             "not comparable" where the paper counted something else; "not measured here"; "" where the
-//             paper has no value
-//   rate      of a count: of how many it is ("21 % of static by truth"). Its verdict compares rates: the
-//             range of single runs over the mean number, widened to the binomial (Wilson) 95 % interval of
-//             one run
+//
+//   version   the table filled by one procedure and one kind of data. The first version takes the procedure
+//             nearest to the paper and, for each cell, the nearest available data
+//   verdict   within, outside: the published value lies in the range of our single runs (tables/published_rows.h),
+//             or not. Data that differ from the paper's are named ("outside, on a scenario").
+//             "not comparable" if the paper counted a different quantity; "not measured here"; "" if the paper has
+//             no value
+//   rate      share that a count represents ("21 % of static by truth"). Its verdict compares rates: the range of
+//             single runs over the mean number, widened to the binomial (Wilson) 95 % interval of one run
 
 #include <optional>
 #include <span>
@@ -25,34 +25,37 @@ namespace sextant {
 
 /// One number of a cell.
 struct LayoutValue {
-  std::string name;  ///< the row's name; of "Dynamic/Static" one of the two words
+  std::string name;  ///< name of the row; for "Dynamic/Static" one of the two words
   std::optional<double> published{};
   std::optional<Measured> measured{};
   std::string verdict{};
-  std::string reason{};  ///< of "not comparable"
+  std::string reason{};  ///< reason of "not comparable"
   std::optional<double> rate{}, published_rate{};
-  std::string rate_of{};  ///< quantity; empty where counts are no rates
+  std::string rate_of{};  ///< quantity that the rate refers to; empty if the counts are not rates
   std::string estimator{}, data{}, dataset{}, records{};
-  double factor = 1;                          ///< by which the long table's value is multiplied
-  bool best = false, best_published = false;  ///< least of the columns that the paper compares
+  double factor = 1;                          ///< factor applied to the value of the long table
+  bool best = false, best_published = false;  ///< smallest value of the columns that the paper compares
 };
 
 using LayoutCell = std::vector<LayoutValue>;
 
+/// A row of the printed table.
 struct LayoutRow {
-  std::string name;                 ///< unique in the table: sequence, frames and body as the paper writes them
-  std::vector<std::string> labels;  ///< one a label column of the header
+  std::string name;  ///< unique in the table: sequence, frames and body in the paper's notation
+  std::vector<std::string> labels;  ///< one per label column of the header
   int decimals = 0;
-  std::vector<LayoutCell> cells;  ///< one a column; empty: the row has none there
-  bool is_ours = false;           ///< stands below a rule: the paper does not have it
+  std::vector<LayoutCell> cells;  ///< one per column; empty: no value in this column
+  bool is_ours = false;           ///< below a rule: a row that the paper does not have
   bool in_terminal = true;
 };
 
+/// A version of the table, see above.
 struct LayoutVersion {
-  std::string procedure, data{};  ///< in words
+  std::string procedure, data{};  ///< names for readers
   std::vector<LayoutRow> rows{};
-  std::vector<std::string> notes{};  ///< distinct: what was not measured, why something is not comparable
-  size_t n_measured = 0;             ///< cells of the paper's rows
+  std::vector<std::string>
+      notes{};            ///< distinct notes: what was not measured, and why a value is not comparable
+  size_t n_measured = 0;  ///< measured cells in the rows of the paper
 };
 
 struct HeaderGroup {
@@ -60,28 +63,28 @@ struct HeaderGroup {
   size_t span = 1;
 };
 
+/// A printed table with all its versions.
 struct PaperLayout {
   std::string name;       ///< "table_3": stem of its files
   std::string number;     ///< "III"
-  std::string title;      ///< as the paper prints it
-  std::string missing{};  ///< what would measure what was not measured
+  std::string title;      ///< title in the paper
+  std::string missing{};  ///< command that would measure the missing values
   std::vector<std::vector<HeaderGroup>> header{};
   std::vector<std::string> columns{};  ///< unique names: "Joint E_t (m)"
   std::vector<LayoutVersion> versions{};
 
-  /// One sentence: what is shown.
+  /// Describes in one sentence what the version shows.
   std::string sentence(const LayoutVersion& version) const;
 };
 
-/// The five tables, in the order of their numbers. `tables`: the long ones, by number.
+/// Makes the five tables in the order of their numbers from the long tables, which are found by number.
 std::vector<PaperLayout> paper_layouts(std::span<const PublishedTable> tables);
 
-/// The rank of a data set among the kinds of data, 0 for the paper's own; the last for one that is of no
-/// kind.
+/// Rank of a data set among the kinds of data: 0 for the paper's own, the last rank if it is of no kind.
 size_t data_nearness(const std::string& dataset);
 
-/// The value with at least the row's decimals, and with those of the long table where it is no whole
-/// number.
+/// Formats a value with at least the decimals of the row, and with those of the long table if it is not a
+/// whole number.
 std::string layout_number(double value, int decimals);
 
 }  // namespace sextant

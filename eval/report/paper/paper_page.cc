@@ -19,7 +19,7 @@ std::string_view paper_file(std::string_view name) {
   return find_entry(paper_page_files(), name, "file").text;
 }
 
-/// Escaped; E_t as a symbol with its index.
+/// Escapes a text and formats E_t as a symbol with an index.
 std::string symbols(const std::string& text) {
   static const std::regex symbol(R"(\bE_([tRv])\b)");
   return std::regex_replace(html_escaped(text), symbol, "<i>E</i><sub>$1</sub>");
@@ -32,7 +32,7 @@ const char* tone_class(const LayoutCell& cell) {
   return verdict.starts_with("within") ? "agrees" : verdict.starts_with("outside") ? "differs" : "open";
 }
 
-/// Ours, and the published value small beneath it.
+/// Our value, with the published value in small type below it.
 std::string cell_html(const LayoutVersion& version, const LayoutRow& row, const LayoutCell& cell) {
   std::string ours = cell_measured(row, cell), sign;
   const std::string published = cell_published(row, cell);
@@ -65,7 +65,7 @@ std::string header_html(const PaperLayout& layout) {
   return html + "</thead>\n";
 }
 
-/// How many rows from i on have its first label.
+/// Number of rows from i on that have its first label.
 size_t label_span(const std::vector<const LayoutRow*>& rows, size_t i) {
   size_t n = 1;
   while (i + n < rows.size() && rows[i + n]->labels.front() == rows[i]->labels.front()) ++n;
@@ -74,7 +74,7 @@ size_t label_span(const std::vector<const LayoutRow*>& rows, size_t i) {
 
 std::string rows_html(const LayoutVersion& version, const std::vector<const LayoutRow*>& rows) {
   std::string html;
-  size_t spanned = 0;  // rows that still have the first label of one above
+  size_t spanned = 0;  // remaining rows that share the first label of a row above
   for (size_t i = 0; i < rows.size(); ++i) {
     const LayoutRow& row = *rows[i];
     const bool rule = i > 0 && row.is_ours && !rows[i - 1]->is_ours;
@@ -154,7 +154,7 @@ Fragment paper_fragment(const std::vector<PaperLayout>& layouts) {
   fragment.html = fmt::format(
       "<section id=\"paper\">\n<h2>The paper's tables</h2>\n<p>Our value, and the published one in "
       "brackets. {}. A cell shows its "
-      "interval, runs and data under the pointer and by the tab key.</p>\n<div class=\"paper-tables\">\n",
+      "interval, runs and data when the pointer or the keyboard focus is on it.</p>\n<div class=\"paper-tables\">\n",
       verdict_signs);
   fragment.markdown = fmt::format("## The paper's tables\n\n{}\n\n", verdict_signs);
   for (const PaperLayout& layout : layouts) {

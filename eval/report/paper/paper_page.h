@@ -1,8 +1,7 @@
 #pragma once
 
 // The tables of the paper (paper_layout.h) as HTML: a fragment for the page of the reproduction, and
-// paper.html, all tables
-// and figures in the paper's order for print on A4.
+// paper.html with all tables and figures in the paper's order for printing on A4.
 
 #include <string>
 #include <vector>
@@ -12,23 +11,22 @@
 
 namespace sextant {
 
-/// The tables with their style and script. Every version of a table is in it; the script shows one at a
-/// time.
+/// The tables with style and script. It contains every version of a table; the script shows one at a time.
 Fragment paper_fragment(const std::vector<PaperLayout>& layouts);
 
 /// A figure of the printed version, with the paper's number.
 struct PrintedFigure {
   PaperPlace place;
   std::string caption;
-  std::string name;  ///< of a Figure; its SVG is figures/<name>.svg in `drawn`
+  std::string name;  ///< name of a Figure; its SVG is figures/<name>.svg in `drawn`
   double width_cm = 0;
 };
-/// `answer`: the paragraph at its head. Throws InternalError where a figure is not in `drawn`.
+/// Makes paper.html. `answer` is its first paragraph. Throws InternalError if a figure is not in `drawn`.
 std::string paper_page(const std::string& title, const std::string& answer,
                        const std::vector<PaperLayout>& layouts, const std::vector<PrintedFigure>& figures,
                        const OutputFiles& drawn);
 
-/// paper/table_1.txt, .md, .tex, .csv, .json, ... below a report's folder.
+/// Makes paper/table_1.txt, .md, .tex, .csv, .json, ... for a report folder.
 OutputFiles paper_files(const std::vector<PaperLayout>& layouts);
 
 }  // namespace sextant

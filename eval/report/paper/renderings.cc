@@ -12,9 +12,9 @@ namespace {
 using Line = std::vector<std::string>;
 
 constexpr size_t terminal_columns = 100;
-constexpr size_t column_characters = 56;  // of 7 pt in one column of a paper
+constexpr size_t column_characters = 56;  // at 7 pt in one column of a paper
 
-/// Numbers of a cell joined by "/"; empty where none has one.
+/// Numbers of a cell joined by "/"; empty if it has none.
 template <typename Number>
 std::string numbers(const LayoutRow& row, const LayoutCell& cell, const Number& number_of) {
   std::string joined;
@@ -39,7 +39,7 @@ std::string published_number_of(const LayoutRow& row, const LayoutCell& cell) {
 bool is_best(const LayoutCell& cell) { return !cell.empty() && cell.front().best; }
 bool is_best_published(const LayoutCell& cell) { return !cell.empty() && cell.front().best_published; }
 
-/// Characters, not bytes.
+/// Number of characters, not bytes.
 size_t width_of(const std::string& text) {
   return static_cast<size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
@@ -51,7 +51,7 @@ std::string padded(const std::string& text, size_t width, bool left) {
 
 size_t n_labels(const PaperLayout& layout) { return layout.versions.front().rows.front().labels.size(); }
 
-/// Lines of the header with one text a column; a group's text stands in its first.
+/// Lines of the header with one text per column; the text of a group is in its first column.
 std::vector<Line> header_lines(const PaperLayout& layout) {
   std::vector<Line> lines;
   for (const auto& groups : layout.header) {
@@ -64,7 +64,7 @@ std::vector<Line> header_lines(const PaperLayout& layout) {
   return lines;
 }
 
-/// The labels of a row; the first is left out where the row above has the same.
+/// Labels of a row; the first is left out if the row above has the same.
 Line labels_of(const LayoutRow& row, const LayoutRow* above) {
   Line labels = row.labels;
   if (labels.size() > 1 && above != nullptr && above->labels.front() == labels.front())
@@ -79,7 +79,7 @@ std::vector<LayoutRow> shown_rows(const LayoutVersion& version, bool all) {
   return rows;
 }
 
-/// Title, version and cells as lines of one text a column; an empty line is a rule.
+/// Title, version and cells as lines with one text per column; an empty line is a rule.
 std::vector<Line> body_lines(const std::vector<LayoutRow>& rows, bool one_line) {
   std::vector<Line> lines;
   for (size_t i = 0; i < rows.size(); ++i) {
@@ -95,7 +95,7 @@ std::vector<Line> body_lines(const std::vector<LayoutRow>& rows, bool one_line) 
       second.push_back(published.empty() ? "" : published.substr(1, published.size() - 2));
     }
     const size_t unit = line[row.labels.size() - 1].find(" (");
-    if (!one_line && any_published && unit != std::string::npos) {  // the unit goes to the second line
+    if (!one_line && any_published && unit != std::string::npos) {  // the unit is moved to the second line
       std::string& label = line[row.labels.size() - 1];
       second[row.labels.size() - 1] = label.substr(unit + 1);
       label.resize(unit);
@@ -192,7 +192,7 @@ std::string latex_header(const PaperLayout& layout) {
   return text;
 }
 
-/// Lines of the table below rows[i], itself included, that have its first label.
+/// Number of lines from rows[i] on that have its first label.
 size_t lines_of_label(const std::vector<LayoutRow>& rows, size_t i) {
   size_t n = 0;
   for (size_t k = i; k < rows.size() && rows[k].labels.front() == rows[i].labels.front(); ++k)
@@ -236,7 +236,7 @@ std::string latex_rows(const std::vector<LayoutRow>& rows) {
 
 // ---- CSV and JSON
 
-/// One number with its place.
+/// One number with its position in the table.
 struct FlatValue {
   const LayoutVersion* version;
   const LayoutRow* row;

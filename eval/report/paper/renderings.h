@@ -1,8 +1,8 @@
 #pragma once
 
 // The tables of the paper (paper_layout.h) as text for a terminal, Markdown, LaTeX, CSV and JSON. Text,
-// Markdown and LaTeX
-// round to the paper's digits; CSV and JSON keep every digit. One description, so they cannot disagree.
+// Markdown and LaTeX round to the paper's digits; CSV and JSON keep every digit. All use the same
+// description, so they cannot disagree.
 //
 //   ✓ within   ✗ outside   ≠ not comparable   ? undecided   – not measured here
 
@@ -13,30 +13,29 @@
 
 namespace sextant {
 
-/// The sign of a verdict; empty for none.
+/// Returns the sign of a verdict; empty if there is none.
 std::string verdict_sign(const std::string& verdict);
 inline constexpr const char* verdict_signs =
     "\u2713 within, \u2717 outside our single runs; \u2260 not comparable; ? undecided; \u2013 not "
     "measured here";
 
-/// Numbers of a cell, joined by "/": ours with the verdict's sign, and the published ones in brackets.
-/// Empty where
-/// there is none.
+/// Numbers of a cell, joined by "/": ours with the sign of the verdict, and the published ones in brackets.
+/// Empty if there are none.
 std::string cell_measured(const LayoutRow& row, const LayoutCell& cell);
 std::string cell_published(const LayoutRow& row, const LayoutCell& cell);
-/// All that is known of the numbers of a cell, one sentence each.
+/// Lists everything that is known about the numbers of a cell, one sentence each.
 std::string cell_details(const LayoutVersion& version, const LayoutCell& cell);
 
-/// At most 100 columns where labels allow it. `all`: every version and row; else the first version without
-/// the rows of `in_terminal` = false.
+/// Text of at most 100 columns if the labels permit. With `all` every version and row; otherwise the first
+/// version without the rows of `in_terminal` = false.
 std::string to_text(const PaperLayout& layout, bool all);
 std::string to_markdown(const PaperLayout& layout);
-/// A document that compiles by itself; comments enclose what can be pasted into a paper.
+/// A complete LaTeX document; comments enclose the part to paste into a paper.
 std::string to_latex(const PaperLayout& layout);
-/// One line a number.
+/// One line per number.
 std::string to_csv(const PaperLayout& layout);
-/// {"rows": {row name: {column name: {"published", "measured", "verdict", ...}}}} of the first version, the
-/// others below "versions". A cell of two numbers holds one object for each.
+/// {"rows": {row name: {column name: {"published", "measured", "verdict", ...}}}} of the first version; the
+/// others are below "versions". A cell with two numbers holds one object for each.
 Json to_json(const PaperLayout& layout);
 
 }  // namespace sextant

@@ -17,7 +17,7 @@ struct Step {
   RecordRefs records;
 };
 
-/// Steps by path, in the order of evidence and plans.
+/// Steps by path, in the order of experiments and plans.
 std::map<std::string, std::vector<Step>> steps_by_path(const Evidence& evidence, const RecordFilter& filter) {
   std::map<std::string, std::vector<Step>> paths;
   for (const EvidencePart* part : evidence.with(PartRole::attribution)) {
@@ -36,7 +36,7 @@ std::map<std::string, std::vector<Step>> steps_by_path(const Evidence& evidence,
 
 using ErrorOfCase = std::map<SeedFrame, double>;
 
-/// Per seed: number of pairs, and the sum of errors at each step.
+/// Number of pairs, and sum of errors at each step, for one seed.
 struct SeedSums {
   double n = 0;
   std::vector<double> Et_m;
@@ -56,7 +56,7 @@ std::vector<SeedSums> sums_by_seed(const std::vector<ErrorOfCase>& steps,
   return out;
 }
 
-/// Mean over all pairs of step `to`, less that of step `from` if there is one.
+/// Mean over all pairs at step `to`, minus that at step `from` if it is given.
 IntervalEstimate mean_change(const std::vector<SeedSums>& seeds, size_t to, std::optional<size_t> from = {}) {
   return cluster_estimate(seeds.size(), [&](std::span<const size_t> chosen) {
     double sum = 0, n = 0;
@@ -119,8 +119,8 @@ std::vector<AttributionPath> attribution_paths(const Evidence& evidence) {
 Table attribution_table(const Evidence& evidence) {
   struct Row {
     const AttributionPath* path;
-    const AttributionStep* step;    ///< null: all of them
-    const AttributionStep* before;  ///< the step that the factor is against; null for the first
+    const AttributionStep* step;    ///< null: the total change
+    const AttributionStep* before;  ///< reference of the factor; null for the first step
   };
   const std::vector<AttributionPath> paths = attribution_paths(evidence);
   std::vector<Row> rows;
@@ -150,7 +150,7 @@ Table attribution_table(const Evidence& evidence) {
   });
   fields.add(Column::text("decision_file").only_in_files(),
              [last](const Row& row) { return records_of_part(last(row)->part); });
-  return numbered_table("VIII", "Not measured here: no part `attribution`.", fields, rows);
+  return numbered_table("VIII", "Not measured here: no experiment `attribution`.", fields, rows);
 }
 
 }  // namespace sextant

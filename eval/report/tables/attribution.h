@@ -1,12 +1,12 @@
 #pragma once
 
-// From the published code's procedure to ours, one decision at a time: what each does to E_t. Evidence: the
-// parts of role `attribution`. Their estimators are called "PATH > DECISION"; in the order of parts and
-// plans, each has made one decision more than the one before. The first of a path is the published code, the
-// last is ours.
+// Attribution: the change of E_t by each decision on the way from the published code's procedure to ours. The
+// evidence are the experiments of role `attribution`. Their estimators are called "PATH > DECISION"; in the
+// order of experiments and plans, each makes one decision more than the one before. A path begins with the
+// published code and ends with our default.
 //
-// Means are over the pairs and seeds that every step of a path has estimated, so that changes add up to the
-// whole. Intervals: 95 %, bootstrap over seeds, paired.
+// Means are over the pairs and seeds that every step of a path has estimated, so that the changes add up to
+// the total. Intervals: 95 %, paired bootstrap over seeds.
 
 #include <optional>
 #include <string>
@@ -21,21 +21,21 @@ struct AttributionStep {
   std::string decision;
   std::string part;           ///< where its records are
   IntervalEstimate Et_m;      ///< mean after it
-  IntervalEstimate change_m;  ///< of that mean by it; 0 for the first
+  IntervalEstimate change_m;  ///< change of that mean by the decision; 0 for the first step
 };
 
 /// One body of one of the paper's sets on one kind of data.
 struct AttributionPath {
   std::string set, data, body;
   std::string
-      path;  ///< the estimator that stands for the published code's function with which the path begins
+      path;  ///< estimator that stands for the function of the published code with which the path begins
   std::vector<AttributionStep> steps;
   IntervalEstimate whole_m;  ///< change from the first step to the last
   size_t n_pairs = 0, n_seeds = 0;
-  std::optional<double> published_m;  ///< E_t that the paper prints for the path's function
+  std::optional<double> published_m;  ///< E_t that the paper prints for this function
 };
 
-/// By set, data, body, path; without paths of fewer than two steps.
+/// Returns the paths in order of set, data, body and path; paths with fewer than two steps are left out.
 std::vector<AttributionPath> attribution_paths(const Evidence& evidence);
 
 }  // namespace sextant

@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// Counts of one run.
+/// A count in one run.
 struct Count {
   const char* published_key;
   const char* title;
@@ -28,7 +28,7 @@ constexpr std::array<Count, 6> counted = {{
 }};
 
 struct SequenceRuns {
-  std::string sequence;  ///< the paper's, or empty
+  std::string sequence;  ///< the paper's sequence, or empty
   std::string data, dataset;
   std::string noise;
   std::string estimator;
@@ -36,13 +36,13 @@ struct SequenceRuns {
   std::map<uint64_t, std::vector<Record>> by_seed;
 };
 
-/// By data, noise and estimator, in order of appearance.
+/// Groups by data, noise and estimator, in order of appearance.
 std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
   std::vector<SequenceRuns> runs;
   for (const EvidencePart* part : evidence.with(PartRole::classification)) {
     for (const Record& record : part->records) {
       const std::string data = data_title(record.dataset, record.sequence);
-      // The plans' levels are delta_d.
+      // The levels of these plans are delta_d.
       const std::string noise = record.level > 0 ? fmt::format("flow, delta_d {} px", record.level) : "flow";
       auto it = std::find_if(runs.begin(), runs.end(), [&](const SequenceRuns& r) {
         return r.data == data && r.noise == noise && r.estimator == record.estimator;
@@ -64,7 +64,7 @@ std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
   return runs;
 }
 
-/// The paper's number, the true positives from those it prints.
+/// Published count; the paper's true positives are computed from the numbers that it prints.
 std::optional<double> published_count(const Json& table, size_t at, const Count& count) {
   const auto number = [&](const char* key) { return table.at(key).at(at).get<double>(); };
   if (count.published_key != nullptr) return number(count.published_key);

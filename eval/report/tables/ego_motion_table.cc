@@ -1,4 +1,5 @@
-// Table IV: ego motion of recorded systems and of ours on recorded drives, with the ground-truth floor.
+// Table IV: ego motion of recorded systems and of our estimators on recorded drives, with the ground-truth
+// floor.
 
 #include <array>
 #include <cmath>
@@ -17,7 +18,7 @@ struct EgoError {
 constexpr std::array<EgoError, 4> ego_errors = {
     {{"Et_m", true}, {"ER_deg", true}, {"Et_corrected_m", false}, {"Et_scaled_m", false}}};
 
-/// system -> sequence -> its ego records.
+/// Ego records by system and sequence.
 using Systems = std::map<std::string, std::map<std::string, RecordRefs>>;
 
 struct Source {
@@ -45,7 +46,7 @@ std::string frames_title(const RecordRefs& records) {
   return fmt::format("{}, frames {}-{}", data_title(record.dataset, record.sequence), first - 1, last);
 }
 
-/// RMS floor of the truth and what of the RMSE is beyond it.
+/// RMS floor of the truth, and the part of the RMSE beyond it.
 struct Floor {
   std::optional<double> floor_m, rmse_m, beyond_m;
 };
@@ -68,8 +69,7 @@ Floor floor_of(const RecordRefs& records) {
   return floor;
 }
 
-/// Floors of the truth by sequence and metric key, from the records that have them: those of recorded
-/// systems.
+/// Floors of the truth by sequence and metric key, from the records of recorded systems.
 using Floors = std::map<std::string, Record::Numbers>;
 
 Floors floors_of(const Evidence& evidence) {
@@ -83,7 +83,7 @@ Floors floors_of(const Evidence& evidence) {
   return floors;
 }
 
-/// RMS over the pairs of what their sequences have.
+/// RMS over the pairs of the floors of their sequences.
 std::optional<double> rms_floor(const RecordRefs& records, const Floors& floors, const char* key) {
   std::vector<double> numbers;
   for (const Record* record : records) {

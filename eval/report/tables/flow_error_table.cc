@@ -29,7 +29,7 @@ void scale(double factor, Measured& m) {
   }
 }
 
-/// The level at which the noise has the deviations of Table II.
+/// Level at which the noise has the standard deviations of Table II.
 constexpr double level_of_table_2 = 1;
 
 RecordRefs of_first_estimator(const EvidencePart& part, const RecordFilter& filter) {
@@ -38,13 +38,14 @@ RecordRefs of_first_estimator(const EvidencePart& part, const RecordFilter& filt
   return records.empty() ? records : by_estimator(records).at(records.front()->estimator);
 }
 
-/// Rows of every printed value, beside what these records say of it; without records the values alone.
+/// Adds a row for every printed value, with the value measured in these records; without records, only the
+/// printed values.
 void add_flow_rows(const Json& published, const RecordRefs& records, const RecordFilter& filter,
                    const std::string& part, PublishedTable& table) {
   const auto bodies = paper_bodies(records);
   const Json& columns = published.at("columns");
   for (size_t i = 0; i < columns.size(); ++i) {
-    // "Static" is the background, which the camera's record stands for.
+    // "Static" is the background, whose values are in the camera's record.
     const auto body = bodies.find(columns[i] == "Static" ? "Ego" : columns[i].get<std::string>());
     for (const FlowQuantity& q : flow_quantities) {
       const Json& value = published.at(q.published_key).at(i);

@@ -1,4 +1,4 @@
-// Table VI (ours): accuracy against the bound.
+// Table VI (ours): errors relative to the Cramer-Rao bound.
 
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/tables/paper_sets.h"
@@ -53,7 +53,7 @@ Table limit_table(const Evidence& evidence) {
              [](const LimitRow& row) { return row.estimated.size(); });
   fields.add(Column::text("pairs_file").only_in_files(),
              [](const LimitRow& row) { return records_of_part(row.part); });
-  return numbered_table("VI", "Not measured here: no part with the paper's sets.", fields, rows);
+  return numbered_table("VI", "Not measured here: no experiment with the paper's sets.", fields, rows);
 }
 
 }  // namespace sextant

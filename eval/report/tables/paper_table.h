@@ -1,9 +1,8 @@
 #pragma once
 
-// The tables of the paper, and ours, rebuilt from records. How to add one:
-//   1. write eval/report/tables/<name>.cc: a function from evidence to rows, declared here, that has rows
-//      also where
-//      nothing was measured (verdict "not measured here");
+// The tables of the paper, and our own, rebuilt from records. How to add one:
+//   1. write eval/report/tables/<name>.cc: a function from evidence to rows, declared here, which also returns
+//      rows for values that were not measured (verdict "not measured here");
 //   2. add one line to the table in registry.cc, and title and caption to
 //      results/published/zhang2020_data.json.
 
@@ -17,15 +16,14 @@
 
 namespace sextant {
 
-/// Places of the paper's tables and figures, in the order in which it prints them; then what is ours, as it
-/// comes.
+/// Places of the paper's tables and figures in the order of the paper, then the place of our own.
 enum class PaperPlace { fig_1, table_1, fig_4, table_2, table_3, fig_5, table_4, table_5, fig_6, ours };
 
 struct PaperTable {
   std::string name;    ///< file name: "table_3_sets"
   std::string number;  ///< "III"
   PaperPlace place = PaperPlace::ours;
-  /// Tables of the paper have rows beside published values, tables of ours are tables: one of the two.
+  /// Exactly one is set: `published` for tables of the paper, `ours` for our own.
   std::function<PublishedTable(const Evidence&)> published{};
   std::function<Table(const Evidence&)> ours{};
   std::vector<std::string> split_by{};  ///< NamedTable::split_by
@@ -35,8 +33,8 @@ struct PaperTable {
 
 std::span<const PaperTable> paper_tables();
 
-/// results/systems/systems.json: of each published system that was measured its name in records, repository,
-/// commit, changes and what of the truth it sees.
+/// Reads results/systems/systems.json: for each measured published system its name in records, repository,
+/// commit, modifications, and the ground truth that it reads.
 Json system_descriptions();
 
 PublishedTable classification_table(const Evidence& evidence);  // I
@@ -49,7 +47,7 @@ Table run_time_table(const Evidence& evidence);                 // VII
 Table attribution_table(const Evidence& evidence);              // VIII
 Table systems_table(const Evidence& evidence);                  // IX
 
-/// table_of() with title and caption of the table of that number; `note` where there are no rows.
+/// table_of() with title and caption of the table `number`; `note` is added if there are no rows.
 template <typename Row>
 Table numbered_table(const std::string& number, const std::string& note, const Fields<Row>& fields,
                      const std::vector<Row>& rows) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int frames_per_stretch = 5;
 
-/// m +- t s sqrt(1 + 1/n).
+/// Range of single runs, m +- t s sqrt(1 + 1/n).
 std::optional<Interval> one_run_range(const std::vector<double>& by_seed) {
   const auto n = static_cast<double>(by_seed.size());
   if (by_seed.size() < 2) return std::nullopt;
@@ -116,8 +116,8 @@ Table PublishedTable::table() const {
       text.title,
       text.caption +
           " 95 % interval: of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). "
-          "Single runs: where 95 % of them lie. Verdict: whether the published value, which is one run, "
-          "lies there (with one seed: in the interval).",
+          "Single runs: range of 95 % of them. Verdict: within if the published value, which is one run, "
+          "lies in this range (with one seed: in the interval).",
       fields, rows);
 }
 

@@ -1,16 +1,16 @@
 #pragma once
 
-// Rows of the paper's tables: published value beside the reproduced one.
+// Rows of the paper's tables: the published value and the reproduced one.
 //
-//   reproduced, low, high   mean over pairs and seeds, and its 95 % interval: bootstrap with a seed's pairs
-//   as one
-//                           cluster; with one seed, stretches of 5 frames, which depend on each other
-//   run_low, run_high       where 95 % of single runs lie (one draw of the noise, as the paper's):
-//                           m +- t s sqrt(1 + 1/n) over the n seeds' means; none with one seed
+//
+//   reproduced, low, high   mean over pairs and seeds with its 95 % interval: bootstrap with the pairs of a seed as
+//                           one cluster; with one seed, with stretches of 5 frames, which depend on each other
+//   run_low, run_high       range of 95 % of single runs (one draw of the noise, like the paper's):
+//                           m +- t s sqrt(1 + 1/n) over the means of n seeds; none with one seed
 //   difference              reproduced - published
 //   verdict                 within: the published value lies in run_low .. run_high, or, with one seed, in
-//                           low .. high. outside: it does not. "not measured here": nothing was measured.
-//                           Empty where the paper has no number
+//                           low .. high. outside: it does not. "not measured here": nothing was measured. Empty
+//                           if the paper has no number
 
 #include <map>
 #include <optional>
@@ -24,36 +24,40 @@
 
 namespace sextant {
 
+/// A reproduced value.
 struct Measured : IntervalEstimate {
   std::optional<Interval> one_run;
   int n_pairs = 0;
   int n_seeds = 0;
 };
 
+/// One published value with its reproduction.
 struct PaperRow {
   std::string group{};      ///< set or sequence, as the paper calls it
-  std::string body{};       ///< or group of objects
-  std::string noise{};      ///< where a table has several
-  std::string estimator{};  ///< words behind a comma name a procedure
+  std::string body{};       ///< the paper's name of the body or group of objects
+  std::string noise{};      ///< if the table has several noises
+  std::string estimator{};  ///< the words after a comma name a procedure
   std::string quantity{};
   std::optional<double> published{};
   std::optional<Measured> measured{};
-  std::string data{};     ///< on which it was measured, or what is missing
-  std::string dataset{};  ///< of the records
-  std::string records{};  ///< the part
-  std::string command{};  ///< would measure it; shown where nothing was measured
-  std::map<std::string, std::optional<double>> more{};  ///< cells of the table's own columns, by key
+  std::string data{};     ///< data that it was measured on, or the missing data
+  std::string dataset{};  ///< data set of the records
+  std::string records{};  ///< experiment that holds the records
+  std::string command{};  ///< command that would measure it; shown if nothing was measured
+  std::map<std::string, std::optional<double>>
+      more{};  ///< values of additional columns of this table, by key
 
   /// "within", "outside", "undecided", "not measured here" or "".
   std::string verdict() const;
   bool is_missing() const { return !measured && published; }
 };
 
-/// A table of the paper: its labels, then the columns of every published value, then `more` of its own.
+/// A table of the paper: its labels, the columns that every published value has, and the columns `more` of
+/// this table.
 struct PublishedTable {
-  std::string number;  ///< "III": title and caption are paper().table(number)
+  std::string number;  ///< "III"; title and caption are paper().table(number)
   Fields<PaperRow> labels;
-  int decimals = 3;  ///< of values
+  int decimals = 3;  ///< decimals of the values
   std::vector<Column> more{};
   std::vector<PaperRow> rows{};
 
@@ -65,15 +69,15 @@ struct RecordNumber {
   const Record* record;
   double value;
 };
-/// Mean of these numbers; none of none. Seeds are those of `clusters`.
+/// Mean of these numbers with its interval; empty if there are none. The seeds are those of `clusters`.
 std::optional<Measured> measure_mean(const std::vector<RecordNumber>& numbers, const Clusters& clusters);
-/// Mean of one number of the records that have it.
+/// Mean of one number over the records that have it.
 std::optional<Measured> measure_mean(const RecordRefs& records, NumberMap map, const std::string& key);
 
-/// A number per seed (a count, say): mean over seeds. `n_pairs` is for the table.
+/// Mean over seeds of a number per seed, such as a count. `n_pairs` is only reported.
 Measured measure_by_seed(const std::vector<double>& by_seed, int n_pairs);
 
-/// The address of a part's records, as tables of the reproduction have it; empty for "".
+/// Address of the records of an experiment, for links in tables; empty for "".
 std::string records_of_part(const std::string& part);
 
 }  // namespace sextant

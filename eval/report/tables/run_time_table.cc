@@ -13,14 +13,15 @@ namespace {
 
 constexpr double ms_per_s = 1000;
 
-/// Times of one stage, ms a frame pair.
+/// Times of one stage, in ms per frame pair.
 struct StageTimes {
   std::string data, estimator, stage, part;
   std::vector<double> ms;
   std::optional<double> published_ms;
 };
 
-/// Of the published systems, measured once and stored: their own time of a frame, the best of its rounds.
+/// Adds the published systems, measured once and stored: the program's own time of a frame, best of its
+/// rounds.
 void add_systems(const Evidence& evidence, double published_ms, std::vector<StageTimes>& rows) {
   for (const EvidencePart* part : evidence.with(PartRole::systems)) {
     std::map<std::pair<std::string, std::string>, RoundTimes> frames;
@@ -103,7 +104,7 @@ Table run_time_table(const Evidence& evidence) {
       {Column::count("pairs"), [](const StageTimes& row) { return row.ms.size(); }},
       {Column::text("median_ms_file").only_in_files(),
        [](const StageTimes& row) { return records_of_part(row.part); }}};
-  Table table = numbered_table("VII", "Not measured here: no part was timed.", fields, rows);
+  Table table = numbered_table("VII", "Not measured here: no experiment was timed.", fields, rows);
   table.caption = fmt::format(fmt::runtime(table.caption), fps, published_ms);
   return table;
 }

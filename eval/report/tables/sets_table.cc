@@ -1,4 +1,4 @@
-// Table III: the paper's three sets by "motion only", "joint" and ours.
+// Table III: the paper's three sets for "motion only", "joint" and our estimator.
 
 #include <array>
 
@@ -18,7 +18,7 @@ PaperRow row_of(const Json& line, const std::string& estimator, const char* erro
   return row;
 }
 
-/// Adds the rows of one line of the paper on one kind of data; false where that was not measured.
+/// Adds the rows of one line of the paper for one kind of data; returns false if it was not measured.
 bool add_measured(const Json& line, const SetData& data, const EvidencePart& part, PublishedTable& table) {
   const RecordRefs records = matching(part.records, data.filter);
   const auto groups = by_estimator(records);
@@ -29,7 +29,8 @@ bool add_measured(const Json& line, const SetData& data, const EvidencePart& par
     for (const char* error : set_errors) {
       PaperRow row = row_of(line, estimator, error);
       if (of_body) row.measured = measure_mean(*of_body, NumberMap::errors, error);
-      if (!row.published && !row.measured) continue;  // a system of the camera alone has no objects
+      if (!row.published && !row.measured)
+        continue;  // a system that estimates only the camera has no objects
       row.data = data_title(data.filter);
       row.dataset = data.filter.dataset;
       row.records = part.name;
@@ -39,7 +40,7 @@ bool add_measured(const Json& line, const SetData& data, const EvidencePart& par
   return !records.empty();
 }
 
-/// Lines of the paper's table by set, in its order.
+/// Lines of the paper's table by set, in order.
 std::vector<std::pair<std::string, std::vector<Json>>> published_sets(const Json& published) {
   std::vector<std::pair<std::string, std::vector<Json>>> sets;
   for (const Json& line : published.at("rows")) {

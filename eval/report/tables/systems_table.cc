@@ -1,4 +1,4 @@
-// Table IX (ours): the published systems beside ours, accuracy, coverage and time per frame of one run.
+// Table IX (ours): published systems and our estimators: accuracy, coverage and time per frame of one run.
 
 #include <map>
 
@@ -29,17 +29,18 @@ struct Errors {
   }
 };
 
-/// What one estimator did on one kind of data.
+/// Result of one estimator on one kind of data.
 struct SystemRow {
   std::string data, estimator, part;
   Errors camera, objects;
   RoundTimes frame_ms;
-  std::optional<double> unit_ms;  ///< a frame of the paper's method on the same data
-  Json description;               ///< of a published system; empty for ours
+  std::optional<double> unit_ms;  ///< time of the paper's method for a frame of the same data
+  Json description;               ///< description of a published system; empty for our estimators
 
   void add(const Record& record) {
     if (has_truth(record)) (record.is_ego() ? camera : objects).add(record);
-    // A program tells its own time of a frame ("program"); of ours the stages of all bodies are summed.
+    // An external program reports its own time of a frame ("program"); for our estimators the stages of all
+    // bodies are summed.
     for (const char* stage : {"program", "extraction", "total"}) {
       const auto ms = find_number(record.time_ms, stage);
       if (ms) frame_ms[{record.seed, record.frame}] += *ms;
@@ -56,7 +57,7 @@ std::optional<double> mean_of(const std::vector<double>& values) {
   return values.empty() ? std::nullopt : std::optional(mean(values));
 }
 
-/// The description of the system that records call `estimator`; none for ours.
+/// Description of the system that records call `estimator`; null for our estimators.
 Json description_of(const Json& descriptions, const std::string& estimator) {
   for (const Json& entry : descriptions) {
     if (entry.at("estimator") == estimator) return entry;
@@ -64,7 +65,7 @@ Json description_of(const Json& descriptions, const std::string& estimator) {
   return Json::object();
 }
 
-/// The cells of E_t lead to the address in the column `address`; empty: nowhere.
+/// The cells of E_t link to the address in the column `address`, unless it is empty.
 Fields<Errors> error_fields(const std::string& prefix, const std::string& title, const char* address) {
   return {
       {Column::number(prefix + "Et_m", title + " E_t [m]", 4).leading_to(address),
@@ -114,7 +115,7 @@ Table systems_table(const Evidence& evidence) {
         }}});
   const std::pair<const char*, const char*> descriptive[] = {{"repository", "repository"},
                                                              {"commit", "commit"},
-                                                             {"sees", "sees of the truth"},
+                                                             {"sees", "reads of the truth"},
                                                              {"changes", "changed"}};
   for (const auto& [key, title] : descriptive)
     fields.add(Column::text(key, title),

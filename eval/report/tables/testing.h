@@ -1,6 +1,6 @@
 #pragma once
 
-// Evidence for tests: a few records of every role, with errors that are simple numbers.
+// Evidence for tests: a few records of every role, whose errors are simple numbers.
 
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/evidence.h"
@@ -12,7 +12,7 @@ inline Record test_record(const std::string& dataset, const std::string& sequenc
                           const std::string& estimator, const std::string& body, int frame, uint64_t seed) {
   Record r = RecordOf{dataset, sequence, estimator, body, "none", 0, seed, frame};
   r.n_points = 100;
-  // Grows with seed and frame, so that there is a spread.
+  // Grows with seed and frame, so that the values scatter.
   const double e = 0.01 * (1 + 0.1 * static_cast<double>(seed) + 0.01 * frame) * (body == "ego" ? 1 : 2);
   r.errors = {{"Et_m", e},
               {"ER_deg", 3 * e},
@@ -42,7 +42,7 @@ inline Record test_record(const std::string& dataset, const std::string& sequenc
   return r;
 }
 
-/// Every role with `n_frames` pairs and `n_seeds` seeds (one seed on real data).
+/// Evidence of every role with `n_frames` pairs and `n_seeds` seeds (one seed for real data).
 inline Evidence test_evidence(int first_frame = 1, int n_frames = 12, uint64_t n_seeds = 4) {
   Evidence evidence;
   evidence.published = paper().published;

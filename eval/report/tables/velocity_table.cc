@@ -8,7 +8,7 @@
 namespace sextant {
 namespace {
 
-/// Records of a group of objects under one estimator of one part.
+/// Records of a group of objects for one estimator and experiment.
 struct GroupRecords {
   RecordRefs with_truth, estimated;
   int first_frame = 0, last_frame = 0;
