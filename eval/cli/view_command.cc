@@ -74,7 +74,7 @@ void add_view_command(CLI::App& app) {
   add_case_flags(*command, flags->request.choice);
   add_value(
       *command, "--images,--truth", flags->request.images, "SOURCE",
-      "For folders of `evaluate objects`: the SOURCE that they are about, for images and boxes or masks of the truth");
+      "For folders of `evaluate objects`: the SOURCE that the logs belong to, for images, true boxes and masks");
   command->add_option("--quality", flags->request.page.jpeg_quality, "JPEG quality of the images")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
@@ -84,8 +84,8 @@ void add_view_command(CLI::App& app) {
   command->footer(
       "Examples:\n  sextant run synthetic:city --out city && sextant view city --out city.html\n"
       "  sextant view joint_flow joint_flow_depth --out both.html      # two runs of one source\n"
-      "  sextant evaluate objects --format dynosam logs --out logs-report && sextant view logs-report --out logs.html\n"
-      "  sextant view logs-report --truth kitti:DIR#0000@0-93 --out logs.html\n"
+      "  sextant evaluate objects --format dynosam logs --out scores && sextant view scores --out logs.html\n"
+      "  sextant view scores --truth kitti:DIR#0000@0-93 --out logs.html\n"
       "  sextant view sweep --estimator joint_flow --level 0.2 --seed 3 --out case.html");
   command->callback([flags] { view(*flags); });
 }

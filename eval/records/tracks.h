@@ -25,7 +25,7 @@ struct TrackPoint {
   int frame = 0;
   std::optional<Eigen::Vector3d> estimate_m;
   std::optional<Eigen::Vector3d> truth_m;
-  /// Orientation of the body in the world where the position is known. Absent when read from tracks.csv of a run.
+  /// Orientation of the body in the world where the position is known. A run's tracks.csv does not hold it.
   std::optional<Eigen::Quaterniond> estimate_rotation{};
   std::optional<Eigen::Quaterniond> truth_rotation{};
 };
@@ -35,8 +35,8 @@ struct BodyTrack {
   std::vector<TrackPoint> points;  ///< ordered by frame
 };
 
-/// Returns the path of the tracks of a system's run below a folder of `evaluate objects --out`. Different systems have
-/// different files whatever their names are.
+/// Returns the path of the tracks of a system's run below a folder of `evaluate objects --out`. Different
+/// systems have different files, whatever their names are.
 std::string tracks_file(const std::string& system, uint64_t run);
 
 std::string write_tracks(const std::vector<BodyTrack>& tracks, bool with_orientations = false);

@@ -1,8 +1,8 @@
 #pragma once
 
-// Errors that fall from the lowest to the highest level of noise, with the reason as far as records show it. The mean
-// over all estimated pairs may fall although the estimator does not become better: under more noise fewer pairs are
-// estimated, and the difficult ones are missing first. The pairs that both levels estimated decide:
+// Errors that fall from the lowest to the highest level of noise, with the reason as far as records show it. The
+// mean over all estimated pairs may fall although the estimator does not become better: under more noise fewer
+// pairs are estimated, and the difficult ones are missing first. The pairs estimated at both levels decide:
 //
 //   coverage   on these pairs the error does not fall
 //   selection  it falls on these pairs as well: the estimate is made of other points, or the fall is chance
@@ -25,8 +25,7 @@ struct FallingError {
   };
   Mean Et_m;  ///< over all estimated pairs; n: those at the highest level
   size_t n_lowest = 0;
-  std::optional<Mean>
-      common_Et_m;  ///< of the pairs that both levels estimated; none where summaries do not have it
+  std::optional<Mean> common_Et_m;  ///< over pairs estimated at both levels; absent if not known
 
   std::string reason() const;
 };

@@ -144,17 +144,8 @@ Json records_json(const ViewedRun& run) {
   return json;
 }
 
-Json run_json(const ViewedRun& run) {
-  return {{"name", run.folder},       {"estimator", run.estimator},
-          {"noise", run.noise},       {"level", run.level},
-          {"seed", run.seed},         {"version", run.version},
-          {"notes", run.notes},       {"records", records_json(run)},
-          {"pairs", pairs_json(run)}, {"tracks", tracks_json(run.tracks)},
-          {"axes", axes_json(run)}};
-}
-
-/// The projected corners of a true box, (+-w/2, 0 or -h, +-l/2), x fastest; the 2-D box where the size is not known or a
-/// corner is not in front of the camera.
+/// Projects the corners of the true boxes, (+-w/2, 0 or -h, +-l/2), x fastest. An object of unknown size or with
+/// a corner behind the camera has its 2-D box.
 Json boxes_json(const Sequence& sequence) {
   constexpr double least_depth_m = 0.1, steps_per_px = 10;
   const auto& camera = sequence.info().camera.left;
@@ -185,7 +176,7 @@ Json boxes_json(const Sequence& sequence) {
   return json;
 }
 
-/// Projections of the origin and of the ends of the axes of estimated objects, axis_length_m long.
+/// Projects the origins of estimated objects and the ends of their axes, which are axis_length_m long.
 Json axes_json(const ViewedRun& run) {
   constexpr double least_depth_m = 0.5, axis_length_m = 1.5, steps_per_px = 10;
   const SequenceInfo& info = run.sequence->info();
@@ -208,6 +199,15 @@ Json axes_json(const ViewedRun& run) {
     if (!of_frame.empty()) append_member(json, std::to_string(frame), std::move(of_frame));
   }
   return json;
+}
+
+Json run_json(const ViewedRun& run) {
+  return {{"name", run.folder},       {"estimator", run.estimator},
+          {"noise", run.noise},       {"level", run.level},
+          {"seed", run.seed},         {"version", run.version},
+          {"notes", run.notes},       {"records", records_json(run)},
+          {"pairs", pairs_json(run)}, {"tracks", tracks_json(run.tracks)},
+          {"axes", axes_json(run)}};
 }
 
 Json metrics_json() {

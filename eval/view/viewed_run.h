@@ -113,26 +113,26 @@ struct ViewedRun {
   std::shared_ptr<const Sequence> sequence;
 };
 
-/// Returns T_camera_object of the estimates of a frame, for each object with an estimated pose: relative to the
-/// estimated camera or, if there is none, to the true one. Empty if the tracks have no orientations.
+/// Returns T_camera_object of each object with an estimated pose in a frame, relative to the estimated camera
+/// or, if there is none, to the true one. Empty if the tracks have no orientations.
 std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks, int frame);
 
-/// Throws Error when the folder is none of `sextant run`, `sextant sweep` or `sextant merge`, has no such
-/// case (names those it has), or its source is not where it was.
+/// Reads a run. Throws Error if the folder is not one of `sextant run`, `sextant sweep` or `sextant merge`,
+/// if it has no such case (the message lists the cases that it has), or if its source has moved.
 ViewedRun view_run(const std::filesystem::path& folder, const CaseChoice& choice,
                    const std::string& data_root, int jobs, bool quiet);
 
-/// Returns true for a folder of `sextant evaluate objects --out`: records without a configuration to run again.
+/// Returns true for a folder of `sextant evaluate objects --out`: it has records and no run.json.
 bool is_of_logs(const std::filesystem::path& folder);
 
-/// Records and paths of other programs (`sextant evaluate objects --out`), with the sequence that they are about
-/// for images and truth; without it (null) records and paths alone. `source` is its SOURCE. The first system and
-/// run of the folder unless `choice` names another.
+/// Reads records and paths of other programs (`sextant evaluate objects --out`). `sequence`, opened from
+/// `source`, gives images and truth; null if it is not known. Takes the first system and run unless `choice`
+/// selects another.
 ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice,
                        const std::string& source, std::shared_ptr<const Sequence> sequence);
 
-/// view_records() of a folder of logs with the SOURCE `images`, which may be empty, otherwise view_run().
-ViewedRun view_folder(const std::filesystem::path& folder, const CaseChoice& choice, const std::string& images,
-                      const std::string& data_root, int jobs, bool quiet);
+/// Calls view_records() for a folder of logs, with the SOURCE `images` (may be empty), otherwise view_run().
+ViewedRun view_folder(const std::filesystem::path& folder, const CaseChoice& choice,
+                      const std::string& images, const std::string& data_root, int jobs, bool quiet);
 
 }  // namespace sextant

@@ -181,8 +181,8 @@ void add_curve(const Line& line, size_t i, double width, std::vector<std::string
       column(line, "Et_m"), line_colour(i), width, filled_point(i), gp_text(line.title)));
 }
 
-/// Curves of E_t with bands; of RMS errors with their bound, which is one of RMS errors, dotted; with bars E_R on the
-/// right axis.
+/// Draws curves of E_t with bands, and optionally E_R as bars on the right axis. Curves of RMS errors have their
+/// bound, dotted; those of mean errors have none, because it is a bound of RMS errors.
 std::string curves_script(const std::vector<Line>& lines, const std::vector<Level>& levels,
                           const std::string& x_title, const Content& content) {
   std::vector<std::string> parts;
