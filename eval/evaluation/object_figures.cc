@@ -307,7 +307,7 @@ Figure tracklet_figure(const std::vector<Record>& records) {
     for (size_t i = 0; i < lengths.size(); ++i)
       steps.push_back({series, system, lengths[i], lengths.size() - i});
     steps.push_back({series, system, lengths.back(), 0});
-    const std::string line = fmt::format("with lines lc rgb \"{}\" lw 1.5", line_colour(series + 1));
+    const std::string line = fmt::format("with fsteps lc rgb \"{}\" lw 1.5", line_colour(series + 1));
     panel.plots.push_back(fmt::format(
         "data using (column(\"series\") == {} ? column(\"steps\") : NaN):(column(\"n\")) {}", series, line));
     legend.push_back({system, line});
