@@ -1,4 +1,4 @@
-// What is ours although OpenCV has it: corners on one image, and motions through three points, both ways.
+// Our own implementations compared with OpenCV's: corners of one image, and motions through three points (P3P).
 
 #include <benchmark/benchmark.h>
 

@@ -42,7 +42,7 @@ void in_order(benchmark::State& state, const char* source, Channels channels) {
   }
 }
 
-/// The same from the cache.
+/// Reads the frame from the cache.
 void cached(benchmark::State& state, const char* source, Channels channels) {
   const auto sequence = open_scene(source, "/tmp/sextant_render_bench_cache");
   sequence->read(3, channels);

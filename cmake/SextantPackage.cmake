@@ -1,6 +1,23 @@
 # `cpack` in the build folder: sextant, sextant-dev and, where the Python package is built, python3-sextant as Debian
 # packages. What they depend on follows from what was found and linked, so the same lines serve Debian and Ubuntu.
-set(SEXTANT_MAINTAINER "Sextant maintainers <maintainers@sextant.example>" CACHE STRING "Who answers for the packages: NAME <ADDRESS>")
+# Whoever builds packages answers for them, named as Debian's tools and git name him; scripts/release refuses an address that
+# cannot receive mail.
+set(name "$ENV{DEBFULLNAME}")
+set(address "$ENV{DEBEMAIL}")
+if(name STREQUAL "")
+  execute_process(COMMAND git config user.name WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE name
+    OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(address STREQUAL "")
+  execute_process(COMMAND git config user.email WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE address
+    OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(name STREQUAL "" OR address STREQUAL "")
+  cmake_host_system_information(RESULT host QUERY FQDN)
+  set(name "local build")
+  set(address "root@${host}")
+endif()
+set(SEXTANT_MAINTAINER "${name} <${address}>" CACHE STRING "Who answers for the packages: NAME <ADDRESS>")
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME sextant)
 set(CPACK_PACKAGE_CONTACT ${SEXTANT_MAINTAINER})

@@ -241,8 +241,8 @@ TEST_P(Adapters, ReadsOnlyFramesOfTheRange) {
     expect_error([&] { last->read(outside, {.gray = true}); },
                  fmt::format("no frame {}: it has frames {}-{}", outside, all.last_frame, all.last_frame));
   expect_error([&] { open(options, fmt::format("@{}-{}", all.first_frame, all.last_frame + 9)); },
-               fmt::format("frames {}-{} asked for, it has frames {}-{}", all.first_frame, all.last_frame + 9,
-                           all.first_frame, all.last_frame));
+               fmt::format("frames {}-{} are requested, but it has frames {}-{}", all.first_frame,
+                           all.last_frame + 9, all.first_frame, all.last_frame));
 }
 
 TEST_P(Adapters, TruthIsThatOfTheFolder) {

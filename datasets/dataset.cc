@@ -85,7 +85,7 @@ void choose_frames(const SourceSpec& source, const std::set<int>& available, con
   info.first_frame = source.first.value_or(*available.begin());
   info.last_frame = source.last.value_or(*available.rbegin());
   if (info.first_frame < *available.begin() || info.last_frame > *available.rbegin()) {
-    fail("{}: frames {}-{} asked for, it has frames {}-{}", where, info.first_frame, info.last_frame,
+    fail("{}: frames {}-{} are requested, but it has frames {}-{}", where, info.first_frame, info.last_frame,
          *available.begin(), *available.rbegin());
   }
   for (int frame = info.first_frame; frame <= info.last_frame; ++frame) {

@@ -192,7 +192,7 @@ class KittiWriter {
     }
     const auto must_be_new = [](const fs::path& path) {
       if (fs::exists(path))
-        fail("{}: is there already: remove it, or choose another sequence name", path.string());
+        fail("{}: exists already: remove it, or choose another sequence name", path.string());
     };
     for (const char* folder : folders) must_be_new(final_ / folder / name_);
     for (const char* text : texts) must_be_new(final_ / text / (name_ + ".txt"));

@@ -418,7 +418,7 @@ TEST(KittiLayoutErrors, TheNextWriterCompletesAnInterruptedMove) {
   cut_off();
   EXPECT_EQ(write(sequence, temp.path() / "a"), "kitti:" + (temp.path() / "a").string() + "#0007");
   EXPECT_EQ(files("a"), files("whole"));
-  expect_error([&] { write(sequence, temp.path() / "a"); }, "is there already");
+  expect_error([&] { write(sequence, temp.path() / "a"); }, "exists already");
 
   fs::remove_all(temp.path() / "a");
   cut_off();
@@ -437,7 +437,7 @@ TEST(KittiLayoutErrors, NothingIsOverwritten) {
   const PatternSequence sequence(2);
   write(sequence, temp.path());
   expect_error([&] { write(sequence, temp.path()); },
-               (temp.path() / "training/image_02/0007").string() + ": is there already");
+               (temp.path() / "training/image_02/0007").string() + ": exists already");
   write(sequence, temp.path(), Json::object(), "0008");
   expect_error([&] { write(sequence, temp.path(), Json::object(), "a/b"); }, "sequence name 'a/b'");
   expect_error(

@@ -9,7 +9,7 @@ namespace {
 void check_poses(const KittiTruth& truth, const fs::path& oxts, const SequenceInfo& info) {
   if (truth.n_poses == 0 || info.last_frame < truth.n_poses) return;
   const bool none = info.first_frame >= truth.n_poses;
-  fail("{}: it has frames 0-{}, but frames {}-{} are asked for: complete it, or {}", oxts.string(),
+  fail("{}: it has frames 0-{}, but frames {}-{} are requested: complete it, or {}", oxts.string(),
        truth.n_poses - 1, info.first_frame, info.last_frame,
        none ? "remove it to run without true camera motion"
             : fmt::format("choose @{}-{}", info.first_frame, truth.n_poses - 1));

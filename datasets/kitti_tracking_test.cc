@@ -110,8 +110,8 @@ TEST_F(KittiTracking, MissingTruthIsAWarning) {
   remove("label_02");
   const auto sequence = open();
   EXPECT_THAT(sequence->info().warnings,
-              ElementsAre("no " + file("oxts/0007.txt") + ": no true camera motion",
-                          "no " + file("label_02/0007.txt") + ": no true object motion"));
+              ElementsAre(file("oxts/0007.txt") + " does not exist, so there is no true camera motion",
+                          file("label_02/0007.txt") + " does not exist, so there is no true object motion"));
   EXPECT_TRUE(sequence->truth().camera.empty());
   EXPECT_FALSE(sequence->truth().camera_step_floor_m.has_value());
 }
@@ -130,7 +130,7 @@ TEST_F(KittiTracking, OxtsShorterThanTheImages) {
   put("oxts/0007.txt", oxts.substr(0, end));
   expect_error([&] { open(); },
                file("oxts/0007.txt") +
-                   ": it has frames 0-2, but frames 0-4 are asked for: complete it, or choose @0-2");
+                   ": it has frames 0-2, but frames 0-4 are requested: complete it, or choose @0-2");
   expect_error([&] { open("#0007@3-4"); }, "complete it, or remove it");
   EXPECT_EQ(open("#0007@0-2")->info().last_frame, 2);
   put("oxts/0007.txt", "");
@@ -150,7 +150,7 @@ TEST_F(KittiTracking, AGapInTheImages) {
   remove("image_02/0007/000002.png");
   expect_error([&] { open(); }, file("image_02/0007") + ": frame 2 is missing between 0 and 4");
   EXPECT_EQ(open("#0007@3-4")->info().first_frame, 3);
-  expect_error([&] { open("#0007@0-9"); }, "frames 0-9 asked for, it has frames 0-4");
+  expect_error([&] { open("#0007@0-9"); }, "frames 0-9 are requested, but it has frames 0-4");
 }
 
 TEST_F(KittiTracking, BadTextNamesFileAndLine) {

@@ -345,7 +345,8 @@ class KittiTruthReader {
   void read_poses() {
     const fs::path path = training_ / "oxts" / file_;
     if (!fs::exists(path)) {
-      out_.warnings.push_back(fmt::format("no {}: no true camera motion", path.string()));
+      out_.warnings.push_back(
+          fmt::format("{} does not exist, so there is no true camera motion", path.string()));
       return;
     }
     const std::vector<KittiOxts> samples = decode_kitti_oxts(inputs_.read(path), path.string());
@@ -390,7 +391,7 @@ class KittiTruthReader {
         steps.floor_m, steps.mean_s, steps.n_steps, corrected ? "; replaced by it" : "", steps.across_m));
     if (!course) return;
     out_.provenance.push_back(fmt::format(
-        "camera truth heading: course less yaw goes from {:.2f} to {:.2f} deg, lever arm {:.2f} m; true "
+        "camera truth heading: course minus yaw ranges from {:.2f} to {:.2f} deg, lever arm {:.2f} m; true "
         "steps "
         "lie {:.4f} m RMS beside the heading; rotations differ by {:.4f} (timing alone) to {} deg RMS",
         course->lowest_deg, course->highest_deg, course->lever_m, *floor.lateral_m,
@@ -402,7 +403,8 @@ class KittiTruthReader {
   void read_objects() {
     const fs::path path = training_ / "label_02" / file_;
     if (!fs::exists(path)) {
-      out_.warnings.push_back(fmt::format("no {}: no true object motion", path.string()));
+      out_.warnings.push_back(
+          fmt::format("{} does not exist, so there is no true object motion", path.string()));
       return;
     }
     const std::vector<KittiLabel> labels = decode_kitti_labels(inputs_.read(path), path.string());

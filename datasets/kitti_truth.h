@@ -38,7 +38,8 @@
 
 namespace sextant {
 
-inline constexpr double kitti_slow_mps = 1.0;  ///< below this speed, the speed does not determine the step
+inline constexpr double kitti_slow_mps =
+    1.0;  ///< slower samples are left out: their speed determines the step too inaccurately
 
 /// Returns the poses of the GPS/IMU unit in map axes.
 std::vector<SE3> kitti_imu_poses(const std::vector<KittiOxts>& samples);

@@ -143,7 +143,7 @@ RenderedSource replay_of(SequenceInfo info, SequenceTruth truth, synthetic::Scen
   RenderedSource rendered{
       .scenario = synthetic::replay_scenario(truth, info.first_frame, info.last_frame, std::move(shape)),
       .first_scenario_frame = info.first_frame};
-  info.provenance.emplace_back("scene: true motions of the text files, shapes and street are ours");
+  info.provenance.emplace_back("scene: true motions from the text files, synthetic shapes and street");
   rendered.info = std::move(info);
   rendered.truth = std::move(truth);
   return rendered;

@@ -78,7 +78,7 @@ TEST(ReplayOnRealData, FlowIsThatOfTheTrueMotions) {
 TEST(ReplayOnRealData, MissingFramesAreErrors) {
   const auto source = real("replay-vkitti1", "vkitti_1.3.1_text", "#0018@330-350");
   if (!source) GTEST_SKIP() << "set SEXTANT_DATA to the folder that holds vkitti_1.3.1_text";
-  expect_error([&] { open_source(*source); }, "frames 330-350 asked for, it has frames 0-338");
+  expect_error([&] { open_source(*source); }, "frames 330-350 are requested, but it has frames 0-338");
 }
 
 TEST(Replay, AbsentDataAreErrors) {

@@ -75,7 +75,7 @@ TEST(CarryDepthAlongFlow, TheNearestIsInFront) {
 
 TEST_F(SceneFlow, Errors) {
   error("#000008", "no pair '000008': it has 1 pairs, 000007 to 000007");
-  error("#000007@9-10", "frames 9-10 asked for, it has frames 10-11");
+  error("#000007@9-10", "frames 9-10 are requested, but it has frames 10-11");
   error("", "did you mean 'sgbm'?", {{"depth", "sgm"}});
   put("image_2/000009_10.png", encode_png(Image<Rgb>(sceneflow_width, sceneflow_height)));
   error("", "choose a pair with #: it has 2 pairs, 000007 to 000009");

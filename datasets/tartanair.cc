@@ -46,8 +46,8 @@ fs::path find_trajectory(const SourceSpec& source) {
     fail("{}: no {} and no folder {} in it or below: expected the folder of a trajectory of TartanAir V2",
          folder.string(), poses_file, images_folder);
   }
-  fail("source '{}': choose a trajectory: {}:{}#ENV/Data_easy/P000; available: {}", source.text, source.adapter,
-       source.path, fmt::join(known, ", "));
+  fail("source '{}': choose a trajectory: {}:{}#ENV/Data_easy/P000; available: {}", source.text,
+       source.adapter, source.path, fmt::join(known, ", "));
 }
 
 /// Returns "ENV/Data_easy/P000" for a folder in such a hierarchy, otherwise its own name.
@@ -139,7 +139,8 @@ std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
     camera = decode_poses(sequence->inputs().read(poses), poses.string());
     for (const auto& [frame, pose] : camera.poses()) files.frames.insert(frame);
   } else {
-    info.warnings.push_back(fmt::format("no {}: no true camera motion", poses.string()));
+    info.warnings.push_back(
+        fmt::format("{} does not exist, so there is no true camera motion", poses.string()));
   }
   sequence->choose_frames(files, folder.string());
   if (!camera.empty() && !camera.has(info.last_frame)) {

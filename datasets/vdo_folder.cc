@@ -72,7 +72,7 @@ std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& requ
   const fs::path final_folder = request.out / request.sequence;
   for (const char* name : {"image_0", "depth", "flow", "semantic", "pose_gt.txt"}) {
     if (fs::exists(final_folder / name)) {
-      fail("{}: is there already: remove it, or choose another folder or sequence name",
+      fail("{}: exists already: remove it, or choose another folder or sequence name",
            (final_folder / name).string());
     }
   }
@@ -202,13 +202,15 @@ class TextFiles {
       }
       warn_about_frames_without_pose(poses);
     } else {
-      info_.warnings.push_back(fmt::format("no {}: no true camera motion", poses.string()));
+      info_.warnings.push_back(
+          fmt::format("{} does not exist, so there is no true camera motion", poses.string()));
     }
     const fs::path objects = dir_ / "object_pose.txt";
     if (fs::exists(objects)) {
       sequence_.truth().objects = decode_vdo_objects(sequence_.inputs().read(objects), objects.string());
     } else {
-      info_.warnings.push_back(fmt::format("no {}: no true object motion", objects.string()));
+      info_.warnings.push_back(
+          fmt::format("{} does not exist, so there is no true object motion", objects.string()));
     }
   }
 

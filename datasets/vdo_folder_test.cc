@@ -68,7 +68,7 @@ TEST_F(VdoLayoutTest, TimesAreThoseOfTheRate) {
 
 TEST_F(VdoLayoutTest, NothingIsOverwritten) {
   write(*open("a"), "b");
-  expect_error([&] { write(*open("a"), "b"); }, "is there already");
+  expect_error([&] { write(*open("a"), "b"); }, "exists already");
 }
 
 }  // namespace

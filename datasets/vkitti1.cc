@@ -159,7 +159,8 @@ void require_vkitti1_sequence(const fs::path& root, const std::string& world, co
 Vkitti1Truth read_vkitti1_truth(const Vkitti1TextFiles& files, const std::string& world, InputLog& inputs) {
   Vkitti1Truth out;
   if (files.extrinsics.empty()) {
-    out.warnings.push_back(fmt::format("no extrinsicsgt of world {}: no true camera motion", world));
+    out.warnings.push_back(
+        fmt::format("world {} has no extrinsicsgt file, so there is no true camera motion", world));
   } else {
     const std::string name = files.extrinsics.string();
     for (const auto& [frame, T_camera_world] :
@@ -168,7 +169,8 @@ Vkitti1Truth read_vkitti1_truth(const Vkitti1TextFiles& files, const std::string
     }
   }
   if (files.objects.empty()) {
-    out.warnings.push_back(fmt::format("no motgt of world {}: no true object motion", world));
+    out.warnings.push_back(
+        fmt::format("world {} has no motgt file, so there is no true object motion", world));
   } else {
     read_objects(files, world, inputs, out);
   }

@@ -88,7 +88,7 @@ TEST_F(Vkitti1Truths, MissingTruthIsAWarningOrAnError) {
   const Vkitti1TextFiles files = find_vkitti1_text(root_, "0018", "clone");
   InputLog inputs;
   EXPECT_THAT(read_vkitti1_truth(files, "0018", inputs).warnings,
-              ElementsAre("no motgt of world 0018: no true object motion"));
+              ElementsAre("world 0018 has no motgt file, so there is no true object motion"));
 }
 
 TEST_F(Vkitti1Truths, FilesOfDifferentSequences) {
@@ -247,7 +247,7 @@ TEST_F(Vkitti1Files, AnySubsetOpens) {
   text_only->check_files();
   remove(extrinsics_path);
   EXPECT_THAT(open_with(source_)->info().warnings,
-              ElementsAre("no extrinsicsgt of world 0001: no true camera motion"));
+              ElementsAre("world 0001 has no extrinsicsgt file, so there is no true camera motion"));
 }
 
 TEST_F(Vkitti1Files, OtherChannelsLeaveTheTruthTrue) {
@@ -293,7 +293,7 @@ TEST_F(Vkitti1Files, UnknownNamesAreErrors) {
                "choose a world: vkitti1:" + root_.string() + "#<world>/<variation>; available: 0001");
   expect_error([&] { open_with("vkitti1:" + temp_.path().string() + "#0001"); },
                "no Virtual KITTI 1.3.1 in it");
-  expect_error([&] { open_with(source_ + "@0-3"); }, "frames 0-3 asked for, it has frames 3-6");
+  expect_error([&] { open_with(source_ + "@0-3"); }, "frames 0-3 are requested, but it has frames 3-6");
 }
 
 TEST_F(Vkitti1Files, MissingFiles) {

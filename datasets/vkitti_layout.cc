@@ -303,7 +303,7 @@ class Vkitti1Writer {
     }
     if (!fs::is_directory(request_.out)) return;
     if (vkitti1_variations(request_.out, name_.group).contains(name_.variation)) {
-      fail("{}: {} is there already: remove it, or choose another folder or sequence", request_.out.string(),
+      fail("{}: {} exists already: remove it, or choose another folder or sequence", request_.out.string(),
            name_.text());
     }
   }
@@ -389,7 +389,7 @@ class Vkitti2Writer {
     }
     folder_ = (request.stage.empty() ? request.out : request.stage) / name_.group / name_.variation;
     if (fs::exists(request.out / name_.group / name_.variation)) {
-      fail("{}: {} is there already: remove it, or choose another folder or sequence", request.out.string(),
+      fail("{}: {} exists already: remove it, or choose another folder or sequence", request.out.string(),
            name_.text());
     }
     check_vkitti_poses(sequence);

@@ -131,7 +131,7 @@ TEST_P(VkittiLayouts, ASecondSequenceIsAddedAndNoneIsOverwritten) {
   const FormulaSequence source({.first_frame = 3, .last_frame = 3});
   write(source, "0001/clone");
   write(source, "0001/rain");
-  expect_error([&] { write(source, "0001/rain"); }, "/rain is there already: remove it");
+  expect_error([&] { write(source, "0001/rain"); }, "/rain exists already: remove it");
 }
 
 TEST_P(VkittiLayouts, TheDefaultNameIsTheNumber) {

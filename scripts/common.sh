@@ -32,6 +32,7 @@ build_preset() {
     tail -n 40 "$log" >&2
     die "configuring failed; the whole output is in $log"
   fi
+  sed -n 's/^-- \(Python package: not built.*\)/\1/p' "$log"  # so that an option kept in CMake's cache does not pass unnoticed
   say "build build/$preset with $(build_jobs) jobs"
   local command=(cmake --build "$root/build/$preset" -j "$(build_jobs)")
   if (($# > 0)); then command+=(--target "$@"); fi

@@ -81,7 +81,7 @@ void check_one_dialect(const std::vector<Entry>& found, const std::string& name)
     if (!entry.differs_by_dialect()) continue;
     if (first == nullptr) first = &entry;
     if ((entry.spelling == entry.object) == (first->spelling == first->object)) continue;
-    fail("{}:{}: {} and, in line {}, {} are keys of two dialects: expected {}", name, entry.line,
+    fail("{}:{}: {} and, in line {}, {} are keys of two different formats: expected {}", name, entry.line,
          entry.spelling, first->line, first->spelling, spellings);
   }
 }

@@ -69,7 +69,7 @@ TEST(KittiCalibrationErrors, NameFileLineKeyAndSpellings) {
   error(replaced(good, "R_rect ", "R_rect 2 "), "c.txt:5: R_rect: expected 9 numbers, got 10");
   error(replaced(good, "R_rect 0.99", "R_rect 0.89"), "c.txt:5: R_rect: expected a rotation");
   error(replaced(good, "Tr_velo_cam", "Tr_velo_to_cam"),
-        "c.txt:6: Tr_velo_to_cam and, in line 5, R_rect are keys of two dialects");
+        "c.txt:6: Tr_velo_to_cam and, in line 5, R_rect are keys of two different formats");
   error("", "c.txt: no key P0");
   error("calib_time: 09-Jan-2012 13:57:47\n", "c.txt:1: unknown key 'calib_time'");
 }

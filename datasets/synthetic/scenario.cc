@@ -405,7 +405,7 @@ void Scenario::check() const {
     }
     if (!ids.insert(actor.id).second) fail("scenario '{}': object id {} is given twice", name, actor.id);
     if (actor.T_world_object.size() != T_world_camera.size()) {
-      fail("scenario '{}': object {} has {} poses, the camera {}: expected one a frame", name, actor.id,
+      fail("scenario '{}': object {} has {} poses, the camera {}: expected one per frame", name, actor.id,
            actor.T_world_object.size(), T_world_camera.size());
     }
     for (const auto& pose : actor.T_world_object) {

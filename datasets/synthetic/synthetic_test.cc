@@ -278,7 +278,7 @@ TEST(Synthetic, BadSourcesAreErrors) {
   expect_error([] { open_uncached("synthetic:s01-tun"); },
                "unknown scenario 's01-tun': did you mean 's01-turn'");
   expect_error([] { open_uncached("synthetic:s18@3-11"); },
-               "synthetic:s18: frames 3-11 asked for, it has frames 0-10");
+               "synthetic:s18: frames 3-11 are requested, but it has frames 0-10");
   expect_error([] { open_uncached("synthetic:s18#left"); }, "no '#'");
   expect_error([] { open_uncached("synthetic:s18@2-4")->read(5, {.depth = true}); },
                "no frame 5: it has frames 2-4");

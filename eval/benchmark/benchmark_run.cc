@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// The plans of an estimator, track by track; throws what parse_plan() throws.
+/// Makes the plans of an estimator, track by track; throws the exceptions of parse_plan().
 std::vector<BenchmarkSweep> sweeps_of(const BenchmarkRequest& request, const Suite& suite,
                                       const SuiteTrack& track, const std::string& estimator) {
   std::vector<BenchmarkSweep> sweeps;
@@ -103,8 +103,8 @@ SweepOutcome merge_benchmarks(const std::vector<fs::path>& shards, const fs::pat
   const std::vector<fs::path> sweeps = benchmark_sweeps(shards.front());
   for (const fs::path& shard : shards) {
     if (benchmark_sweeps(shard) != sweeps)
-      fail("{}: it has not the same sweeps as {}: a shard is not finished, or of another request", shard.string(),
-           shards.front().string());
+      fail("{}: its sweeps differ from those of {}: a shard is unfinished or belongs to another request",
+           shard.string(), shards.front().string());
   }
   for (const fs::path& sweep : sweeps) {
     std::vector<fs::path> folders;

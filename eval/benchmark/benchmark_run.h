@@ -1,12 +1,13 @@
 #pragma once
 
-// Runs a suite: the sweeps of its tracks, each an ordinary sweep (experiment/sweep.h) in a folder of its own.
+// Runs a suite: the sweeps of its tracks, each an ordinary sweep (experiment/sweep.h) in its own folder.
 //
 //   OUT/<estimator>/<sweep>/            plan.json, records.jsonl, cases.jsonl, run.json
-//   OUT/<estimator>/left_out.json       tracks that did not run, with the reason, where there are any
-//   OUT/<estimator>/card.json .md .html (card.h), once all sweeps are finished
 //
-// <estimator> is the label of the estimator as a file name.
+//   OUT/<estimator>/left_out.json       tracks that did not run, with the reason; only if there are any
+//   OUT/<estimator>/card.json .md .html (card.h), written when all sweeps are finished
+//
+// <estimator> is the label of the estimator, converted to a file name.
 
 #include <filesystem>
 #include <map>
@@ -19,9 +20,9 @@
 namespace sextant {
 
 struct BenchmarkRequest {
-  std::string suite = "sextant-1";      ///< a name or NAME.json
+  std::string suite = "sextant-1";      ///< name of a suite, or NAME.json
   std::vector<std::string> estimators;  ///< "joint_flow", "external:CONFIG.json", "python:NAME"
-  std::vector<std::string> tracks;      ///< empty: all
+  std::vector<std::string> tracks;      ///< tracks to run; empty: all
   bool quick = false;
   std::string data_root;
   std::filesystem::path out;
@@ -31,39 +32,39 @@ struct BenchmarkRequest {
 /// A sweep of the suite for one estimator, ready to run.
 struct BenchmarkSweep {
   std::string track, name;
-  std::string text;  ///< the plan as a file, for `sextant sweep` and scripts/slurm_sweep
+  std::string text;  ///< the plan as text, for `sextant sweep` and scripts/slurm_sweep
   Plan plan;
 };
 
 struct BenchmarkPlan {
   std::string label;   ///< label of the estimator
-  std::string folder;  ///< below OUT
+  std::string folder;  ///< name of the folder below OUT
   std::vector<BenchmarkSweep> sweeps;
-  std::map<std::string, std::string> left_out;  ///< track -> reason
+  std::map<std::string, std::string> left_out;  ///< reason for each track that does not run
 };
 
-/// Returns one plan per estimator. Throws Error on an unknown suite, track or estimator. A track without its data is
-/// left out unless it is requested by name.
+/// Returns one plan per estimator. Throws Error on an unknown suite, track or estimator. A track whose data
+/// are missing is left out unless it is requested by name.
 std::vector<BenchmarkPlan> plan_benchmark(const BenchmarkRequest& request, const Suite& suite);
 
-/// Runs the sweeps of one estimator, or goes on with them. Throws what sweep() throws.
+/// Runs the sweeps of one estimator, or resumes them. Throws the exceptions of sweep().
 SweepOutcome run_benchmark(const BenchmarkRequest& request, const BenchmarkPlan& plan);
 
-/// Writes card.json, card.md and card.html of the sweeps in FOLDER beside them.
+/// Writes card.json, card.md and card.html of the sweeps in FOLDER into FOLDER.
 void write_card(const Suite& suite, const std::filesystem::path& folder, int jobs);
 
-/// Writes OUT/<estimator>/<sweep>.json for every sweep and returns the names.
+/// Writes OUT/<estimator>/<sweep>.json for every sweep and returns the names of these files.
 std::vector<std::string> write_benchmark_plans(const std::vector<BenchmarkPlan>& plans,
                                                const std::filesystem::path& out);
 
-/// <estimator>/<sweep> of all sweeps below OUT, sorted. Throws Error where there are none.
+/// Returns <estimator>/<sweep> of all sweeps below OUT, sorted. Throws Error if there are none.
 std::vector<std::filesystem::path> benchmark_sweeps(const std::filesystem::path& folder);
 
-/// <estimator> of them.
+/// Returns the distinct <estimator> of these names.
 std::vector<std::string> benchmark_estimators(const std::filesystem::path& folder);
 
 /// Joins the folders of shards (OUT of `--shard I/N`) sweep by sweep (merge_sweeps()).
-SweepOutcome merge_benchmarks(const std::vector<std::filesystem::path>& shards, const std::filesystem::path& out,
-                              bool allow_mixed);
+SweepOutcome merge_benchmarks(const std::vector<std::filesystem::path>& shards,
+                              const std::filesystem::path& out, bool allow_mixed);
 
 }  // namespace sextant

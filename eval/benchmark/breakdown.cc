@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// The frame pairs of one cluster at one level.
+/// Frame pairs of one cluster at one level.
 struct SeedFrameCell {
   double n_truth = 0, n_estimated = 0, error_sum = 0;
 
@@ -21,7 +21,7 @@ struct SeedFrameCell {
   }
 };
 
-/// cells[level][cluster].
+/// Indexed as cells[level][cluster].
 struct Grid {
   std::vector<double> levels;
   std::vector<std::vector<SeedFrameCell>> cells;
@@ -60,7 +60,7 @@ struct Crossing {
   double level = 0;
 };
 
-/// Where the line from (a, value_a) to (b, value_b) has `limit`.
+/// Abscissa at which the line from (a, value_a) to (b, value_b) reaches `limit`.
 double crossing(double a, double value_a, double b, double value_b, double limit) {
   return value_b == value_a ? b : a + (b - a) * (limit - value_a) / (value_b - value_a);
 }
@@ -72,7 +72,7 @@ Crossing find_crossing(const Grid& grid, std::span<const size_t> clusters, const
     if (grid.levels[i] < limits.nominal) continue;
     SeedFrameCell sum;
     for (const size_t cluster : clusters) sum.add(grid.cells[i][cluster]);
-    if (sum.n_truth == 0) continue;  // none of the resampled frames has this level
+    if (sum.n_truth == 0) continue;  // none of the resampled frames exists at this level
     const double level = grid.levels[i], coverage = sum.n_estimated / sum.n_truth;
     const std::optional<double> error =
         sum.n_estimated > 0 ? std::optional(sum.error_sum / sum.n_estimated) : std::nullopt;
@@ -104,7 +104,9 @@ std::string BreakdownLevel::text() const {
 
 std::string BreakdownLevel::interval_text() const {
   if (!interval) return "";
-  const auto end = [&](double at) { return at >= highest ? fmt::format("> {:g}", highest) : fmt::format("{:.3g}", at); };
+  const auto end = [&](double at) {
+    return at >= highest ? fmt::format("> {:g}", highest) : fmt::format("{:.3g}", at);
+  };
   return fmt::format("[{}, {}]", end(interval->low), end(interval->high));
 }
 
@@ -118,7 +120,8 @@ BreakdownLevel breakdown_of(const std::vector<LevelCounts>& levels, double nomin
   const Crossing found = find_crossing(grid, all, limits);
   BreakdownLevel out{nominal, grid.levels.back(), found.cause, found.level, std::nullopt};
   out.interval = cluster_bootstrap(
-      grid.n_clusters, [&](std::span<const size_t> chosen) { return find_crossing(grid, chosen, limits).level; },
+      grid.n_clusters,
+      [&](std::span<const size_t> chosen) { return find_crossing(grid, chosen, limits).level; },
       {.method = BootstrapMethod::percentile});
   return out;
 }

@@ -1,14 +1,15 @@
 #pragma once
 
-// Breakdown level of a curve of errors against the level of the noise: the smallest level above the nominal one at
-// which the mean error is `error_ratio` times that of the nominal level, or coverage falls below `min_coverage`.
+// Breakdown level of a curve of errors over the noise level: the smallest level above the nominal one at
+// which the mean error is `error_ratio` times that of the nominal level, or at which coverage falls below
+// `min_coverage`.
 //
 //   between levels   error and coverage are interpolated linearly in the level
-//   interval         95 %, percentile bootstrap of the same function (stats/bootstrap.h); a cluster is a seed with its
-//                    frame pairs at all levels, or, with fewer than min_seed_clusters seeds, a frame number with
-//                    its pairs of all seeds and levels
-//   no crossing      there is none up to the highest level: `level` is that one, and the cause is none
-//   nominal          coverage is below the limit at the nominal level already: `level` is the nominal one
+//   interval         95 %, percentile bootstrap of the same function (stats/bootstrap.h); a cluster is a seed
+//                    with its frame pairs at all levels, or, with fewer than min_seed_clusters seeds, a frame
+//                    number with its pairs of all seeds and levels
+//   no crossing      neither happens up to the highest level: `level` is the highest level, without a cause
+//   nominal          coverage is below the limit already at the nominal level: `level` is the nominal level
 
 #include <cstdint>
 #include <optional>
@@ -20,7 +21,7 @@
 
 namespace sextant {
 
-/// Fewer seeds are too few clusters for a bootstrap.
+/// With fewer seeds a bootstrap over seeds has too few clusters.
 inline constexpr size_t min_seed_clusters = 5;
 
 /// Frame pairs with truth at one level.
@@ -29,7 +30,7 @@ struct LevelCounts {
   struct Pair {
     uint64_t seed = 0;
     int frame = 0;
-    std::optional<double> error;  ///< none where it was not estimated
+    std::optional<double> error;  ///< empty if the pair was not estimated
   };
   std::vector<Pair> pairs{};
 
@@ -43,15 +44,15 @@ struct BreakdownLevel {
   double nominal = 0, highest = 0;
   BreakdownCause cause = BreakdownCause::none;
   double level = 0;
-  std::optional<Interval> interval;  ///< an end at `highest` means that or beyond
+  std::optional<Interval> interval;  ///< an end at `highest` means at least that level
 
-  /// "0.41"; "> 0.8" without a crossing.
+  /// Formats "0.41", or "> 0.8" without a crossing.
   std::string text() const;
-  /// "[0.38, > 0.8]"; empty without an interval.
+  /// Formats "[0.38, > 0.8]"; empty without an interval.
   std::string interval_text() const;
 };
 
-/// Levels rise.
+/// The levels must be ascending.
 BreakdownLevel breakdown_of(const std::vector<LevelCounts>& levels, double nominal, double error_ratio,
                             double min_coverage);
 

@@ -20,14 +20,14 @@ namespace {
 
 constexpr std::string_view speed_error = "Ev_kmh";
 
-/// The errors of a level: those that noise reports compare, and the speed error.
+/// Errors of a level: those that noise reports compare, and the speed error.
 std::vector<Interned> error_names() {
   std::vector<Interned> names = compared_names();
   names.emplace_back(speed_error);
   return names;
 }
 
-/// One level of a curve, before it is summarised.
+/// Data of one level of a curve, before they are summarised.
 struct Pool {
   NoiseLevel errors{NoiseLevelKey{}, error_names()};
   LevelCounts counts;
@@ -41,16 +41,16 @@ struct Pool {
   }
 };
 
-/// Pools by level; those of one estimator, track and kind of body are a curve.
+/// Key of a curve: result, index of the track, kind of body.
 using CurveKey = std::tuple<std::string, size_t, BodyKind>;  // result, index of the track, kind
 using Curves = std::map<CurveKey, std::map<double, Pool>>;
 
-/// Times of frame pairs and memory, of one result.
+/// Times of frame pairs and memory of one result.
 struct CostSamples {
   std::vector<double> ms;
   double peak_memory_mb = 0;
 
-  /// Records of a pair begin with that of the camera.
+  /// The records of a pair begin with that of the camera.
   void add(const Record& record) {
     if (record.is_ego()) ms.push_back(0);
     if (const auto time = find_number(record.time_ms, "total"); time && !ms.empty()) ms.back() += *time;
@@ -58,7 +58,7 @@ struct CostSamples {
   }
 };
 
-/// Few seeds say little about their spread: frames then, as where there is one seed.
+/// Few seeds determine their spread badly, so frames are the clusters, as with a single seed.
 ClusterBy clusters_of(const NoiseLevel& level) {
   return level.n_seeds() < min_seed_clusters ? ClusterBy::frames : ClusterBy::seeds;
 }
@@ -71,7 +71,8 @@ std::optional<IntervalEstimate> mean_of(const NoiseLevel& level, std::string_vie
                           [&](std::span<const size_t> chosen) { return total(clusters, chosen).mean(); });
 }
 
-CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& suite, double level, const Pool& pool) {
+CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& suite, double level,
+                     const Pool& pool) {
   CurvePoint point{.estimator = std::get<0>(key),
                    .track = track.name,
                    .body = std::string(to_string(std::get<2>(key))),
@@ -105,8 +106,9 @@ class SweepReader {
     const Json plan_file = read_plan_file(folder);
     const std::string where = (folder / "plan.json").string();
     if (shard_number(plan_file, where).n_shards != 1)
-      fail("{}: one of several shards: join them with sextant benchmark merge", where);
-    if (!fs::exists(folder / "records.jsonl")) fail("{}: the sweep is not finished: run it again", folder.string());
+      fail("{}: it is one of several shards: join them with sextant benchmark merge", where);
+    if (!fs::exists(folder / "records.jsonl"))
+      fail("{}: the sweep is not finished: run it again", folder.string());
     take_estimator(plan_file["plan"], where);
     CardSweep& part = card_.sweeps.emplace_back(CardSweep{suite_.tracks[track].name, sweep.name});
     part.n_cases = planned_cases(plan_file["plan"], where);
@@ -141,7 +143,7 @@ class SweepReader {
     if (estimators.size() != 1) fail("{}: expected one estimator, found {}", where, estimators.size());
     const auto label = json_member<std::string>(estimators[0], "label", where);
     if (!card_.estimator.empty() && label != card_.estimator)
-      fail("{}: is of '{}', other sweeps of '{}'", where, label, card_.estimator);
+      fail("{}: belongs to estimator '{}', but other sweeps belong to '{}'", where, label, card_.estimator);
     card_.estimator = label;
     card_.plan_estimator = json_member<std::string>(estimators[0], "name", where);
   }
@@ -164,7 +166,7 @@ class SweepReader {
   std::set<std::string> machines_;
 };
 
-/// left_out.json of the folder: {"TRACK": "reason"}; empty where there is none.
+/// Reads left_out.json of the folder, {"TRACK": "reason"}; empty if it does not exist.
 std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::path& folder) {
   std::map<std::string, std::string> reasons;
   const fs::path file = folder / left_out_name;
@@ -176,14 +178,15 @@ std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::pat
   return reasons;
 }
 
-/// Returns true if the names of the plans say that the sweeps of the folder are those of a quick run.
+/// Returns true if the names of the plans mark the sweeps of the folder as a quick run.
 bool is_quick_run(const Suite& suite, const fs::path& folder) {
   for (const SuiteTrack& track : suite.tracks) {
     for (const SuiteSweep& sweep : track.sweeps) {
       const fs::path of_sweep = folder / sweep.name;
       if (!fs::exists(of_sweep / "plan.json")) continue;
       const std::string where = (of_sweep / "plan.json").string();
-      return json_member<std::string>(read_plan_file(of_sweep)["plan"], "name", where).ends_with(quick_ending);
+      return json_member<std::string>(read_plan_file(of_sweep)["plan"], "name", where)
+          .ends_with(quick_ending);
     }
   }
   fail("{}: holds no sweep of suite {}", folder.string(), suite.name);
@@ -191,8 +194,8 @@ bool is_quick_run(const Suite& suite, const fs::path& folder) {
 
 }  // namespace
 
-const CurvePoint* Card::find_point(const std::string& result, const std::string& track, const std::string& body,
-                                   double level) const {
+const CurvePoint* Card::find_point(const std::string& result, const std::string& track,
+                                   const std::string& body, double level) const {
   const auto at = std::ranges::find_if(curves, [&](const CurvePoint& p) {
     return p.estimator == result && p.track == track && p.body == body && p.level == level;
   });
@@ -225,9 +228,10 @@ Card make_card(const Suite& suite, const fs::path& folder) {
     }
     const CurvePoint& last = card.curves.back();
     if (counts.size() > 1)
-      card.breakdowns.push_back(
-          {last.estimator, last.track, last.body, breakdown_of(counts, track.nominal, suite.error_ratio, suite.min_coverage)});
-    if (std::ranges::find(card.results, last.estimator) == card.results.end()) card.results.push_back(last.estimator);
+      card.breakdowns.push_back({last.estimator, last.track, last.body,
+                                 breakdown_of(counts, track.nominal, suite.error_ratio, suite.min_coverage)});
+    if (std::ranges::find(card.results, last.estimator) == card.results.end())
+      card.results.push_back(last.estimator);
   }
   card.costs = reader.costs();
   return card;

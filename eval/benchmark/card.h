@@ -1,16 +1,17 @@
 #pragma once
 
-// The card of an estimator: what a suite says about it, computed from the records of its sweeps alone.
+// The card of an estimator: its results on a suite, computed only from the records of its sweeps.
 //
-// All numbers of a curve are of one track, one kind of body (camera, objects) and one level. They are pooled
-// over the sequences and objects that the track counts, over all frame pairs and seeds:
+// Every number of a curve belongs to one track, one kind of body (camera or objects) and one level. It is
+// pooled over the sequences and objects that the track counts, over all frame pairs and seeds:
 //
-//   coverage       share of the frame pairs with truth for which the estimator gave a motion
+//   coverage       share of the frame pairs with truth for which the estimator returned a motion
 //   error          mean of E_t, E_R and (objects) E_v over the estimated pairs
-//   efficiency     RMS of the Cramer-Rao bound of the track's metric / RMS of its errors; bounded pairs only
-//   ANEES          mean normalised error squared, where the estimator gives a covariance
-//   interval       95 %, bootstrap over seeds, or over frame numbers where there are fewer than five seeds (breakdown.h);
-//                  of the efficiency over seeds
+//   efficiency     RMS of the Cramer-Rao bounds of the track's metric / RMS of its errors, over pairs with a
+//                  bound
+//   ANEES          mean normalised error squared, if the estimator returns a covariance
+//   interval       95 %, bootstrap over seeds, or over frame numbers with fewer than five seeds
+//                  (breakdown.h); that of the efficiency always over seeds
 //
 // The breakdown level is defined in breakdown.h.
 
@@ -39,7 +40,7 @@ struct CurvePoint {
   std::optional<IntervalEstimate> efficiency;
   std::optional<double> anees;
   std::optional<Interval> anees_expected;
-  std::string records;  ///< file with its records, relative to the card
+  std::string records;  ///< file that holds its records, relative to the card
 
   double coverage() const { return static_cast<double>(n_estimated) / n_truth; }
 };
@@ -49,11 +50,11 @@ struct Breakdown {
   BreakdownLevel at;
 };
 
-/// Cost of a frame pair, which differs from run to run.
+/// Cost of a frame pair; it differs from run to run.
 struct Cost {
   std::string estimator;
   std::optional<double> median_ms;       ///< median time of all bodies of a frame pair
-  std::optional<double> peak_memory_mb;  ///< largest; external programs only
+  std::optional<double> peak_memory_mb;  ///< largest value over the pairs; external programs only
   std::string machine;
 };
 
@@ -67,12 +68,12 @@ struct CardSweep {
 struct Card {
   std::string suite, suite_sha256;
   bool quick = false;
-  std::string estimator;               ///< its label
-  std::string plan_estimator;          ///< as a plan names it: "joint_flow", "external:..."
-  std::vector<std::string> results;    ///< labels in records; several where one program gives several results
-  Json program;                        ///< program_identity()
+  std::string estimator;             ///< label of the estimator
+  std::string plan_estimator;        ///< name in a plan: "joint_flow", "external:..."
+  std::vector<std::string> results;  ///< labels in records; several if one program gives several results
+  Json program;                      ///< see program_identity()
   std::vector<CardSweep> sweeps;
-  std::map<std::string, std::string> left_out;  ///< track -> reason
+  std::map<std::string, std::string> left_out;  ///< reason for each track that did not run
   std::vector<CurvePoint> curves;
   std::vector<Breakdown> breakdowns;
   std::vector<Cost> costs;
@@ -81,16 +82,16 @@ struct Card {
                                double level) const;
 };
 
-/// Tracks that an estimator cannot run, each with the reason: {"TRACK": "reason"}, beside its sweeps.
+/// Tracks that an estimator cannot run, as {"TRACK": "reason"}; the file lies beside its sweeps.
 inline constexpr const char* left_out_name = "left_out.json";
 
-/// Makes a card from the sweeps in FOLDER/<sweep>/ and FOLDER/left_out.json. Throws Error if a sweep is missing,
-/// unfinished or one of several shards.
+/// Makes a card from the sweeps in FOLDER/<sweep>/ and from FOLDER/left_out.json. Throws Error if a sweep is
+/// missing, unfinished, or a single shard.
 Card make_card(const Suite& suite, const std::filesystem::path& folder);
 
-/// card.json: everything but `costs` is the same for any jobs, shards, interruptions.
+/// Makes card.json. Everything except `costs` is independent of jobs, shards and interruptions.
 Json to_json(const Card& card);
-/// Throws Error "WHERE: ..." on anything that is not a card.
+/// Parses card.json; throws Error "WHERE: ..." on anything that is not a card.
 Card parse_card(std::string_view text, const std::string& where);
 
 Table breakdown_table(const std::vector<Breakdown>& rows);

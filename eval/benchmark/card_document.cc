@@ -43,7 +43,8 @@ NominalRow nominal_row(const CurvePoint& point, const Card& card, const std::str
   row.efficiency = value(point.efficiency);
   row.anees = point.anees;
   for (const Breakdown& breakdown : card.breakdowns) {
-    if (breakdown.estimator != point.estimator || breakdown.track != point.track || breakdown.body != point.body)
+    if (breakdown.estimator != point.estimator || breakdown.track != point.track ||
+        breakdown.body != point.body)
       continue;
     row.breakdown = breakdown.at.text();
     row.breakdown_interval = breakdown.at.interval_text();
@@ -77,12 +78,13 @@ Table nominal_table(const std::vector<NominalRow>& rows) {
       {Column::number("efficiency", "efficiency", 2), &Row::efficiency},
       {Column::number("anees", "ANEES", 2), &Row::anees},
       {Column::text("records").only_in_files(), &Row::records}};
-  return table_of("At the nominal level",
-                  "Mean errors at the nominal level of each track, with the 95 % interval of E_t; the breakdown level is "
-                  "the level at which the mean of E_t has doubled or coverage falls below 90 % (\"> x\": not up to the "
-                  "highest level x). Efficiency: Cramer-Rao bound over RMS error. ANEES: 6 where the covariance of the "
-                  "estimator is right. E_t leads to the records.",
-                  fields, rows);
+  return table_of(
+      "At the nominal level",
+      "Mean errors at the nominal level of each track, with the 95 % interval of E_t; the breakdown level is "
+      "the level at which the mean of E_t has doubled or coverage falls below 90 % (\"> x\": not up to the "
+      "highest level x). Efficiency: Cramer-Rao bound over RMS error. ANEES: 6 where the covariance of the "
+      "estimator is right. E_t leads to the records.",
+      fields, rows);
 }
 
 std::vector<NominalRow> nominal_rows(const Card& card, const std::string& folder) {
@@ -101,9 +103,10 @@ std::string left_out_text(const Card& card) {
 }
 
 std::vector<std::pair<std::string, std::string>> provenance_of(const Card& card) {
-  return {{"suite", fmt::format("{}{}, SHA-256 {}", card.suite, card.quick ? " (quick)" : "", card.suite_sha256)},
-          {"estimator", card.plan_estimator},
-          {"program", json_line(card.program)}};
+  return {
+      {"suite", fmt::format("{}{}, SHA-256 {}", card.suite, card.quick ? " (quick)" : "", card.suite_sha256)},
+      {"estimator", card.plan_estimator},
+      {"program", json_line(card.program)}};
 }
 
 }  // namespace
@@ -117,11 +120,13 @@ std::vector<PlacedCard> reference_cards(const Suite& suite) {
   return cards;
 }
 
-ReportDocument card_document(const Card& card, const Suite& suite, const std::vector<PlacedCard>& references) {
+ReportDocument card_document(const Card& card, const Suite& suite,
+                             const std::vector<PlacedCard>& references) {
   ReportDocument document;
   document.title = fmt::format("{}: {}{}", card.estimator, card.suite, card.quick ? ", quick run" : "");
-  document.abstract = suite.title + ". docs/benchmark.md of Sextant defines every number." +
-                      (card.quick ? " A quick run has one seed and few levels: use it to look, not to publish." : "");
+  document.abstract =
+      suite.title + ". docs/benchmark.md of Sextant defines every number." +
+      (card.quick ? " A quick run has one seed and few levels: use it to look, not to publish." : "");
   ReportSection nominal{.name = "nominal", .heading = "At the nominal level"};
   if (!card.left_out.empty()) nominal.paragraphs.push_back(left_out_text(card));
   nominal.tables.push_back({"nominal_level", nominal_table(nominal_rows(card, ""))});
@@ -151,7 +156,7 @@ double ProfileRow::share_within(double tau) const {
   return n_cases == 0 ? 0 : static_cast<double>(within) / n_cases;
 }
 
-/// Smaller errors are rounding: an exact solution of exact data.
+/// Smaller errors are rounding of exact solutions of exact data.
 constexpr double rounding_m = 1e-6;
 
 std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite) {
@@ -165,7 +170,8 @@ std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards
     }
   }
   for (const auto& [key, by_estimator] : errors) {
-    const double best = std::ranges::min_element(by_estimator, {}, [](const auto& e) { return e.second; })->second;
+    const double best =
+        std::ranges::min_element(by_estimator, {}, [](const auto& e) { return e.second; })->second;
     if (best < rounding_m) continue;
     for (auto& [name, row] : rows) {
       ++row.n_cases;
@@ -190,20 +196,23 @@ namespace {
 
 Table profile_table(const std::vector<ProfileRow>& rows) {
   using Row = ProfileRow;
-  const auto within = [](double tau) { return [tau](const Row& row) { return Cell(100 * row.share_within(tau)); }; };
-  return table_of("Performance profile",
-                  "Share of cases (track, kind of body, level) in which the mean E_t is within a factor tau of the best "
-                  "estimator; a case that an estimator does not solve with the required coverage, or did not run, "
-                  "counts against it.",
-                  Fields<Row>{{Column::text("estimator"), &Row::estimator},
-                              {Column::count("n_cases", "cases"), &Row::n_cases},
-                              {Column::count("n_solved", "solved"), &Row::n_solved},
-                              {Column::number("within_1", "best [%]", 1), within(1)},
-                              {Column::number("within_1_1", "tau 1.1 [%]", 1), within(1.1)},
-                              {Column::number("within_2", "tau 2 [%]", 1), within(2)},
-                              {Column::number("within_4", "tau 4 [%]", 1), within(4)},
-                              {Column::number("within_16", "tau 16 [%]", 1), within(16)}},
-                  rows);
+  const auto within = [](double tau) {
+    return [tau](const Row& row) { return Cell(100 * row.share_within(tau)); };
+  };
+  return table_of(
+      "Performance profile",
+      "Share of cases (track, kind of body, level) in which the mean E_t is within a factor tau of the best "
+      "estimator; a case that an estimator does not solve with the required coverage, or did not run, "
+      "counts against it.",
+      Fields<Row>{{Column::text("estimator"), &Row::estimator},
+                  {Column::count("n_cases", "cases"), &Row::n_cases},
+                  {Column::count("n_solved", "solved"), &Row::n_solved},
+                  {Column::number("within_1", "best [%]", 1), within(1)},
+                  {Column::number("within_1_1", "tau 1.1 [%]", 1), within(1.1)},
+                  {Column::number("within_2", "tau 2 [%]", 1), within(2)},
+                  {Column::number("within_4", "tau 4 [%]", 1), within(4)},
+                  {Column::number("within_16", "tau 16 [%]", 1), within(16)}},
+      rows);
 }
 
 }  // namespace
@@ -211,7 +220,8 @@ Table profile_table(const std::vector<ProfileRow>& rows) {
 ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& suite) {
   ReportDocument document;
   document.title = "Benchmark " + suite.name;
-  document.abstract = suite.title + ". Each number leads to its records; docs/benchmark.md of Sextant defines it.";
+  document.abstract =
+      suite.title + ". Each number leads to its records; docs/benchmark.md of Sextant defines it.";
   std::vector<const Card*> shown;
   std::vector<NominalRow> nominal;
   std::vector<Breakdown> breakdowns;
@@ -246,10 +256,13 @@ OutputFiles page_files(const std::vector<fs::path>& folders, const fs::path& out
   for (const fs::path& folder : folders) {
     const fs::path file = folder / "card.json";
     Card card = parse_card(read_file(file, json_file), file.string());
-    if (!cards.empty() && (card.suite_sha256 != cards.front().card.suite_sha256 || card.quick != cards.front().card.quick))
+    if (!cards.empty() &&
+        (card.suite_sha256 != cards.front().card.suite_sha256 || card.quick != cards.front().card.quick))
       fail("{}: a card of {}{}, others of {}{}: give cards of one suite", file.string(), card.suite,
-           card.quick ? " (quick)" : "", cards.front().card.suite, cards.front().card.quick ? " (quick)" : "");
-    cards.push_back({std::move(card), fs::weakly_canonical(folder).lexically_relative(fs::weakly_canonical(out)).string()});
+           card.quick ? " (quick)" : "", cards.front().card.suite,
+           cards.front().card.quick ? " (quick)" : "");
+    cards.push_back({std::move(card),
+                     fs::weakly_canonical(folder).lexically_relative(fs::weakly_canonical(out)).string()});
   }
   if (cards.empty()) fail("no cards: expected folders with a card.json");
   const Suite suite = find_suite(cards.front().card.suite);

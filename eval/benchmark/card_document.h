@@ -1,13 +1,13 @@
 #pragma once
 
-// Cards for people: the card of one estimator as a document, and the page of all cards (docs/benchmark.md).
+// Cards for readers: the card of one estimator as a document, and the page of all cards (docs/benchmark.md).
 //
 // Performance profile (Dolan and More, 2002): a case is a track, kind of body and level at which at least one
-// estimator reaches the coverage that the suite asks for. The ratio of an estimator in a case is its mean E_t over
-// that of the best estimator there, infinite where its coverage is too low or it did not run. The profile rho(tau)
-// is the share of cases with a ratio of at most tau: rho(1) is the share of cases in which it is the best, and for
-// large tau the share of cases that it solves at all. Cases in which
-// the best error is below 1e-6 m, an exact solution of exact data, do not count.
+// estimator reaches the coverage that the suite requires. The ratio of an estimator in a case is its mean E_t
+// divided by that of the best estimator, and infinite if its coverage is too low or if it did not run. The
+// profile rho(tau) is the share of cases with a ratio of at most tau: rho(1) is the share of cases in which
+// the estimator is the best, and for large tau rho is the share of cases that it solves. Cases in which the
+// best error is below 1e-6 m, an exact solution of exact data, are not counted.
 
 #include <string>
 #include <utility>
@@ -19,21 +19,21 @@
 
 namespace sextant {
 
-/// A card and where it was read, relative to the page.
+/// A card, and the path it was read from, relative to the page.
 struct PlacedCard {
   Card card;
   std::string folder;
 };
 
-/// Cards of reference systems that come with the program (results/benchmark), of this suite.
+/// Returns the cards of the reference systems that come with the program (results/benchmark) for this suite.
 std::vector<PlacedCard> reference_cards(const Suite& suite);
 
-/// The points of the references are drawn in grey behind those of the card.
+/// Makes the document of a card. The curves of the references are drawn in grey behind those of the card.
 ReportDocument card_document(const Card& card, const Suite& suite, const std::vector<PlacedCard>& references);
-/// card.json, card.md and card.html.
+/// Returns card.json, card.md and card.html.
 OutputFiles card_files(const Card& card, const Suite& suite, int jobs);
 
-/// One estimator of a profile.
+/// Profile of one estimator.
 struct ProfileRow {
   std::string estimator;
   int n_cases = 0, n_solved = 0;
@@ -41,14 +41,15 @@ struct ProfileRow {
 
   double share_within(double tau) const;
 };
-/// Best first: by rho(1), then rho(2), then the share of solved cases.
+/// Computes the profiles, ordered by rho(1), then rho(2), then the share of solved cases, best first.
 std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite);
 
-/// The page of all cards, which are of one suite.
+/// Makes the page of all cards, which must belong to one suite.
 ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& suite);
 
-/// index.html of the cards in these folders, for a page that will lie in `out`. Throws Error on a folder without a card
-/// and on cards of several suites.
-OutputFiles page_files(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out, int jobs);
+/// Makes index.html from the cards in these folders; `out` is the folder of the page. Throws Error on a
+/// folder without a card and on cards of several suites.
+OutputFiles page_files(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
+                       int jobs);
 
 }  // namespace sextant

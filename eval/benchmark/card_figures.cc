@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* grey = "#B8B8B8";
 
-/// A point of a figure's data; E_t in mm.
+/// One point of a figure; E_t in mm.
 struct PlotPoint {
   std::string body, series;
   double level = 0, error_mm = 0;
@@ -23,7 +23,7 @@ struct Series {
   bool is_reference = false;
 };
 
-/// The points of a track, series by series: references first, so that they are drawn behind.
+/// The points of a track by series; the references come first, so that they are drawn behind.
 struct TrackPoints {
   std::vector<Series> series;
   std::vector<PlotPoint> points;
@@ -31,9 +31,12 @@ struct TrackPoints {
   void add(const Card& card, const std::string& track, bool is_reference) {
     for (const CurvePoint& p : card.curves) {
       if (p.track != track || !p.Et_m || p.Et_m->value <= 0) continue;
-      const auto same = [&](const Series& s) { return s.name == p.estimator && s.is_reference == is_reference; };
+      const auto same = [&](const Series& s) {
+        return s.name == p.estimator && s.is_reference == is_reference;
+      };
       if (std::ranges::none_of(series, same)) series.push_back({p.estimator, is_reference});
-      PlotPoint& point = points.emplace_back(PlotPoint{p.body, key(series.back()), p.level, 1e3 * p.Et_m->value});
+      PlotPoint& point =
+          points.emplace_back(PlotPoint{p.body, key(series.back()), p.level, 1e3 * p.Et_m->value});
       if (p.Et_m->interval) point.interval = {1e3 * p.Et_m->interval->low, 1e3 * p.Et_m->interval->high};
     }
   }
@@ -47,7 +50,8 @@ Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoin
       "set arrow from first {},graph 0 to first {},graph 1 nohead lc rgb \"#404040\" dt 3 lw 0.7\n",
       gp_text(track.level_title), gp_number(track.nominal), gp_number(track.nominal));
   for (const Series& series : of.series) {
-    const std::string x = only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
+    const std::string x =
+        only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
     const std::string style = series.is_reference ? fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)
                                                   : estimator_style(series.name);
     if (!series.is_reference)
@@ -77,7 +81,8 @@ Figure figure_of(const SuiteTrack& track, const TrackPoints& of) {
     if (!series.is_reference) legend.push_back({estimator_title(series.name), estimator_style(series.name)});
   }
   if (has_references) legend.push_back({"references", fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)});
-  set_panels({.columns = panels.size(), .width_cm = 9.0 * static_cast<double>(panels.size())}, legend, panels, figure);
+  set_panels({.columns = panels.size(), .width_cm = 9.0 * static_cast<double>(panels.size())}, legend, panels,
+             figure);
   figure.caption = fmt::format(
       "{}: mean E_t with 95 % intervals; the dotted line is the nominal level. A point is missing where nothing was "
       "estimated.",
@@ -95,7 +100,8 @@ std::vector<Figure> curve_figures(const Suite& suite, const std::vector<const Ca
   for (const SuiteTrack& track : suite.tracks) {
     TrackPoints of;
     for (const Card* card : references) {
-      const bool is_shown = std::ranges::any_of(card->results, [&](const auto& r) { return shown.contains(r); });
+      const bool is_shown =
+          std::ranges::any_of(card->results, [&](const auto& r) { return shown.contains(r); });
       if (!is_shown) of.add(*card, track.name, /*is_reference=*/true);
     }
     for (const Card* card : cards) of.add(*card, track.name, /*is_reference=*/false);
@@ -116,7 +122,8 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
   for (const ProfileRow& row : rows) {
     steps.push_back({gp_cell(row.estimator), 1, row.share_within(1)});
     for (const double ratio : row.ratios) {
-      if (ratio > 1 && ratio <= largest) steps.push_back({gp_cell(row.estimator), ratio, row.share_within(ratio)});
+      if (ratio > 1 && ratio <= largest)
+        steps.push_back({gp_cell(row.estimator), ratio, row.share_within(ratio)});
     }
     steps.push_back({gp_cell(row.estimator), largest, row.share_within(largest)});
   }
@@ -126,14 +133,16 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
                                       {Column::text("tau"), &Step::tau},
                                       {Column::text("share"), &Step::share}},
                          steps);
-  Panel panel{"", "set logscale x 2\nset xrange [1:16]\nset yrange [0:1.02]\nset ylabel \"share of cases\"\n"
-                  "set xlabel \"tau: mean E_t over that of the best estimator\" noenhanced\n",
+  Panel panel{"",
+              "set logscale x 2\nset xrange [1:16]\nset yrange [0:1.02]\nset ylabel \"share of cases\"\n"
+              "set xlabel \"tau: mean E_t over that of the best estimator\" noenhanced\n",
               {}};
   std::vector<LegendEntry> legend;
   for (const ProfileRow& row : rows) {
     const std::string style = fmt::format("with steps lc rgb \"{}\" lw 2", estimator_colour(row.estimator));
     panel.plots.push_back(fmt::format("data using {}:(column(\"share\")) {}",
-                                      only_where({{"estimator", gp_cell(row.estimator)}}, "column(\"tau\")"), style));
+                                      only_where({{"estimator", gp_cell(row.estimator)}}, "column(\"tau\")"),
+                                      style));
     legend.push_back({estimator_title(row.estimator), style});
   }
   set_panels({.columns = 1, .width_cm = 16, .panel_height_cm = 7}, legend, {panel}, figure);

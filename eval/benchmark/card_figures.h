@@ -1,7 +1,7 @@
 #pragma once
 
-// Errors against the level of the noise, one figure a track: E_t of the camera and of the objects, each with its
-// 95 % interval. Reference systems may stand in grey behind.
+// Errors over the noise level, one figure per track: E_t of the camera and of the objects, each with its 95 %
+// interval. Reference systems may be drawn in grey behind them.
 
 #include <vector>
 
@@ -10,7 +10,8 @@
 
 namespace sextant {
 
-/// Tracks with two levels or more. An estimator of the references that `cards` have too is left out behind.
+/// Makes figures of the tracks with two levels or more. A reference whose estimator is also among `cards` is
+/// left out.
 std::vector<Figure> curve_figures(const Suite& suite, const std::vector<const Card*>& cards,
                                   const std::vector<const Card*>& references);
 

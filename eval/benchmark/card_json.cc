@@ -1,4 +1,4 @@
-// card.json, and the tables of a card: the rows of both are the same.
+// card.json and the tables of a card, which are made from the same rows.
 
 #include <algorithm>
 
@@ -32,7 +32,7 @@ std::optional<IntervalEstimate> estimate(const Json& row, const std::string& key
   return IntervalEstimate{*value, interval(row, key + "_low", key + "_high", where)};
 }
 
-/// Three significant digits, with the interval.
+/// Formats three significant digits, with the interval.
 Fields<IntervalEstimate> estimate_columns(const std::string& key, const std::string& title) {
   Column column = Column::number(key, title, 3);
   column.significant = 3;
@@ -52,7 +52,8 @@ Fields<CurvePoint> curve_fields() {
       {Column::count("n_seeds", "seeds").only_in_files(), &Row::n_seeds},
       {Column::count("n_truth").only_in_files(), &Row::n_truth},
       {Column::count("n_estimated").only_in_files(), &Row::n_estimated},
-      {Column::number("coverage_percent", "coverage [%]", 1), [](const Row& row) { return 100 * row.coverage(); }}};
+      {Column::number("coverage_percent", "coverage [%]", 1),
+       [](const Row& row) { return 100 * row.coverage(); }}};
   for (Field<Row>& field : fields) field.column.says_itself = field.column.key == "estimator";
   fields[3].column.significant = 3;
   const auto add = [&](const char* error, std::optional<IntervalEstimate> Row::*member) {
@@ -63,7 +64,8 @@ Fields<CurvePoint> curve_fields() {
   add("Ev_kmh", &Row::Ev_kmh);
   fields.add(estimate_columns("efficiency", "efficiency"), &Row::efficiency);
   fields.add(Column::number("anees", "ANEES", 2), &Row::anees);
-  fields.add_range(range_columns("anees_expected_low", "anees_expected_high", 2, "expected"), &Row::anees_expected);
+  fields.add_range(range_columns("anees_expected_low", "anees_expected_high", 2, "expected"),
+                   &Row::anees_expected);
   fields.add(Column::text("records").only_in_files(), &Row::records);
   return fields;
 }
@@ -76,7 +78,8 @@ Fields<Breakdown> breakdown_fields() {
           {Column::number("nominal", "nominal level", 3), [](const Row& row) { return row.at.nominal; }},
           {Column::number("highest", "highest level", 3), [](const Row& row) { return row.at.highest; }},
           {Column::text("breakdown", "breakdown level"), [](const Row& row) { return Cell(row.at.text()); }},
-          {Column::text("interval", "95 % interval"), [](const Row& row) { return Cell(row.at.interval_text()); }},
+          {Column::text("interval", "95 % interval"),
+           [](const Row& row) { return Cell(row.at.interval_text()); }},
           {Column::text("cause"), [](const Row& row) { return Cell(to_string(row.at.cause)); }},
           {Column::number("breakdown_level", 3).only_in_files(), [](const Row& row) { return row.at.level; }},
           {Column::number("breakdown_low", 3).only_in_files(),
@@ -92,7 +95,7 @@ Fields<Cost> cost_fields() {
           {Column::text("machine"), &Cost::machine}};
 }
 
-/// A count, which tables write as a number: 2 as 2.0.
+/// Parses a count, which tables write as a number: 2 as 2.0.
 int count(const Json& row, const std::string& key, const std::string& where) {
   const double value = json_member<double>(row, key, where);
   if (value < 0 || value > std::numeric_limits<int>::max() || value != std::floor(value))
@@ -140,23 +143,27 @@ Json sweep_json(const CardSweep& sweep) {
 }  // namespace
 
 Table curve_table(const std::vector<CurvePoint>& rows) {
-  return table_of("Errors by level",
-                  "Mean over the sequences, objects, frame pairs and seeds of a track, with 95 % interval; coverage is "
-                  "the share of frame pairs for which a motion was estimated. Efficiency: Cramer-Rao bound over RMS "
-                  "error. A level leads to its records.",
-                  curve_fields(), rows);
+  return table_of(
+      "Errors by level",
+      "Mean over the sequences, objects, frame pairs and seeds of a track, with 95 % interval; coverage is "
+      "the share of frame pairs for which a motion was estimated. Efficiency: Cramer-Rao bound over RMS "
+      "error. A level leads to its records.",
+      curve_fields(), rows);
 }
 
 Table breakdown_table(const std::vector<Breakdown>& rows) {
-  return table_of("Breakdown levels",
-                  "The level at which the mean of E_t is twice that of the nominal level, or coverage falls below 90 %, "
-                  "linearly interpolated between levels; \"> x\": not up to the highest level x.",
-                  breakdown_fields(), rows);
+  return table_of(
+      "Breakdown levels",
+      "The level at which the mean of E_t is twice that of the nominal level, or coverage falls below 90 %, "
+      "linearly interpolated between levels; \"> x\": not up to the highest level x.",
+      breakdown_fields(), rows);
 }
 
 Table cost_table(const std::vector<Cost>& rows) {
-  return table_of("Cost", "Time of all bodies of a frame pair; of an external program its start and reading of files too.",
-                  cost_fields(), rows);
+  return table_of(
+      "Cost",
+      "Time of all bodies of a frame pair; of an external program its start and reading of files too.",
+      cost_fields(), rows);
 }
 
 Json to_json(const Card& card) {
@@ -180,7 +187,7 @@ Json to_json(const Card& card) {
 Card parse_card(std::string_view text, const std::string& where) {
   const Json json = parse_json(text, where);
   if (json_member<int>(json, "sextant_card", where) != schema)
-    fail("{}: a card of another version: expected \"sextant_card\": {}", where, schema);
+    fail("{}: the card has another version: expected \"sextant_card\": {}", where, schema);
   Card card{.suite = json_member<std::string>(json, "suite", where),
             .suite_sha256 = json_member<std::string>(json, "suite_sha256", where),
             .quick = json_member<bool>(json, "quick", where),
@@ -192,20 +199,21 @@ Card parse_card(std::string_view text, const std::string& where) {
     card.results.push_back(result.get<std::string>());
   }
   for (const Json& sweep : json_list(json, "sweeps", where)) {
-    card.sweeps.push_back({json_member<std::string>(sweep, "track", where),
-                           json_member<std::string>(sweep, "sweep", where),
-                           json_member<uint64_t>(sweep, "cases", where),
-                           json_member<uint64_t>(sweep, "records", where),
-                           json_member<std::string>(sweep, "records_sha256", where)});
+    card.sweeps.push_back(
+        {json_member<std::string>(sweep, "track", where), json_member<std::string>(sweep, "sweep", where),
+         json_member<uint64_t>(sweep, "cases", where), json_member<uint64_t>(sweep, "records", where),
+         json_member<std::string>(sweep, "records_sha256", where)});
   }
   const Json left_out = json_object(json, "left_out", where);
   for (const auto& item : left_out.items())
     card.left_out[item.key()] = json_member<std::string>(left_out, item.key(), where);
-  for (const Json& row : json_list(json, "breakdowns", where)) card.breakdowns.push_back(breakdown_from(row, where));
+  for (const Json& row : json_list(json, "breakdowns", where))
+    card.breakdowns.push_back(breakdown_from(row, where));
   for (const Json& row : json_list(json, "curves", where)) card.curves.push_back(point_from(row, where));
   for (const Json& row : json_list(json, "costs", where))
     card.costs.push_back({json_member<std::string>(row, "estimator", where), number(row, "median_ms", where),
-                          number(row, "peak_memory_mb", where), json_member<std::string>(row, "machine", where)});
+                          number(row, "peak_memory_mb", where),
+                          json_member<std::string>(row, "machine", where)});
   return card;
 }
 

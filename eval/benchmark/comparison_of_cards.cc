@@ -12,9 +12,9 @@
 namespace sextant {
 namespace {
 
-/// What a row of the comparison is of.
+/// Key of a row of the comparison.
 using RowKey = std::tuple<size_t, BodyKind, double>;  // track, kind, level
-/// A stratum, and a frame pair of a seed in it.
+/// Stratum, with a frame pair and seed in it.
 using PairKey = std::tuple<std::string, std::string, uint64_t, int>;  // sequence, body, seed, frame
 using Errors = std::map<RowKey, std::map<PairKey, double>>;
 
@@ -37,8 +37,9 @@ Errors read_errors(const Suite& suite, const fs::path& folder) {
   return errors;
 }
 
-/// The frame pairs that both estimated, by stratum.
-std::vector<PairedSample> paired(const std::map<PairKey, double>& base, const std::map<PairKey, double>& fresh) {
+/// Frame pairs that both estimated, by stratum.
+std::vector<PairedSample> paired(const std::map<PairKey, double>& base,
+                                 const std::map<PairKey, double>& fresh) {
   std::map<std::pair<std::string, std::string>, PairedSample> strata;
   for (const auto& [key, error] : fresh) {
     const double* reference = find_in(base, key);
@@ -96,10 +97,11 @@ Table comparison_table(const std::vector<CardComparison>& rows) {
   Column corrected = Column::p_value("p_corrected");
   corrected.title = "p (Holm)";
   fields.add(corrected, &Row::p_corrected);
-  return table_of("Paired comparison",
-                  "Change of the mean E_t against the reference over the frame pairs that both estimated, with 95 % "
-                  "interval; negative is better.",
-                  fields, rows);
+  return table_of(
+      "Paired comparison",
+      "Change of the mean E_t against the reference over the frame pairs that both estimated, with 95 % "
+      "interval; negative is better.",
+      fields, rows);
 }
 
 }  // namespace sextant

@@ -1,8 +1,9 @@
 #pragma once
 
-// Paired comparison of an estimator with a reference, track by track: the change of the mean error of the suite's
-// metric over the frame pairs that both estimated (stats/paired_comparison.h: a ratio of means over sequences and bodies as
-// strata, seeds and frames as crossed clusters), with p-values corrected by Holm over all rows.
+// Paired comparison of an estimator with a reference, track by track: the change of the mean error of the
+// suite's metric over the frame pairs that both estimated. It is a ratio of means over sequences and bodies
+// as strata, with seeds and frames as crossed clusters (stats/paired_comparison.h); p-values are corrected by
+// Holm over all rows.
 
 #include <filesystem>
 #include <optional>
@@ -18,8 +19,8 @@ namespace sextant {
 struct CardComparison {
   std::string track, body;
   double level = 0;
-  int n_pairs = 0;         ///< frame pairs that both estimated
-  double change_percent = 0;  ///< error of the estimator over that of the reference, minus 1
+  int n_pairs = 0;            ///< frame pairs that both estimated
+  double change_percent = 0;  ///< 100 (error of the estimator / error of the reference - 1)
   std::optional<Interval> interval_percent;
   std::optional<double> p, p_corrected;
 };

@@ -24,7 +24,7 @@ void check_keys(const Json& json, const std::vector<std::string>& known, const s
   }
 }
 
-/// Throws Error unless the name can be that of a folder and of a figure.
+/// Throws Error unless the name is valid for a folder and a figure.
 void check_file_stem(const std::string& name, const std::string& where) {
   if (name.empty() || name != file_stem(name))
     fail("{}: name '{}': expected letters, digits, '.', '-' and '_'", where, name);
@@ -61,7 +61,7 @@ SuiteTrack track_in(const Json& json, const std::string& where) {
   for (const auto& item : objects.items())
     track.objects[item.key()] = ids_in(item.value(), where + ": objects of " + item.key());
   const Json plans = json_object(json, "plans", where);
-  if (plans.empty()) fail("{}: key 'plans': a track has at least one", where);
+  if (plans.empty()) fail("{}: key 'plans': expected at least one plan", where);
   for (const auto& item : plans.items()) {
     const std::string of_plan = where + ": plan " + item.key();
     check_file_stem(item.key(), of_plan);
@@ -76,7 +76,7 @@ bool is_quick(const SuiteTrack& track, const Json& level) {
   return level.is_number() && std::ranges::find(track.quick, level.get<double>()) != track.quick.end();
 }
 
-/// What remains of the key "noise" of a plan in a quick run; null where nothing does.
+/// Reduces the key "noise" of a plan for a quick run; null if nothing remains.
 Json quick_noise(const SuiteTrack& track, Json noise) {
   if (!noise.contains("levels")) return is_quick(track, noise.value("level", Json(0))) ? noise : Json();
   Json levels = Json::array();
@@ -120,10 +120,10 @@ Suite parse_suite(std::string_view text, const std::string& name) {
   for (const Json& track : json_list(json, "tracks", name)) {
     suite.tracks.push_back(track_in(track, fmt::format("{}: track {}", name, suite.tracks.size() + 1)));
     for (const SuiteSweep& sweep : suite.tracks.back().sweeps) {
-      if (!folders.insert(sweep.name).second) fail("{}: plan {} is there twice", name, sweep.name);
+      if (!folders.insert(sweep.name).second) fail("{}: plan {} is given twice", name, sweep.name);
     }
   }
-  if (suite.tracks.empty()) fail("{}: key 'tracks': there are none", name);
+  if (suite.tracks.empty()) fail("{}: key 'tracks': expected at least one track", name);
   return suite;
 }
 
@@ -138,8 +138,8 @@ Suite find_suite(const std::string& name) {
   return parse_suite(find_entry(suite_files(), name, "suite").text, name);
 }
 
-std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep, const Json& estimator,
-                      bool quick) {
+std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep,
+                      const Json& estimator, bool quick) {
   Json plan = {{"name", fmt::format("{}, {}{}", suite.name, sweep.name, quick ? quick_ending : "")},
                {"estimators", Json::array({estimator})}};
   plan.update(sweep.plan);

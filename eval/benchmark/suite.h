@@ -30,13 +30,13 @@
 
 namespace sextant {
 
-/// A sweep of a track.
+/// One sweep of a track.
 struct SuiteSweep {
   std::string name;
   Json plan;  ///< without "name" and "estimators"
 };
 
-/// Kinds of bodies that a card reports apart.
+/// Kinds of bodies that a card reports separately.
 enum class BodyKind { camera, object };
 constexpr Names<2> names_of(BodyKind) { return {"camera", "object"}; }
 
@@ -45,7 +45,8 @@ struct SuiteTrack {
   double nominal = 0;
   std::vector<double> quick;
   bool needs_data = false;
-  std::map<std::string, std::vector<int>> objects;  ///< empty: all that have truth
+  std::map<std::string, std::vector<int>>
+      objects;  ///< objects that count, by sequence; empty: all that have truth
   std::vector<SuiteSweep> sweeps;
 
   /// Returns true if the track counts the record: it has truth, and its body is the camera or one of `objects`.
@@ -60,26 +61,28 @@ struct Suite {
   std::vector<SuiteTrack> tracks;
   std::string sha256;  ///< hash of the file
 
-  /// Throws Error that names the nearest track.
+  /// Returns the track of that name; throws Error that suggests the nearest one.
   const SuiteTrack& track(const std::string& name) const;
 };
 
 BodyKind kind_of(const Record& record);
 
-/// Throws Error "NAME: ..." on anything that is not a suite.
+/// Parses a suite; throws Error "NAME: ..." on anything that is not a suite.
 Suite parse_suite(std::string_view text, const std::string& name);
 
-/// Suites that come with the program, in alphabetical order.
+/// Returns the suites that come with the program, in alphabetical order.
 std::vector<std::string> suite_names();
-/// A suite that comes with the program, or the file NAME.json. Throws Error on an unknown name, naming the nearest.
+/// Reads a suite that comes with the program, or the file NAME.json. Throws Error on an unknown name,
+/// suggesting the nearest.
 Suite find_suite(const std::string& name);
 
-/// Suffix of the name of every plan of a quick run.
+/// Suffix of the names of all plans of a quick run.
 inline constexpr const char* quick_ending = ", quick";
 
-/// The plan of one sweep for an estimator (an entry of "estimators" in a plan), as JSON text for parse_plan().
-/// `quick` keeps the first seed and the quick levels of the track; empty where no level is left.
-std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep, const Json& estimator,
-                      bool quick);
+/// Returns the plan of one sweep for an estimator (an entry of "estimators" in a plan), as JSON text for
+/// parse_plan(). `quick` keeps only the first seed and the quick levels of the track; empty if no level
+/// remains.
+std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep,
+                      const Json& estimator, bool quick);
 
 }  // namespace sextant

@@ -12,16 +12,16 @@
 namespace sextant {
 namespace {
 
-/// A sweep of the submission, with the plan that the suite asks for.
+/// A sweep of the submission, with the plan that the suite requires.
 struct CheckedSweep {
   std::string track, name;
   fs::path folder;
-  Json plan;      ///< of the folder
-  Plan expected;  ///< of the suite, with an estimator that stands for that of the submission
-  std::vector<uint64_t> n_records;  ///< by case
+  Json plan;      ///< plan of the folder
+  Plan expected;  ///< plan of the suite, with a placeholder for the estimator of the submission
+  std::vector<uint64_t> n_records;  ///< number of records by case
 };
 
-/// What decides the cases of a plan, apart from the estimator.
+/// Keys of a plan that determine its cases, apart from the estimator.
 Json cases_key(Json plan) {
   plan.erase("estimators");
   plan.erase("name");
@@ -40,11 +40,12 @@ std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
     numbers.push_back(json_member<uint64_t>(entry, "records", where));
     begin = end + 1;
   }
-  if (numbers.size() != n_cases) fail("{}: holds {} cases, the suite has {}", file.string(), numbers.size(), n_cases);
+  if (numbers.size() != n_cases)
+    fail("{}: holds {} cases, the suite has {}", file.string(), numbers.size(), n_cases);
   return numbers;
 }
 
-/// Every record has the level, noise, seed and estimator of its case.
+/// Checks that every record has the level, noise, seed and estimator of its case.
 void check_records(const CheckedSweep& sweep, const Card& card) {
   const fs::path file = sweep.folder / "records.jsonl";
   uint64_t in_case = 0, number = 0, line = 0;
@@ -57,7 +58,8 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
   skip_empty();
   for_each_record(file, [&](Record& record) {
     ++line;
-    if (number == sweep.n_records.size()) fail("{}:{}: more records than cases.jsonl says", file.string(), line);
+    if (number == sweep.n_records.size())
+      fail("{}:{}: more records than cases.jsonl states", file.string(), line);
     const PlanCase expected = sweep.expected.at(number);
     const PlanLevel& level = sweep.expected.levels[expected.level];
     const auto refuse = [&](const std::string& what) {
@@ -68,7 +70,8 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     if (record.noise != level.noise.name())
       refuse(fmt::format("noise '{}', expected '{}'", std::string(record.noise), level.noise.name()));
     if (std::ranges::find(card.results, std::string(record.estimator)) == card.results.end())
-      refuse(fmt::format("estimator '{}', the card is of '{}'", std::string(record.estimator), card.estimator));
+      refuse(
+          fmt::format("estimator '{}', the card is of '{}'", std::string(record.estimator), card.estimator));
     ++in_case;
     skip_empty();
   });
@@ -76,7 +79,8 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     fail("{}: ends before case {}: its records are missing", file.string(), number);
 }
 
-/// The folder's sweep against the suite. A track whose data are not here is checked by its keys alone.
+/// Compares a sweep of the folder with the suite. If its data are not available, only the keys of the records
+/// are checked.
 CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const SuiteSweep& part, const Card& card,
                         const fs::path& folder, const std::string& data_root) {
   CheckedSweep sweep{.track = track.name, .name = part.name, .folder = folder / part.name};
@@ -88,12 +92,12 @@ CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const Suite
     fail("{}: its sources, noise, seeds or options are not those of {}: {}", where, suite.name, part.name);
   const Json estimators = json_list(sweep.plan, "estimators", where);
   if (estimators.size() != 1 || json_member<std::string>(estimators[0], "label", where) != card.estimator)
-    fail("{}: is of another estimator than the card, '{}'", where, card.estimator);
+    fail("{}: belongs to another estimator than the card, '{}'", where, card.estimator);
   sweep.n_records = records_by_case(sweep.folder / "cases.jsonl", sweep.expected.n_cases());
   return sweep;
 }
 
-/// The sweeps that the card must have, checked.
+/// Returns the sweeps that the card must have, after checking them.
 std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, const fs::path& folder,
                                        const std::string& data_root, std::vector<std::string>& lines) {
   std::vector<CheckedSweep> sweeps;
@@ -111,7 +115,7 @@ std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, con
   return sweeps;
 }
 
-/// Where two values of JSON differ first: "curves.3.Et_m".
+/// Returns the first key in which two JSON values differ: "curves.3.Et_m".
 std::string first_difference(const Json& a, const Json& b, const std::string& path = "") {
   if (a.type() != b.type() || a.size() != b.size() || !a.is_structured()) return path;
   for (const auto& item : a.items()) {
@@ -136,22 +140,24 @@ void check_card(const Suite& suite, const Card& card, const Json& stored, const 
     given.erase(key);
   }
   if (computed != given)
-    fail("{}: '{}' is not what the records give", (folder / "card.json").string(), first_difference(given, computed));
+    fail("{}: '{}' does not agree with the records", (folder / "card.json").string(),
+         first_difference(given, computed));
 }
 
-/// The stored records of one case, without times.
+/// Reads the stored records of one case, without times.
 std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
   uint64_t first = 0, line = 0;
   for (uint64_t i = 0; i < number; ++i) first += sweep.n_records[i];
   std::vector<Record> records;
   for_each_record(sweep.folder / "records.jsonl", [&](Record& record) {
-    if (line >= first && line < first + sweep.n_records[number]) records.push_back(strip_times(std::move(record)));
+    if (line >= first && line < first + sweep.n_records[number])
+      records.push_back(strip_times(std::move(record)));
     ++line;
   });
   return records;
 }
 
-/// The same case, run now.
+/// Runs the case again.
 std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, const VerifyOptions& options) {
   const Json entry = checked.plan.at("estimators").at(0);
   Plan plan = checked.expected;
@@ -175,12 +181,14 @@ std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, cons
   return records;
 }
 
-/// Cases that are the same for everybody who verifies the same card, and that nobody can choose.
+/// Selects cases that are the same for everyone who verifies this card, but that nobody can choose
+/// beforehand.
 void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, const VerifyOptions& options,
                   std::vector<std::string>& lines) {
   const std::string name = sweeps.front().plan.at("estimators").at(0).at("name").get<std::string>();
   if (is_of_a_kind(name) && !options.run_external) {
-    lines.push_back(fmt::format("no case was run again: {} is a program of its own (--run-external runs it)", name));
+    lines.push_back(
+        fmt::format("no case was run again: {} is a program of its own (--run-external runs it)", name));
     return;
   }
   const std::string key = sha256(json_line(stored.at("sweeps")));
@@ -189,7 +197,8 @@ void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, c
     const CheckedSweep& part = sweeps[draw % sweeps.size()];
     const uint64_t number = draw / sweeps.size() % part.n_records.size();
     if (run_again(part, number, options) != stored_records(part, number))
-      fail("{}: case {} gives other records when it is run again", (part.folder / "records.jsonl").string(), number);
+      fail("{}: case {} gives other records when it is run again", (part.folder / "records.jsonl").string(),
+           number);
     lines.push_back(fmt::format("{}: case {} was run again and gives the same records", part.name, number));
   }
 }
@@ -202,17 +211,17 @@ std::vector<std::string> verify_benchmark(const fs::path& folder, const VerifyOp
   const Card card = parse_card(text, file.string());
   const Suite suite = find_suite(options.suite.empty() ? card.suite : options.suite);
   if (card.suite_sha256 != suite.sha256)
-    fail("{}: is of another suite '{}': SHA-256 {}, this program's has {}", file.string(), card.suite,
+    fail("{}: belongs to another suite '{}': SHA-256 {}, this program's has {}", file.string(), card.suite,
          card.suite_sha256, suite.sha256);
   std::vector<std::string> lines;
   const std::vector<CheckedSweep> sweeps = check_sweeps(suite, card, folder, options.data_root, lines);
   uint64_t n_cases = 0;
   for (const CheckedSweep& part : sweeps) n_cases += part.n_records.size();
-  lines.push_back(fmt::format("{} sweeps, {} cases: all there, with the levels and seeds of {}", sweeps.size(), n_cases,
-                              suite.name));
+  lines.push_back(fmt::format("{} sweeps, {} cases: complete, with the levels and seeds of {}", sweeps.size(),
+                              n_cases, suite.name));
   const Json stored = parse_json(text, file.string());
   check_card(suite, card, stored, folder);
-  lines.push_back("the card is what the records give, to the last digit");
+  lines.push_back("the card agrees with the records to the last digit");
   if (!sweeps.empty()) check_sample(sweeps, stored, options, lines);
   return lines;
 }

@@ -1,13 +1,14 @@
 #pragma once
 
-// Checks a submitted folder (a card with its sweeps): whoever reads a card may trust its numbers as far as this goes.
+// Verifies a submitted folder, a card with its sweeps. The checks:
 //
-//   suite      the card is of a suite of this program, by SHA-256
+//   suite      the card belongs to a suite of this program, by SHA-256
 //   plans      every sweep has the sources, noise, levels, seeds and options of the suite
-//   cases      every case of a plan is there, with records of its own source, noise, level, seed and estimator
-//   card       the card computed from the records is the one in the folder, to the last digit; costs are not compared
-//   rerun      a sample of cases is run again and gives the same records (times apart). Estimators of this program
-//              always; external programs only on request, because that runs the command of a submitted configuration
+//   cases      every case of a plan exists, and its records have its source, noise, level, seed and estimator
+//   card       the card equals the one computed from the records, to the last digit; costs are not compared
+//   rerun      a sample of cases is run again and gives the same records, except for times. This includes
+//              estimators of this program always, and external programs on request only, because their
+//              command comes from the submitted configuration
 
 #include <filesystem>
 #include <string>
@@ -18,14 +19,16 @@
 namespace sextant {
 
 struct VerifyOptions {
-  std::string suite;          ///< a name or NAME.json; empty: that of the card, which must come with this program
-  int n_rerun = 5;            ///< cases run again
-  bool run_external = false;  ///< also those of external programs
-  SweepConfig sweep;          ///< cache and jobs of the cases run again
+  /// Name of a suite, or NAME.json; empty: the suite of the card, which must come with this program
+  std::string suite;
+  int n_rerun = 5;            ///< number of cases that are run again
+  bool run_external = false;  ///< also run cases of external programs again
+  SweepConfig sweep;          ///< cache and jobs for the cases that are run again
   std::string data_root;
 };
 
-/// Lines about what was checked. Throws Error that names the file and what differs at the first refusal.
+/// Returns lines that describe the checks. Throws Error at the first violation, with the file and the
+/// difference.
 std::vector<std::string> verify_benchmark(const std::filesystem::path& folder, const VerifyOptions& options);
 
 }  // namespace sextant

@@ -106,7 +106,8 @@ TEST_F(Benchmark, NumbersAreThoseOfAPlainSweep) {
   const fs::path folder = run("joint_flow");
   const Suite suite = find_suite(suite_file());
   SweepConfig plain = options_.sweep;
-  plain.plan = parse_plan(plan_text(suite, suite.tracks[0], suite.tracks[0].sweeps[0], "joint_flow", false), "p", "");
+  plain.plan =
+      parse_plan(plan_text(suite, suite.tracks[0], suite.tracks[0].sweeps[0], "joint_flow", false), "p", "");
   plain.out = folder_.path() / "plain";
   sweep(plain);
   const std::vector<Record> records = untimed(read_records(plain.out / "records.jsonl"));
@@ -128,13 +129,14 @@ TEST_F(Benchmark, NumbersAreThoseOfAPlainSweep) {
 TEST_F(Benchmark, RefusesAnErrorWithOneDigitChanged) {
   const fs::path folder = run("joint_flow");
   edit(folder / "depth" / "records.jsonl", [](auto& records) { records[0].errors["Et_m"] *= 1 + 1e-9; });
-  EXPECT_THAT(refusal(folder), HasSubstr("is not what the records give"));
+  EXPECT_THAT(refusal(folder), HasSubstr("does not agree with the records"));
 }
 
 TEST_F(Benchmark, RefusesAnEditedCardToo) {
   const fs::path folder = run("joint_flow");
   edit(folder / "depth" / "records.jsonl", [](auto& records) {
-    for (Record& record : records) record.errors.contains("Et_m") ? void(record.errors["Et_m"] *= 0.9) : void();
+    for (Record& record : records)
+      record.errors.contains("Et_m") ? void(record.errors["Et_m"] *= 0.9) : void();
   });
   write_card(find_suite(suite_file()), folder, 1);
   EXPECT_THAT(refusal(folder), HasSubstr("other records when it is run again"));
@@ -142,8 +144,9 @@ TEST_F(Benchmark, RefusesAnEditedCardToo) {
 
 TEST_F(Benchmark, RefusesAMissingCase) {
   const fs::path folder = run("joint_flow");
-  edit(folder / "depth" / "records.jsonl",
-       [](auto& records) { std::erase_if(records, [](const Record& r) { return r.seed == 1 && r.level == 0.8; }); });
+  edit(folder / "depth" / "records.jsonl", [](auto& records) {
+    std::erase_if(records, [](const Record& r) { return r.seed == 1 && r.level == 0.8; });
+  });
   EXPECT_THAT(refusal(folder), HasSubstr("records are missing"));
   std::string cases = read_file(folder / "depth" / "cases.jsonl");
   cases.resize(cases.rfind('\n', cases.size() - 2) + 1);
@@ -174,7 +177,7 @@ TEST_F(Benchmark, RefusesAnotherSuite) {
   std::string other = small_suite;
   other.replace(other.find("A small suite"), 13, "Another suite");
   write_file(suite_file(), other);
-  EXPECT_THAT(refusal(folder), HasSubstr("is of another suite"));
+  EXPECT_THAT(refusal(folder), HasSubstr("belongs to another suite"));
 }
 
 TEST_F(Benchmark, RefusesRecordsOfAnotherEstimator) {

@@ -163,7 +163,7 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
     *line.n_expected += expected ? 1 : 0;
     if (!frame.error.empty()) set_fail(line, frame.error);
     if (!frame.present) {
-      if (expected) set_fail(line, fmt::format("frame {}: has none", number));
+      if (expected) set_fail(line, fmt::format("frame {}: missing", number));
       continue;
     }
     if (expected) ++*line.n_present;

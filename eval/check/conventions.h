@@ -90,7 +90,8 @@ struct Finding {
   int n = 0;            ///< number of samples behind the value
   std::string counted;  ///< unit of n: "points", "objects", "steps", ...
   std::string message;  ///< may be empty
-  bool sharp = false;   ///< ~0 for exact data: a hypothesis under which it is ~0 is right
+  bool sharp =
+      false;  ///< the value is about 0 for exact data, so a hypothesis that makes it about 0 is right
 
   bool checkable() const { return value.has_value(); }
   bool passes() const { return checkable() && *value <= limit; }

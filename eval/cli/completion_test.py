@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 
-# What is typed -> words that are offered, and one that is not.
+# Typed text -> words that must be offered, and one that must not.
 TYPED = {
     "sextant r": ({"run", "report", "reproduce", "rescore"}, "data"),
     "sextant evaluate e": ({"ego"}, "depth"),

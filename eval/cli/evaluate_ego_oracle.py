@@ -29,7 +29,7 @@ ALIGNMENTS = ["none", "origin", "se3", "sim3", "scale"]
 
 
 def rotations(quaternions):
-    """Of x y z w rows."""
+    """Rotation matrices of rows x y z w."""
     x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=1)[:, None]).T
     return np.stack([np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], 1),
                      np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], 1),

@@ -123,12 +123,12 @@ TEST_F(EvaluateEgoPlants, AbsurdTruthIsAnErrorWithItsLine) {
   const std::string mm = write("mm.tum", "# truth\n" + drive(0, times(1), 0, 100));
   const Outcome r = evaluate_ego_command({mm, est});
   EXPECT_EQ(r.code, 2);
-  EXPECT_THAT(r.err, AllOf(HasSubstr("mm.tum:3: the true step is absurd"), HasSubstr("m/s")));
+  EXPECT_THAT(r.err, AllOf(HasSubstr("mm.tum:3: the true step is implausible"), HasSubstr("m/s")));
   EXPECT_EQ(evaluate_ego_command({mm, est, "--max-speed", "2000"}).code, 0);
   const std::string kitti =
       write("kitti.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 60\n1 0 0 0 0 1 0 0 0 0 1 61\n");
   EXPECT_THAT(evaluate_ego_command({kitti, kitti}).err,
-              HasSubstr("kitti.txt:2: the true step is absurd: 60 m in 1 frame"));
+              HasSubstr("kitti.txt:2: the true step is implausible: 60 m in 1 frame"));
 }
 
 TEST_F(EvaluateEgoPlants, TwoFilesAreTwoSystemsAndIntervalsNeedFiveRuns) {

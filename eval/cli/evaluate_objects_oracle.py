@@ -26,7 +26,7 @@ HEADER = "tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw"
 
 
 def pose(v):
-    """Of tx ty tz qx qy qz qw."""
+    """Matrix of tx ty tz qx qy qz qw."""
     x, y, z, w = np.array(v[3:7]) / np.linalg.norm(v[3:7])
     T = np.eye(4)
     T[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -38,7 +38,8 @@ std::vector<Record> hostile_records(double factor = 1) {
   return records;
 }
 
-/// No element of ours has that name but the page's own script, which is its last; no attribute ends early.
+/// The page contains no element with that name except its own script, which is the last one; no attribute
+/// ends early.
 void expect_page(const std::string& html, const std::string& name) {
   EXPECT_EQ(count(html, "<script"), 1U) << name;
   EXPECT_EQ(count(html, "</script>"), 1U) << name;

@@ -35,8 +35,8 @@ inline constexpr double explains_times = 5;
 template <typename Data>
 struct Hypothesis {
   std::string code;  ///< for programs: "inverse"
-  std::string
-      cause;  ///< "motions are inverted, from frame k to k-1"; "{}" becomes the number that undo() found
+  /// "motions are inverted, from frame k to k-1"; "{}" becomes the number that undo() found
+  std::string cause;
   std::string remedy;  ///< the flag or edit that corrects the data: "invert each motion"; may be empty
   /// Rereads the data this way, in place. Returns false if the hypothesis does not apply to them; writes a
   /// fitted number to `fitted`.

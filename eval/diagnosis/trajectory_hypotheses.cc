@@ -127,7 +127,7 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
   for (const bool w_first : {true, false}) {
     table.add(
         "columns", fmt::format("'s quaternions seem to have w {}", w_first ? "first" : "last"),
-        "check the order of its columns; a header with a name each decides it (--format table), or --format",
+        "check the order of its columns; give --format, or a header that names every column (--format table)",
         0.1, of_rotations([w_first](PoseSeries& poses) { reorder_quaternions(poses, w_first); }));
   }
   table.add("transposed", "'s rotation matrices are transposed, or its quaternions conjugate",
@@ -162,16 +162,17 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
     }
     for (const Eigen::Matrix3d& B : axis_rotations()) {
       if (B.isIdentity()) continue;
-      table.add("body",
-                fmt::format("is of a body whose axes are {} of the camera", directions(B.transpose())),
-                "give --" + side.prefix + "body-from-camera " + body_from_camera_numbers(B), 0.5,
-                of_rotations([B](PoseSeries& poses) { turn_body(poses, B); }));
+      table.add(
+          "body",
+          fmt::format("is of a body whose axes point {} in the camera frame", directions(B.transpose())),
+          "give --" + side.prefix + "body-from-camera " + body_from_camera_numbers(B), 0.5,
+          of_rotations([B](PoseSeries& poses) { turn_body(poses, B); }));
     }
   }
   if (!options.turns_world) {
     for (const Eigen::Matrix3d& W : axis_rotations()) {
       if (W.isIdentity()) continue;
-      table.add("world", fmt::format("'s world has its axes {} of the other one", directions(W)),
+      table.add("world", fmt::format("'s world has axes that point {} in the other world", directions(W)),
                 "give --align se3", 0.5, [W](PoseSeries& poses) {
                   turn_world(poses, W);
                   return true;

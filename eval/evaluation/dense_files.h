@@ -4,8 +4,8 @@
 // files with the same names.
 //
 //
-//   flow   flo | kitti | vkitti          auto reads .flo by its name; kitti and vkitti are both PNG, so one must be
-//          given. If a folder holds an image as .png and as .flo, the format must be given as well
+//   flow   flo | kitti | vkitti          auto reads .flo by its name; kitti and vkitti are both PNG, so one
+//          must be given. If a folder holds an image as .png and as .flo, the format must be given as well
 //   depth  disparity256 | depth256 | cm  16-bit PNG; disparity needs bf (px m)
 //
 // Subsets: every label of a mask image (8 or 16-bit PNG, 0 is background). With KITTI's flow_noc or disp_noc

@@ -309,7 +309,7 @@ void drop_still_pairs(EgoResult& r) {
   std::erase_if(r.pairs, [&](const PosePair& pair) { return pair_distance_m(r.reference, pair) == 0; });
   const size_t dropped = n - r.pairs.size();
   if (r.pairs.empty())
-    fail("{}: the reference moves between no pair of poses: use --relation point_distance", r.name);
+    fail("{}: the reference does not move between any pair of poses: use --relation point_distance", r.name);
   if (dropped > 0) {
     r.warnings.push_back(
         {"still_pairs", fmt::format("{} of {} pairs are left out: the reference does not move between them, "

@@ -4,7 +4,6 @@
 // reference. The result holds every raw error; tables, figures and evo's zip are made from it. The steps, in
 // order:
 //
-//
 //   frames       both trajectories are converted to camera poses in opencv axes (pose_frames.h)
 //   offset       the clock of the estimate is corrected, as given and as estimated (trajectory_offset.h)
 //   association  poses are matched by time, frame or row, or the reference is interpolated
@@ -34,19 +33,19 @@ struct EgoOptions {
   int n_to_align = 0;  ///< number of poses that the alignment is estimated from; 0: all
   PoseRelation relation = PoseRelation::trans_part;
   std::optional<PairSelection> rpe;  ///< empty: absolute errors
-  std::vector<PairSelection>
-      rpe_lengths;  ///< all lengths if several were given, of which `rpe` is the first; otherwise empty
+  /// All lengths if several were given, of which `rpe` is the first; otherwise empty
+  std::vector<PairSelection> rpe_lengths;
   double max_speed_m_s = 100;  ///< largest speed of the reference; a faster step is an error
-  std::optional<CovarianceConvention>
-      covariance;  ///< convention of the estimates' covariances; empty: decided by how many numbers a line has
+  /// Convention of the estimates' covariances; empty: decided by how many numbers a line has
+  std::optional<CovarianceConvention> covariance;
   bool pairs_from_reference = false;
   AssociationOptions association;
   PoseFrame estimate_frame;  ///< applied to every estimate first
-  PoseFrame
-      reference_frame;  ///< recorded in the results only: to_camera() has already been applied to the reference
+  /// Recorded in the results only: to_camera() has already been applied to the reference
+  PoseFrame reference_frame;
   std::optional<Eigen::Vector3d> up;  ///< unit vector of both worlds, for Alignment::yaw
-  std::optional<double>
-      interpolate_max_gap_s;  ///< interpolates the reference at the estimate's stamps, over gaps up to this; empty: no interpolation
+  /// Interpolates the reference at the estimate's stamps, over gaps up to this; empty: no interpolation
+  std::optional<double> interpolate_max_gap_s;
   bool estimate_offset = false;  ///< estimates an offset and adds it to association.offset_s
 };
 
@@ -91,8 +90,8 @@ struct EgoResult {
   std::string system{};  ///< system that this run belongs to
   size_t n_reference = 0, n_estimate = 0;
   PoseSeries reference, estimate;  ///< the matched poses, the estimate after the alignment
-  std::vector<int>
-      reference_rows;  ///< row of each matched pose in the given reference; the nearest row if the reference was interpolated
+  /// Row of each matched pose in the given reference; the nearest row if the reference was interpolated
+  std::vector<int> reference_rows;
   AlignmentResult alignment;
   std::optional<OffsetEstimate> offset;  ///< the estimated offset, if one was requested
   std::optional<Interpolation> interpolation;

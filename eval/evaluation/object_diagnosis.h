@@ -3,7 +3,6 @@
 // Diagnoses of logged object motions. Other readings of the log (eval/diagnosis) are compared with its truth,
 // with its own poses, or with the true objects of a data set; speeds that no vehicle reaches are reported.
 //
-//
 //   compared                                      diagnoses
 //   motions of the log        true motions        the estimates, of all objects or of single ones
 //   true motions              true poses          the truth of the log

@@ -17,8 +17,8 @@ namespace sextant {
 /// Frame rate of a log, and its origin.
 struct FrameRate {
   double hz = 10;
-  std::string
-      source;  ///< where the rate comes from: "--rate", "of SOURCE", "time stamps of the log", "default, --rate changes it"
+  /// Where the rate comes from: "--rate", "of SOURCE", "time stamps of the log", "default, --rate changes it"
+  std::string source;
 
   std::string text() const;  ///< formats "10 Hz (default, --rate changes it)"
 };

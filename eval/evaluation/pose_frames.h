@@ -4,14 +4,14 @@
 //
 //   T_world_camera = C * T_world_body * T_body_camera
 //
-//
 //   T_world_body    the pose in the file, inverted if `inverse`; world and body have the axes `axes`
 //                   (lib/geometry/axes.h)
 //   C               rotation from these axes to opencv's, applied to the world: C p_world
 //   T_body_camera   pose of the camera in the body: p_body = T_body_camera p_camera. Its translation is the
 //                   lever arm in m, along the axes of the body in the file. Its rotation is C^-1 by default,
 //                   for a camera that looks forward. A given rotation is used unchanged: it maps the camera's
-//                   axes to the body axes of the file, as calibrations do (the inverse of Kalibr's T_cam_imu).
+//                   axes to the body axes of the file, as calibrations do (the inverse of Kalibr's
+//                   T_cam_imu).
 //
 // With the defaults the poses stay unchanged, bit for bit.
 

@@ -19,8 +19,8 @@ namespace sextant {
 /// Files of `evaluate ego`, and how to read them.
 struct EgoFiles {
   std::string reference;  ///< a file, or a SOURCE
-  std::vector<std::string>
-      estimates;  ///< PATH or SYSTEM=PATH; empty: the estimates that the log `reference` holds beside its truth
+  /// PATH or SYSTEM=PATH; empty: the estimates that the log `reference` holds beside its truth
+  std::vector<std::string> estimates;
   std::string format = "auto";           ///< format of all files
   std::string reference_format;          ///< if it differs from `format`; empty: `format`
   std::string estimate_format;           ///< if it differs from `format`; empty: `format`

@@ -2,13 +2,14 @@
 
 // Statistics of several runs of several systems on the same data.
 //
-//
 //   pooled      statistics of the errors of all runs of a system together, never a mean of RMSEs
-//   intervals   95 % intervals of the pooled RMSE and mean, by the bootstrap over runs (lib/stats/bootstrap.h):
-//               runs are independent, the errors within a run are not. At least 5 runs are needed
+//   intervals   95 % intervals of the pooled RMSE and mean, by the bootstrap over runs
+//               (lib/stats/bootstrap.h): runs are independent, the errors within a run are not. At least 5
+//               runs are needed
 //   comparison  two systems over the steps that both have, with each system's errors averaged over its runs.
-//               Neighbouring errors depend on each other, so the differences are averaged over up to 20 stretches
-//               of equal length, and the sign-flip test (lib/stats/tests.h) is applied to these means
+//               Neighbouring errors depend on each other, so the differences are averaged over up to 20
+//               stretches of equal length, and the sign-flip test (lib/stats/tests.h) is applied to these
+//               means
 
 #include <optional>
 #include <string>

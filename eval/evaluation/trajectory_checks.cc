@@ -61,7 +61,7 @@ void check_physical(const PoseSeries& poses, const std::string& name, double max
                                      : fmt::format("{:.4g} m in {} frame{} is above {:.4g} m a frame", step_m,
                                                    frames, frames == 1 ? "" : "s", longest_m);
     fail(
-        "{}{}: the true step is absurd: {}; expected metres and {}: is a pose an outlier, or the unit wrong? "
+        "{}{}: the true step is implausible: {}; expected metres and {}: is a pose an outlier, or the unit wrong? "
         "--max-speed sets the limit",
         name, place, what, stamped ? "seconds" : "one pose a frame");
   }

@@ -23,8 +23,8 @@ struct TrajectoryConsistency {
   double nees = 0;  ///< mean over the poses; 6 degrees of freedom, or 3 if the reference has no rotations
   double position_nees =
       0;  ///< mean NEES of the position under its marginal covariance, 3 degrees of freedom
-  std::optional<double>
-      rotation_nees;  ///< mean NEES of the rotation under its marginal covariance, 3 degrees of freedom
+  /// Mean NEES of the rotation under its marginal covariance, 3 degrees of freedom
+  std::optional<double> rotation_nees;
   int dof = 6;
   Interval interval;  ///< 95 % interval of the mean under right covariances
 

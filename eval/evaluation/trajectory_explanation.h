@@ -5,19 +5,22 @@
 // the paths are aligned again as requested; the remaining error decides:
 //
 //   code       remedy              warned when
-//
-//   lever_arm  --body-from-camera  a constant vector in the body, estimated from relative motions, explains more
-//                                  than half of the squared position errors; it is 5 cm .. 100 m long. A vector
-//                                  longer than a tenth of the path's extent must explain four fifths
-//   yaw        --align yaw         with --align none or scale: one rotation explains more than half of the squared
-//                                  errors that a translation leaves, and halves the mean rotation error; above 3 deg
-//   inverse, axes, columns, transposed, unit, steps, body, world    another reading of one side leaves at most a
-//                                  fifth of the squared error (eval/diagnosis), and at most 5 % of the path's extent
-//                                  and of a rad. A declared reading with less than 3 % is not questioned. Tried with
-//                                  the requested alignment, then with se3 and sim3
+//   lever_arm  --body-from-camera  a constant vector in the body, estimated from relative motions, explains
+//                                  more than half of the squared position errors; it is 5 cm .. 100 m long. A
+//                                  vector longer than a tenth of the path's extent must explain four fifths
+//   yaw        --align yaw         with --align none or scale: one rotation explains more than half of the
+//                                  squared errors that a translation leaves, and halves the mean rotation
+//                                  error; above 3 deg
+//   inverse, axes, columns, transposed, unit, steps, body, world
+//                                  another reading of one side leaves at most a fifth of the squared error,
+//                                  and at most 5 %. The squared error is the position error over the path's
+//                                  extent plus the rotation error in rad (eval/diagnosis). A declared reading
+//                                  below 3 % is not questioned. Tried with the requested alignment, then with
+//                                  se3 and sim3
 //   alignment  --align             with none or origin: se3, sim3 or yaw leaves less than a tenth of the RMSE
-//   lag        --offset            a shift of the clock explains more than half of the squared position errors, and
-//                                  the interval of estimate_offset(), from the motions alone, does not contain 0
+//   lag        --offset            a shift of the clock explains more than half of the squared position
+//                                  errors, and the interval of estimate_offset(), from the motions alone,
+//                                  does not contain 0
 //
 // "yaw" is distinct from drift: a path that turns away slowly keeps its rotation errors. "lag" is also
 // reported for a shift of one step or more that estimate_lag() finds, however much it explains.

@@ -6,15 +6,16 @@
 // estimate_lag() is a fast check for warnings; estimate_offset() measures the offset:
 //
 //
-//   signals   speed and rotation rate of each step between poses, smoothed by a Gaussian of one step (the longer of
-//             the two median steps) and sampled at such steps. Without smoothing, interpolation would average the
-//             noise at fractional shifts only, and would favour shifts between the samples
-//   score     L(d) = -n/2 sum over both signals of log(1 - rho(d)^2), where rho is the correlation (0 if negative)
-//             of the estimate at t with the reference at t + d. This is the profile likelihood of signals that are
-//             equal up to scale, bias and noise, and weights each signal by how well it agrees
+//   signals   speed and rotation rate of each step between poses, smoothed by a Gaussian of one step (the
+//             longer of the two median steps) and sampled at such steps. Without smoothing, interpolation
+//             would average the noise at fractional shifts only, and would favour shifts between the samples
+//   score     L(d) = -n/2 sum over both signals of log(1 - rho(d)^2), where rho is the correlation (0 if
+//             negative) of the estimate at t with the reference at t + d. This is the profile likelihood of
+//             signals that are equal up to scale, bias and noise, and weights each signal by how well it
+//             agrees
 //   search    on a grid of half steps, then by golden section
-//   interval  95 %, by the jackknife over 20 stretches of time with Student's t. It does not include errors that
-//             persist throughout the recording
+//   interval  95 %, by the jackknife over 20 stretches of time with Student's t. It does not include errors
+//             that persist throughout the recording
 
 #include <optional>
 #include <string>

@@ -5,12 +5,11 @@
 //
 //   time      s since the reference's first stamp; without time stamps the frame number
 //   path_m    length of the reference's path up to the pose
-//
-//   angles    R = R_v(yaw) R_b(pitch) R_c(roll) about the axes v, b, c of the world. Yaw is about v, the axis that
-//             the plane of the figures leaves out; roll is about the first axis of that plane, or about z if v is
-//             y. For a camera with z forward in a world with y down, and for a vehicle with x forward in a world
-//             with z up, these are the usual yaw, pitch and roll. Full turns accumulate, so curves are continuous
-//
+//   angles    R = R_v(yaw) R_b(pitch) R_c(roll) about the axes v, b, c of the world. Yaw is about v, the axis
+//             that the plane of the figures leaves out; roll is about the first axis of that plane, or about
+//             z if v is y. For a camera with z forward in a world with y down, and for a vehicle with x
+//             forward in a world with z up, these are the usual yaw, pitch and roll. Full turns accumulate,
+//             so curves are continuous
 //   speed     distance to the previous pose divided by the time between both
 //   gaps      a curve is interrupted at a time step longer than 10 times its median step
 

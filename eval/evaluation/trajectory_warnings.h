@@ -3,23 +3,19 @@
 // Warnings about a suspicious pair of trajectories, printed with the results. Each warning has a code that
 // programs can test, and a text with the finding and the remedy.
 //
-//
-//   swapped         the name or comments of the estimate call it ground truth, or those of the reference call it
-//                   an estimate, or the estimate is much denser and longer than the reference
+//   swapped         the name or comments of the estimate call it ground truth, or those of the reference call
+//                   it an estimate, or the estimate is much denser and longer than the reference
 //   scale           Umeyama's scale is outside 0.9 .. 1.1 although the alignment does not correct it
 //   rates           median time steps differ by more than a factor of 1.5
 //   unmatched       less than 80 % of the poses of the shorter trajectory have a partner
 //   coverage        the matched poses span less than 80 % of the reference's time or frames
-//
-//   rows            one side has frame numbers that do not begin at 0, the other has none, so that its rows are
-//                   taken as frame numbers
-//
+//   rows            one side has frame numbers that do not begin at 0, the other has none, so that its rows
+//                   are taken as frame numbers
 //   clock           a median time step below 1e-5 s or above 1000 s: is the unit not seconds?
 //   lag             speed and rotation rate agree much better when the estimate is shifted in time
-//
 //   repeated_poses  the estimate repeats a pose exactly, 5 times or more, while the reference moves
-//   identity        the reference contains exact identity poses after it, or the estimate, has left the origin:
-//                   missing truth that was logged as identity
+//   identity        the reference contains exact identity poses after it, or the estimate, has left the
+//                   origin: missing truth that was logged as identity
 //   identical       all poses of both are equal: the same file twice?
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary
 

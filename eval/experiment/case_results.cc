@@ -51,7 +51,7 @@ class RecordsReader : public CaseResultReader {
     }
   }
   [[noreturn]] void fail_count(const char* what) const {
-    fail("{}: has {} records than {} says", records_name_, what, index_name_);
+    fail("{}: has {} records than {} states", records_name_, what, index_name_);
   }
 
   std::string index_name_, records_name_;

@@ -188,7 +188,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   const auto add_lines = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
       std::string text = explanation.text(fmt::format("{}, {}", estimator, what));
-      // What is a flag or an edit elsewhere is a key in the configuration of an external program.
+      // For an external program the remedy is a key of its configuration instead of a flag or an edit.
       using Key = std::pair<std::string_view, std::string_view>;
       for (const auto& [edit, key] :
            {Key("give --frame ", "declare objects.frame as "),

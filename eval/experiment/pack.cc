@@ -251,7 +251,7 @@ PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequ
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
   make_private_folder(folder_);
   mark_as_cache(folder_);
-  // Of many processes that start with one cache, one computes the file, and the others wait for it.
+  // If many processes start with one cache, one of them computes the file and the others wait for it.
   const Making making(link_path, quiet);
   if (std::optional<Packed> found = find_pack(folder_, link_path)) return std::move(*found);
   Packed packed{.pairs = read_all(sequence, options, masks, jobs, quiet),

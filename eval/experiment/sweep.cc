@@ -243,7 +243,8 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
     at_the_end = present_fingerprints(config.plan);
   } catch (const Error& error) {  // do not lose hours of results because a file is gone
     if (config.tell)
-      config.tell(fmt::format("{}: what ran cannot be read any more: {}", config.out.string(), error.what()));
+      config.tell(fmt::format("{}: the program that ran cannot be read any more: {}", config.out.string(),
+                              error.what()));
     for (const auto& [label, ignored] : versions.now()) at_the_end[label] = {Fingerprint{}};
   }
   for (const auto& [label, after] : at_the_end) {
@@ -251,7 +252,7 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
     if (after.front() == before) continue;
     add_version(after.front(), used[label]);
     if (config.tell) {
-      config.tell(fmt::format("{}: '{}' changed while it ran ({}): give the same command again",
+      config.tell(fmt::format("{}: '{}' changed while it ran ({}): run the same command again",
                               config.out.string(), label, difference(before, after.front())));
     }
   }
@@ -276,7 +277,7 @@ SweepOutcome sweep(const SweepConfig& config) {
   if (config.tell && !config.quiet) {
     for (const auto& [label, version] : now) {
       for (const std::string& what : version.front().not_seen)
-        config.tell(fmt::format("'{}': changes are not noticed of {}", label, what));
+        config.tell(fmt::format("'{}': changes are not detected in {}", label, what));
     }
   }
   if (config.force) remove_sweep(config.out);

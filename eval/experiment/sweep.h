@@ -45,7 +45,8 @@ struct SweepConfig {
   /// running the programs. Empty: they run.
   std::filesystem::path rescored;
   bool allow_mixed = false;  ///< resumes a sweep of another version of the program; run.json names both
-  uint64_t journal_bytes = uint64_t{32} << 20U;  ///< size of summaries at which they are moved out of it
+  uint64_t journal_bytes =
+      uint64_t{32} << 20U;  ///< when summaries in the journal exceed this size, they are moved to summary.bin
   /// removes a sweep of another plan, shard or data from the folder instead of failing
   bool replace = false;
   bool force = false;  ///< starts over: any sweep in the folder is removed first

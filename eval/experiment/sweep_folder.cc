@@ -34,7 +34,8 @@ void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t 
     if (folder_of.contains(shard)) continue;
     missing += ++n > most_named ? ", .." : fmt::format("{}{}", n > 1 ? ", " : "", shard);
   }
-  if (n > 0) fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
+  if (n > 0)
+    fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
 }
 
 }  // namespace
@@ -51,7 +52,7 @@ ShardNumber shard_number(const Json& plan_file, const std::string& where) {
   const Json& numbers = plan_file["shard"];
   if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() ||
       !numbers[1].is_number_unsigned() || numbers[0] >= numbers[1]) {
-    fail("{}: not the plan file of a sweep: expected \"shard\": [I, N], I below N", where);
+    fail("{}: is not the plan file of a sweep: expected \"shard\": [I, N], I below N", where);
   }
   const ShardNumber found{numbers[0], numbers[1]};
   return {found.number == 0 ? found.n_shards : found.number, found.n_shards};
@@ -71,7 +72,7 @@ uint64_t planned_cases(const Json& plan, const std::string& where) {
 Json claim_folder(const fs::path& folder, const Json& wanted, bool replace, bool allow_mixed) {
   if (!fs::exists(folder / "plan.json")) {
     if (has_results(folder)) {
-      fail("{}: holds the results of something else than a sweep; choose another folder", folder.string());
+      fail("{}: holds results that do not belong to a sweep; choose another folder", folder.string());
     }
     write_file(folder / "plan.json", json_text(wanted));
     return wanted;
@@ -100,7 +101,7 @@ Json join_claim(const fs::path& folder, Json present, const Json& wanted, bool a
   if (std::ranges::find(programs, program) == programs.end()) {
     if (!allow_mixed) {
       fail(
-          "{}: was begun by Sextant {}, this is {}; go on with that one, choose another folder, or pass "
+          "{}: was begun by Sextant {}, this is {}; continue with that version, choose another folder, or pass "
           "--allow-mixed "
           "or --force",
           folder.string(), program_text(programs), program_text(wanted["programs"]));
@@ -184,7 +185,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       if (plan["data"][source] != packs) fail("{}: holds other data than {}", folder.string(), known->second);
     }
     if (!is_finished_sweep(folder)) {
-      fail("{}: its sweep is not finished: give its command again first", folder.string());
+      fail("{}: its sweep is not finished: run its command again to resume it", folder.string());
     }
     for (const Json& program : of_folder.value("programs", Json::array())) {
       Json& programs = plan["programs"];
@@ -219,7 +220,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   const auto n_cases = provenance.value("cases", uint64_t{0});
   const uint64_t n_planned = planned_cases(plan["plan"], (folders.front() / "plan.json").string());
   if (n_planned != n_cases)
-    fail("{}: its plan has {} cases, run.json says {}", folders.front().string(), n_planned, n_cases);
+    fail("{}: its plan has {} cases, run.json states {}", folders.front().string(), n_planned, n_cases);
   check_output_folder(out, provenance["configuration"], /*force=*/false);
 
   SweepOutcome outcome;

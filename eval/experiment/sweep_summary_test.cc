@@ -181,8 +181,9 @@ TEST_F(SweepSummary, DamagedFilesAreNamed) {
     return error_of([&] { merge_sweeps(parts, file("m")); });
   };
   EXPECT_THAT(merging(good.substr(0, good.size() / 2)),
-              testing::ContainsRegex("summary.bin: cut off after [1-5] of 6 cases"));
-  EXPECT_THAT(merging(good.substr(0, good.size() - 1)), HasSubstr("summary.bin: cut off after 6 of 6 cases"));
+              testing::ContainsRegex("summary.bin: truncated after [1-5] of 6 cases"));
+  EXPECT_THAT(merging(good.substr(0, good.size() - 1)),
+              HasSubstr("summary.bin: truncated after 6 of 6 cases"));
   EXPECT_THAT(merging(good + "x"), HasSubstr("summary.bin: has more than 6 cases"));
   std::string flipped = good;
   flipped[flipped.size() - 40] ^= 1;

@@ -178,7 +178,7 @@ TEST_F(ExternalEstimatorTest, ProgramsMayCountFramesFromZero) {
 // ---- failures
 
 TEST_F(ExternalEstimatorTest, MissingOutputIsAProblem) {
-  EXPECT_THAT(problem_of("exit 0"), HasSubstr("camera.txt: the program has not written this file"));
+  EXPECT_THAT(problem_of("exit 0"), HasSubstr("camera.txt: the program did not write this file"));
   EXPECT_EQ(statuses("ego"), lost4);
   EXPECT_EQ(statuses("object:1"), not_detected4);
 }
@@ -206,7 +206,7 @@ TEST_F(ExternalEstimatorTest, ExitCodeAndPartialOutput) {
   EXPECT_THAT(statuses("ego"), ElementsAre("ok", "ok", "lost", "lost"));
   EXPECT_LT(worst("ego", "Et_m"), 1e-9);
   EXPECT_THAT(log(), AllOf(HasSubstr("end: exit code 3"), HasSubstr("camera poses: 3 of 5 frames"),
-                           HasSubstr("its last line is not finished: left out")));
+                           HasSubstr("its last line is incomplete and was left out")));
   EXPECT_THAT(problem_of("head -n 2 $(dirname $0)/camera.txt > $output/camera.txt"),
               HasSubstr("camera poses of 2 of 5 frames"));
 }

@@ -196,7 +196,7 @@ TEST_F(ExternalProtocolTest, OutputsOfAProgramAreNotModified) {
     const std::string text = read_file(entry.path());
     EXPECT_TRUE(text.ends_with(cut) || text == "no end") << entry.path();
   }
-  EXPECT_THAT(log(), HasSubstr("its last line is not finished: left out"));
+  EXPECT_THAT(log(), HasSubstr("its last line is incomplete and was left out"));
 }
 
 TEST_F(ExternalProtocolTest, HugeFilesAreRefusedUnread) {
@@ -313,7 +313,7 @@ TEST_F(ExternalProtocolTest, TimesOfTheProgram) {
   EXPECT_THAT(times("5 1e308\n", {{"file", "ms.txt"}, {"unit", "s"}}), ElementsAre(-1, -1, -1, -1));
   EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("in s, 0 to 1e+06")));
   EXPECT_THAT(times("", {{"file", "no.txt"}}), ElementsAre(-1, -1, -1, -1));
-  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("no.txt: the program has not written")));
+  EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("no.txt: the program did not write")));
   EXPECT_EQ(statuses("ego"), ok4);
   EXPECT_THAT(times("20 10\n", {{"file", "ms.txt"}}), ElementsAre(-1, -1, -1, -1));
   EXPECT_THAT(last_.sources.front().problems, ElementsAre(HasSubstr("frame 20 is not among 3 to 7")));

@@ -111,7 +111,7 @@ class Reader {
     const std::string& name = set_.camera.file;
     const std::vector<Match> found = files_.matches(name);
     if (found.empty()) {
-      out_.problems.push_back(fmt::format("{}: the program has not written this file", files_.path(name)));
+      out_.problems.push_back(fmt::format("{}: the program did not write this file", files_.path(name)));
       return;
     }
     if (found.size() > 1) {
@@ -271,15 +271,15 @@ int FrameNumbers::of_time(double t_s) const {
   const double at = t_s * rate_hz - in_files;
   const double rounded = std::round(at);
   if (!(std::abs(at - rounded) <= nearest && rounded >= 0 && rounded <= last - first)) {
-    fail("time {} s is that of no frame: the input has {} to {} s in steps of {} s", t_s, in_files / rate_hz,
-         (in_files + last - first) / rate_hz, 1 / rate_hz);
+    fail("time {} s does not belong to any frame: the input has {} to {} s in steps of {} s", t_s,
+         in_files / rate_hz, (in_files + last - first) / rate_hz, 1 / rate_hz);
   }
   return first + static_cast<int>(rounded);
 }
 
 int FrameNumbers::of_row(size_t row) const {
   if (row > static_cast<size_t>(last - first)) {
-    fail("the input has only {} frames: poses without frame number or time stamp are one a frame",
+    fail("the input has only {} frames: poses without frame number or time stamp must be one per frame",
          last - first + 1);
   }
   return first + static_cast<int>(row);
@@ -313,7 +313,7 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
   if (found.size() != 1) {
     out.problems.push_back(fmt::format(
         "{}: {}", files.path(times.file),
-        found.empty() ? "the program has not written this file" : "several files match: expected one"));
+        found.empty() ? "the program did not write this file" : "several files match: expected one"));
     return out;
   }
   const double ms_per_unit = times.unit == TimeUnit::s ? 1000 : 1;

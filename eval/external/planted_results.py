@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What `sextant run` and `sextant sweep` say of a program whose results mean something else than its configuration declares.
+"""Warnings of `sextant run` and `sextant sweep` about a program whose results have other conventions than its configuration declares.
 
 usage: planted_results.py PROGRAM
 
-The results of an estimator inside are copied by an external program, as they are and with one mistake each: the right ones
-must have no warning, each of the others one that names its cause, and exit code 0 (numbers are those declared).
+An external program copies the results of a built-in estimator, unchanged and with one mistake each. Unchanged results
+must cause no warning, and each mistake one that names its cause; the exit code is 0, and the numbers are those of the results as declared.
 Exit codes: 0 as expected, 1 not, 77 numpy is missing (the test is skipped).
 """
 

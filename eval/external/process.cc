@@ -181,7 +181,8 @@ class Running {
     SupervisorReport report;
     // Without a report read() returns 0 at once, since all writers have ended.
     if (::poll(&wake, 1, 0) <= 0 || ::read(report_.read.get(), &report, sizeof report) != sizeof report)
-      fail("the process that watches the program was killed or stopped: the program's end is not known");
+      fail(
+          "the process that supervises the program was killed or stopped, so the program's exit status is unknown");
     return report;
   }
 

@@ -14,7 +14,8 @@ Json read_object(const fs::path& path) {
 }
 
 const Json& member(const Json& json, const char* key, const fs::path& path) {
-  if (!json.contains(key)) fail("{}: has no \"{}\": is it that of a finished run?", path.string(), key);
+  if (!json.contains(key))
+    fail("{}: has no \"{}\": is it the run.json of a finished run?", path.string(), key);
   return json[key];
 }
 

@@ -137,7 +137,7 @@ TEST_F(StaleCasesTest, ForceStartsOver) {
   fs::create_directories(file("b"));
   write_file(file("b/records.jsonl"), "");
   other.out = file("b");
-  expect_error([&] { sweep(other); }, "something else than a sweep");
+  expect_error([&] { sweep(other); }, "do not belong to a sweep");
 }
 
 TEST_F(StaleCasesTest, AnUnfinishedSweepRunsOnlyItsStaleCasesAgain) {

@@ -102,7 +102,7 @@ bool kill_children(double stop_s) {
 
 class Supervisor {
  public:
-  /// `guard` is the parent.
+  /// `guard` is the process id of the guard, the parent of this process.
   Supervisor(const Supervised& program, pid_t guard) : program_(program), guard_(guard) {}
 
   SupervisorReport run() {

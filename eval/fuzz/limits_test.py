@@ -171,7 +171,7 @@ class Times(Limits):
 
 
 class Refusals(Limits):
-    """What ended with exit code 70, or was taken."""
+    """Inputs that must be refused; earlier versions accepted them or ended with exit code 70."""
 
     def test_source_date_epoch(self):
         run = self.records([files.record(seed=seed) for seed in range(3)])

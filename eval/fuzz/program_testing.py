@@ -38,7 +38,7 @@ class Outcome:
     cpu_s: float
 
     def fault(self, codes=DOCUMENTED, most_mb=None):
-        """What is not as documented; empty: nothing."""
+        """Returns the deviation from the documented behaviour; empty if there is none."""
         if self.code not in codes:
             return f"exit {self.code}, expected {codes}: {self.err.strip()[-200:]}"
         if self.code == 2:
@@ -76,7 +76,7 @@ class Program:
                                 preexec_fn=prepare if limits else None, stdin=subprocess.DEVNULL, **streams)
 
     def run(self, *words, time_limit_s=120, limits=None, environment=None):
-        """What the system counts as the memory of a new process begins with that of the one that starts it: keep this one small."""
+        """Runs a command. The system counts the memory of the starting process as that of a new one at first, so keep this process small."""
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             start = time.monotonic()
             process = self.start(*words, limits=limits, environment=environment, stdout=out, stderr=err)
@@ -137,7 +137,7 @@ def is_formula(cell):
 
 
 def printed_faults(folder):
-    """What tables, pages and pictures of a folder must not hold."""
+    """Yields texts that tables, pages and pictures of a folder must not contain."""
     for path in sorted(pathlib.Path(folder).rglob("*")):
         if not path.is_file() or path.suffix not in (".csv", ".md", ".tex", ".html", ".xml", ".txt"):
             continue

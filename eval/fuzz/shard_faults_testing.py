@@ -16,7 +16,7 @@ N_SHARDS = 4
 
 
 class Broken(Exception):
-    """What was found is not what an undisturbed run leaves."""
+    """Raised when the files differ from those of an undisturbed run."""
 
 
 TIMES = re.compile(rb'"time_ms":\{[^}]*\}|"wall_time_s": [^,]*')
@@ -43,7 +43,7 @@ def compare(found, wanted, what, may_lack=False, skip=None):
             raise Broken(f"{what}: {name} has other bytes ({len(found[name])}, expected {len(wanted[name])})")
 
 
-# What a process that was killed may leave: all of it is removed or gone on with by the next.
+# Files that a killed process may leave; the next run removes them or continues with them.
 UNFINISHED = re.compile(r"(^|.*/)(journal\.jsonl(\.lock.*)?|plan\.json\.tmp.*|\.incomplete/.*|\.finished/.*)$")
 
 
@@ -73,12 +73,12 @@ class ShardFaults:
 
     @staticmethod
     def compare_results(found, whole, what):
-        """Of a merge and a whole sweep: all but run.json, which names the shards."""
+        """Compares a merge with a whole sweep, except for run.json, which names the shards."""
         compare({k: v for k, v in found.items() if k != "run.json"}, {k: v for k, v in whole.items() if k != "run.json"}, what)
 
     @staticmethod
     def nothing_partial(out, wanted, what):
-        """Between a kill and the next run: what has its final name is whole."""
+        """Checks between a kill and the next run that every file with its final name is complete."""
         if out.exists():
             compare({k: v for k, v in contents(out).items() if not UNFINISHED.match(k)}, wanted, what, may_lack=True)
 
@@ -187,7 +187,7 @@ class ShardFaults:
                     orders[host].append(orders[host].pop(0))
                 else:
                     raise Broken(f"shard on {host}: exit {process.returncode}: {said.strip()[-300:]}")
-        # Both at once at one shard, from its beginning: one does it, the other is turned away or finds it done.
+        # Two processes start the same shard at the same time: one computes it, the other is refused or finds it finished.
         both = self.fresh("one-shard")
         pair = [subprocess.Popen([*enter, host, *self.shard_words("records", both, 1, cache=cache)], stderr=subprocess.PIPE, text=True)
                 for host in orders]

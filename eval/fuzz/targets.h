@@ -10,7 +10,6 @@
 // are in their registries, and only need files. scripts/maintain/check_layers.py refuses a reader in a
 // header that no target calls, and targets_test.cc refuses a target without files.
 //
-//
 // corpus/<name>/        hand-made files of a few bytes to a few kB; each run of the tests replays all of them
 // corpus/<name>/found/  inputs found by scripts/maintain/fuzz, kept as regression tests once mended
 

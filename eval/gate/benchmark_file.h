@@ -15,8 +15,8 @@ namespace sextant {
 struct BenchmarkFile {
   std::string path;
   Json context;
-  std::map<std::string, std::vector<double>>
-      cpu_ns;  ///< by name of the benchmark; samples in the order of the file
+  /// By name of the benchmark; samples in the order of the file
+  std::map<std::string, std::vector<double>> cpu_ns;
   std::map<std::string, std::vector<double>> real_ns;  ///< with the same names
 };
 

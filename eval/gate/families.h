@@ -5,17 +5,18 @@
 // levels and bodies. Its change is a ratio of means (stats/paired_comparison.h) over
 //
 //
-//   sample    a body at a noise level, relative to its own mean, so that large errors do not outweigh small ones
-//   stratum   a source (data set and sequence); its seeds and frames are random effects that bodies and levels share
+//   sample    a body at a noise level, relative to its own mean, so that large errors do not outweigh small
+//             ones
+//   stratum   a source (data set and sequence); its seeds and frames are random effects that bodies and
+//             levels share
 //
 // A body with fewer than `minimum_seeds` seeds is left out of a family that has other bodies. Seeds with
 // identical errors, as of a deterministic estimator without noise, count once.
 //
-//   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no case better and at least
-//                  minimum_cases worse
+//   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no case better and
+//                  at least minimum_cases worse
 //   inconclusive   worse by more than inconclusive_effect and not proven
 //   improved       better by more than minimum_effect and proven
-//
 //   ok             otherwise
 //
 // With fewer than `minimum_seeds` seeds or `minimum_cases` cases a p-value is no proof; a change that p would

@@ -3,11 +3,11 @@
 // `sextant trend`: past results as series over time, with the points at which their level changed
 // (stats/tests.h).
 //
-//
-//   per dataset, sequence, estimator and level   mean of each compared error (metrics/definitions.h) of the camera,
-//                                                and of all objects; share of their cases that was estimated
-//   per dataset, sequence, estimator and stage   median ratio of its times to those of the first result, case by
-//                                                case, multiplied by the median time of the first result
+//   per dataset, sequence, estimator and level   mean of each compared error (metrics/definitions.h) of the
+//                                                camera, and of all objects; share of their cases that was
+//                                                estimated
+//   per dataset, sequence, estimator and stage   median ratio of its times to those of the first result, case
+//                                                by case, multiplied by the median time of the first result
 //   per benchmark                                median time
 //
 // The smallest step that counts is minimum_effect of the policy times the median of the series. Fewer than 6

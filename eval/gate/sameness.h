@@ -18,8 +18,8 @@ namespace sextant {
 
 /// A difference between the two sides.
 struct Mismatch {
-  std::string
-      what;  ///< key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program"
+  /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program"
+  std::string what;
   std::string subject;
   std::string base;
   std::string fresh;  ///< value in NEW

@@ -13,8 +13,8 @@ namespace {
 
 struct Sample {
   std::vector<double> ns;  ///< one per repetition
-  std::optional<Interval>
-      ratios;  ///< 10 % and 90 % quantiles of the case-by-case ratios of the first repetition to BASE's first one
+  /// 10 % and 90 % quantiles of the case-by-case ratios of the first repetition to BASE's first one
+  std::optional<Interval> ratios;
 };
 using Samples = std::map<std::string, Sample>;  ///< by name
 

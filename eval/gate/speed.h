@@ -5,8 +5,8 @@
 // and sequence. All computations use logarithms, so effects are ratios new / base:
 //
 //
-//   ratio       exp of the Hodges-Lehmann shift (median of all log new - log base), with the 95 % interval of the
-//               shifts that the Mann-Whitney test does not reject
+//   ratio       exp of the Hodges-Lehmann shift (median of all log new - log base), with the 95 % interval of
+//               the shifts that the Mann-Whitney test does not reject
 //   p           Mann-Whitney test, two-sided; cliffs_delta: P(new slower) - P(new faster)
 //   detectable  smallest ratio that this number of repetitions detects with probability 80 %
 //

@@ -32,7 +32,8 @@ void read_dynosam_objects(const LogFolder& folder, const std::string& name, Obje
     expect(file, 16, dynosam_object);
     const ObjectFrame key = {whole(file, 1, "an object id"), whole(file, 0, "a frame number")};
     const SE3 estimate = quaternion_pose(file, 2, repairs), truth = quaternion_pose(file, 9, repairs);
-    if (is_identity(truth)) repairs.note("truth is an exact identity: taken as missing", file.line());
+    if (is_identity(truth))
+      repairs.note("the truth is exactly the identity: treated as missing", file.line());
     order.check(file, key, "object", &lines);
     add(key, estimate, is_identity(truth) ? std::nullopt : std::optional(truth));
   });
@@ -130,8 +131,8 @@ struct VdoFiles {
 /// Stores `name` in `file`, which must be empty.
 void claim(const LogFolder& folder, const char* kind, const std::string& name, std::string& file) {
   if (!file.empty()) {
-    fail("{}: holds several {}*.txt: keep one run a folder (there are {} and {})", folder.path(), kind, file,
-         name);
+    fail("{}: holds several {}*.txt: keep one run per folder (there are {} and {})", folder.path(), kind,
+         file, name);
   }
   file = name;
 }
@@ -183,7 +184,8 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
     for (const auto& [key, motion] : read_vdo_motions(folder, truth.motions, log, &log.motion_lines)) {
       const auto known = log.motions.find(key);
       if (is_identity(motion)) {
-        log.warnings.push_back(log.motion_lines.at(key) + ": truth is an exact identity: taken as missing");
+        log.warnings.push_back(log.motion_lines.at(key) +
+                               ": the truth is exactly the identity: treated as missing");
       } else if (known != log.motions.end()) {
         known->second.truth = motion;
       } else {
@@ -416,7 +418,8 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
       log.warnings.push_back(fmt::format("logged object {} is true object {}, by overlap", logged, id));
   }
   for (const auto& [logged, id] : renamed)
-    log.warnings.push_back(fmt::format("logged object {} agrees with no true object: no truth", logged));
+    log.warnings.push_back(
+        fmt::format("logged object {} agrees with no true object, so it has no truth", logged));
 }
 
 }  // namespace sextant

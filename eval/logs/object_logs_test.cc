@@ -97,7 +97,7 @@ TEST(ObjectLogs, IdentityTruthIsMissingTruth) {
   const ObjectLog log = read_object_logs(folder.path(), {LogFormat::dynosam}).front();
   EXPECT_FALSE(log.motions.at({3, 1}).truth);
   EXPECT_TRUE(log.motions.at({3, 2}).truth);
-  EXPECT_THAT(log.warnings, Contains(HasSubstr("exact identity")));
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("exactly the identity")));
   EXPECT_EQ(object_records(log, "d", "s", 10)[0].status, Status::no_truth);
 }
 
@@ -153,7 +153,7 @@ TEST(ObjectLogs, VdoFolderOfBothStages) {
       },
       "only results of format vdo have stages");
   folder.write("b_refined_stereo_new.txt", late);
-  expect_error([&] { read("initial"); }, "holds several refined_*.txt: keep one run a folder");
+  expect_error([&] { read("initial"); }, "holds several refined_*.txt: keep one run per folder");
   std::filesystem::remove(folder.path() / "b_refined_stereo_new.txt");
   std::filesystem::remove(folder.path() / "obj_mot_stereo_rf_new.txt");
   EXPECT_NEAR(object_records(read("any"), "vdo", "s", 10)[0].errors.at("Et_body_m"), 0.05, 1e-9);
@@ -294,7 +294,7 @@ TEST(ObjectLogs, DamageIsReported) {
   EXPECT_THAT(error(LogFormat::vdo), HasSubstr(":2: label 3 is given twice in frame 1"));
   folder.write("a_refined_rgbd.txt", "");
   folder.write("b_refined_rgbd.txt", "");
-  EXPECT_THAT(error(LogFormat::vdo), HasSubstr("holds several refined_*.txt: keep one run a folder"));
+  EXPECT_THAT(error(LogFormat::vdo), HasSubstr("holds several refined_*.txt: keep one run per folder"));
   expect_error([] { read_object_logs("/nowhere", {LogFormat::vdo}); }, "cannot read this folder");
 }
 

@@ -101,7 +101,7 @@ void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
     const double frame = std::round(at);
     constexpr double nearest = 0.25;
     if (!(std::abs(at - frame) <= nearest) || !(frame >= 0) || frame > 1e9) {
-      fail("{}:{}: {} {} is that of no frame{}", file.path, row.line,
+      fail("{}:{}: {} {} does not belong to any frame{}", file.path, row.line,
            file.key == Key::time ? "time" : "frame", row.key,
            file.key == Key::time
                ? fmt::format(" at {:.6g} Hz: give --rate, or frame numbers in the first column", rate_hz)
@@ -196,7 +196,7 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
         lines.object_path[id] = files[i].path;
         lines.lines[key] = row.line;
         if (is_identity(row.pose) && !poses)
-          log.warnings.push_back(lines.at(key) + ": truth is an exact identity: taken as missing");
+          log.warnings.push_back(lines.at(key) + ": the truth is exactly the identity: treated as missing");
         else
           (poses ? log.true_poses : truth).emplace(key, row.pose);
       } else {

@@ -62,7 +62,7 @@ void check_rising(const std::vector<T>& keys, const std::vector<int>& lines, con
   if (at == keys.end()) return;
   const auto i = static_cast<size_t>(at - keys.begin());
   if (keys[i] != keys[i + 1]) {
-    fail("{}:{}: {} {} comes after {} of line {}: expected {}s that rise; sort the lines", path, lines[i + 1],
+    fail("{}:{}: {} {} comes after {} of line {}: expected ascending {}s; sort the lines", path, lines[i + 1],
          what, keys[i + 1], keys[i], lines[i], what);
   }
   if constexpr (std::is_same_v<T, double>) {
@@ -109,7 +109,8 @@ Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string&
         path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), norm_limit);
   }
   if (off > norm_silent)
-    log.note(fmt::format("quaternions off unit norm by more than {}: normalised", norm_silent), number);
+    log.note(fmt::format("quaternions whose norm differs from 1 by more than {}: normalised", norm_silent),
+             number);
   return q.normalized().toRotationMatrix();
 }
 
@@ -136,9 +137,9 @@ void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, in
   if (rotation.determinant() < 0)
     fail("{}:{}: expected a rotation matrix, got a reflection (det R = -1)", path, line);
   if (off > matrix_silent)
-    log.note(
-        fmt::format("rotation matrices off orthonormal by more than {}: taken as they are", matrix_silent),
-        line);
+    log.note(fmt::format("rotation matrices that are not orthonormal by more than {}: used unchanged",
+                         matrix_silent),
+             line);
 }
 
 void add_matrix(PoseSeries& series, const NumberFile& file, size_t first, RepairLog& log) {
@@ -167,7 +168,7 @@ void check_order(const PoseSeries& series, const std::string& path) {
 }
 
 void note_cut(const NumberFile& file, RepairLog& log) {
-  if (file.is_cut()) log.note("its last line is not finished: left out", 0);
+  if (file.is_cut()) log.note("its last line is incomplete and was left out", 0);
 }
 
 }  // namespace sextant

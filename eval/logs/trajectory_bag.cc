@@ -53,7 +53,7 @@ class BagReader {
       const std::string where =
           fmt::format("{}: record at byte {}{}", file_, at, in_chunk ? " of its chunk" : "");
       const auto length = [&] {
-        if (end - at < 4) fail("{}: ends at byte {} within a record: it is cut off", file_, end);
+        if (end - at < 4) fail("{}: ends at byte {} within a record: the file is truncated", file_, end);
         const auto n = ByteCursor(bytes.view(at, 4), where).number<uint32_t>();
         at += 4;
         if (n > end - at) {
@@ -100,7 +100,7 @@ class BagReader {
         const std::string compression = header.text("compression");
         const auto size = header.number<uint32_t>("size");
         if (compression == "none") {
-          if (size != n) fail("{}: a chunk of {} bytes that says {}: damaged", where, n, size);
+          if (size != n) fail("{}: a chunk of {} bytes whose header states {}: damaged", where, n, size);
           read(bytes, at, at + n, true);
         } else {
           const std::string chunk = decompressor_.decompress(compression, bytes.view(at, n), size, where);
@@ -126,7 +126,7 @@ bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(bag_m
 
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
   if (bytes.size() < bag_magic.size() || bytes.view(0, bag_magic.size()) != bag_magic)
-    fail("{}: is no ROS bag of version 2.0", bytes.name());
+    fail("{}: is not a ROS bag of version 2.0", bytes.name());
   BagReader reader(bytes, topic, rules);
   reader.read(bytes, bag_magic.size(), bytes.size(), false);
   return reader.finish();

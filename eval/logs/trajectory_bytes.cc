@@ -100,7 +100,8 @@ ByteSource::ByteSource(const std::string& path, const FileKind& kind)
 }
 
 std::string_view ByteSource::view(uint64_t at, uint64_t n) {
-  if (at > size_ || n > size_ - at) fail("{}: ends at byte {} within a record: it is cut off", name_, size_);
+  if (at > size_ || n > size_ - at)
+    fail("{}: ends at byte {} within a record: the file is truncated", name_, size_);
   if (!file_) return memory_.substr(static_cast<size_t>(at), static_cast<size_t>(n));
   if (at < block_at_ || at + n > block_at_ + block_.size()) {
     if (n > largest_block) fail("{}: a block of {} bytes at {}: {} at most", name_, n, at, largest_block);

@@ -376,7 +376,7 @@ TrajectoryFile read_trajectory(const std::string& path, const std::string& forma
     file.format = name;
     return file;
   } catch (const std::bad_alloc&) {
-    fail("{}: does not fit into memory (104 bytes a pose)", path);
+    fail("{}: does not fit into memory (104 bytes per pose)", path);
   }
 }
 

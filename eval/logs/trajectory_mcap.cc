@@ -86,7 +86,7 @@ class McapReader {
     std::string records;
     if (compression.empty()) {
       if (packed.size() != size)
-        fail("{}: a chunk of {} bytes that says {}: damaged", where, packed.size(), size);
+        fail("{}: a chunk of {} bytes whose header states {}: damaged", where, packed.size(), size);
       records = packed;
     } else {
       records = decompressor_.decompress(compression, packed, size, where);
@@ -110,10 +110,11 @@ bool is_mcap(std::string_view first_bytes) { return first_bytes.starts_with(mcap
 
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
   if (bytes.size() < mcap_magic.size() || bytes.view(0, mcap_magic.size()) != mcap_magic)
-    fail("{}: is no MCAP file of version 0", bytes.name());
+    fail("{}: is not an MCAP file of version 0", bytes.name());
   McapReader reader(bytes, topic, rules);
   if (!reader.read(bytes, mcap_magic.size(), false))
-    fail("{}: has no end of data: the recording was cut off; `mcap recover` may repair it", bytes.name());
+    fail("{}: has no end-of-data record: the recording is truncated; `mcap recover` may repair it",
+         bytes.name());
   return reader.finish();
 }
 

@@ -166,7 +166,7 @@ double read_stamp(MessageReader& reader, bool cdr, const std::string& where) {
   return seconds + nanoseconds / 1e9;
 }
 
-/// What a message says of a pose.
+/// Pose in a message, with its time stamp and frame ids.
 struct StampedPose {
   double stamp_s = 0;
   std::string frame_ids;

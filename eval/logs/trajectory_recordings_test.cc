@@ -231,15 +231,16 @@ TEST(Recordings, UnknownCompressionAndDamagedChunks) {
   const size_t at = mcap.find("map");
   mcap[at] = 'n';
   EXPECT_THAT(mcap_error(mcap), HasSubstr("CRC")) << "a bit that only the CRC sees";
-  EXPECT_THAT(bag_error("#ROSBAG V1.2\n"), HasSubstr("no ROS bag of version 2.0"));
-  EXPECT_THAT(mcap_error(""), HasSubstr("no MCAP"));
+  EXPECT_THAT(bag_error("#ROSBAG V1.2\n"), HasSubstr("not a ROS bag of version 2.0"));
+  EXPECT_THAT(mcap_error(""), HasSubstr("not an MCAP"));
 }
 
 TEST(Rosbag2, HostileFilesAreErrors) {
   const std::string good = rosbag2_of({images, cdr_channel("/pose", "nav_msgs/msg/Odometry")});
   const auto error = [](const std::string& b) { return error_of([&] { decode_trajectory(b, "rosbag2"); }); };
   for (size_t n = 0; n < good.size(); n += 509)
-    EXPECT_THAT(error(good.substr(0, n)), testing::AnyOf(HasSubstr("cut off"), HasSubstr("no SQLite"))) << n;
+    EXPECT_THAT(error(good.substr(0, n)), testing::AnyOf(HasSubstr("cut off"), HasSubstr("not a SQLite")))
+        << n;
   EXPECT_THAT(error(good.substr(0, good.size() - 1)), HasSubstr("it is cut off"));
   const auto with = [&](const std::string& sql) {
     return error(rosbag2_of({cdr_channel("/pose", "nav_msgs/msg/Odometry")}, sql));

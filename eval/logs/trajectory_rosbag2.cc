@@ -105,7 +105,7 @@ std::string text_at(sqlite3_stmt* row, int column) {
 void check_whole(ByteSource& bytes, bool in_memory) {
   constexpr uint64_t header_bytes = 100;
   if (bytes.size() < sqlite_magic.size() || bytes.view(0, sqlite_magic.size()) != sqlite_magic)
-    fail("{}: is no SQLite database: expected the .db3 of a rosbag2", bytes.name());
+    fail("{}: is not a SQLite database: expected the .db3 of a rosbag2", bytes.name());
   if (bytes.size() < header_bytes) fail("{}: ends within its header: it is cut off", bytes.name());
   const std::string header(bytes.view(0, header_bytes));
   const uint64_t stored =

@@ -36,18 +36,18 @@ void TransformTree::add(const std::string& given_parent, const std::string& give
   ++n_messages_;
   if (edge.parent != parent) {
     fail(
-        "{}:{}: the frame '{}' has the parent '{}' here and '{}' before: a tree of transforms has one for "
-        "each",
+        "{}:{}: the frame '{}' has the parent '{}' here and '{}' before: in a tree every frame has "
+        "one parent",
         path, number, shown_frame(child), shown_frame(parent), shown_frame(edge.parent));
   }
   if (edge.is_static != is_static) {
-    fail("{}:{}: the transform of '{}' in '{}' is on the static topic and on the other: it cannot be both",
+    fail("{}:{}: the transform of '{}' in '{}' is both on the static topic and on the dynamic one: keep one",
          path, number, shown_frame(child), shown_frame(parent));
   }
   if (is_static && !is_new) {
     // Static transforms are repeated for late listeners; the last one is valid.
     const bool same = edge.poses.rotations.back() == R && edge.poses.positions_m.back() == position_m;
-    if (!same) log_.note("static transforms that change: the last one is taken", number);
+    if (!same) log_.note("static transforms change: the last one is used", number);
     edge.poses = {};
   }
   edge.poses.stamps_s.push_back(stamp_s);
@@ -72,7 +72,7 @@ std::vector<std::string> TransformTree::way_up(const std::string& frame, const s
   for (auto at = edges_.find(frame); at != edges_.end(); at = edges_.find(way.back())) {
     way.push_back(at->second.parent);
     if (!seen.insert(way.back()).second)
-      fail("{}: the transforms go round in a circle: {}", where, fmt::join(way, " in "));
+      fail("{}: the transforms form a cycle: {}", where, fmt::join(way, " in "));
   }
   return way;
 }
@@ -111,7 +111,7 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
   const auto meeting = std::ranges::find_first_of(up, down);
   if (meeting == up.end()) {
     fail(
-        "{}: the frames '{}' and '{}' are not connected: the one hangs under '{}', the other under '{}'; the "
+        "{}: the frames '{}' and '{}' are not connected: the first is below '{}', the second below '{}'; the "
         "transforms are: {}",
         where, shown_frame(parent), shown_frame(child), shown_frame(down.back()), shown_frame(up.back()),
         list());
@@ -165,12 +165,14 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
   series.stamps_s = times;
   for (const SE3& pose : product) series.add(pose.rotation().toRotationMatrix(), pose.translation());
   if (times.size() < n_times) {
-    log.note(fmt::format("{} of {} stamps lie outside of the other moving transforms on the way: left out",
-                         n_times - times.size(), n_times),
-             0);
+    log.note(
+        fmt::format("{} of {} stamps lie outside the time range of the other moving transforms: left out",
+                    n_times - times.size(), n_times),
+        0);
   }
   if (gap_s > 0)
-    log.note(fmt::format("moving transforms on the way are interpolated over up to {:.3g} s", gap_s), 0);
+    log.note(fmt::format("moving transforms between the frames are interpolated over up to {:.3g} s", gap_s),
+             0);
   return series;
 }
 

@@ -98,7 +98,7 @@ TEST(TransformTree, MissingFramesAreNamed) {
 TEST(TransformTree, HostileTreesAreErrors) {
   EXPECT_THAT(
       tree_error({{{"a", "b", at(1, 0, 1)}, {"b", "c", at(1, 0, 1)}, {"c", "a", at(1, 0, 1)}}}, {}, "a.b"),
-      HasSubstr("go round in a circle: a in c in b in a"));
+      HasSubstr("form a cycle: a in c in b in a"));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}, {"c", "b", at(1, 0, 1)}}}, {}, "a.b"),
               HasSubstr("the frame 'b' has the parent 'c' here and 'a' before"));
   EXPECT_THAT(tree_error({{{"a", "a", at(1, 0, 1)}}}, {}, "a.b"), HasSubstr("two different names"));
@@ -106,7 +106,7 @@ TEST(TransformTree, HostileTreesAreErrors) {
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}, {"c", "d", at(1, 0, 1)}}}, {}, "a.d"),
               AllOf(HasSubstr("'a' and 'd' are not connected"), HasSubstr("under 'c'")));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}}}, {{"a", "b", at(0, 0, 1)}}, "a.b"),
-              HasSubstr("it cannot be both"));
+              HasSubstr("keep one"));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}}, {{"b", "c", at(5, 0, 1)}}}, {}, "a.c"),
               HasSubstr("have no time in common"));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, NAN)}}}, {}, "a.b"), HasSubstr("position"));
@@ -128,7 +128,7 @@ TEST(TransformTree, ChangingStaticTransformsAreAWarning) {
       {ros1_transforms({{"b", "c", at(0, 0, 1)}}), ros1_transforms({{"b", "c", at(0, 0, 3)}})}};
   const TrajectoryFile file = decode_trajectory(bag_of({moves, fixes}), "bag", "/tf:a.c");
   EXPECT_EQ(file.poses.positions_m[0], Eigen::Vector3d(4, 0, 0));
-  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("static transforms that change")));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("static transforms change")));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ namespace {
 using Motions = std::vector<SE3>;
 
 void expect_count(const Motions& motions, size_t n, const std::string& name) {
-  if (motions.size() != n) fail("{}: expected {} motions, one a step, got {}", name, n, motions.size());
+  if (motions.size() != n) fail("{}: expected {} motions, one per step, got {}", name, n, motions.size());
 }
 
 /// Returns E_t (m) and E_R (deg) of each pair.
@@ -208,7 +208,7 @@ py::array_t<double> absolute(const py::object& estimate, const py::object& refer
   const Paths paths(estimate, reference);
   const auto kind = from_name<PoseRelation>(relation, "relation");
   if (kind == PoseRelation::point_distance_error_ratio)
-    fail("relation: point_distance_error_ratio is of relative errors: use relative_errors");
+    fail("relation: point_distance_error_ratio is defined for relative errors only: use relative_errors");
   return array_of(absolute_errors(paths.estimate, paths.reference, kind));
 }
 
@@ -240,14 +240,16 @@ py::tuple relative(const py::object& estimate, const py::object& reference, cons
   if (!stamps.is_none()) {
     paths.estimate.stamps_s = paths.reference.stamps_s = stamps_of(stamps, "stamps");
     if (paths.estimate.stamps_s.size() != paths.estimate.size())
-      fail("stamps: expected {}, one a pose, got {}", paths.estimate.size(), paths.estimate.stamps_s.size());
+      fail("stamps: expected {}, one per pose, got {}", paths.estimate.size(),
+           paths.estimate.stamps_s.size());
   }
   const auto kind = from_name<PoseRelation>(relation, "relation");
   std::vector<PosePair> pairs =
       select_pairs(pairs_from_reference ? paths.reference : paths.estimate, selection);
   if (kind == PoseRelation::point_distance_error_ratio) {
     std::erase_if(pairs, [&](const PosePair& pair) { return pair_distance_m(paths.reference, pair) == 0; });
-    if (pairs.empty()) fail("reference: moves between no pair of poses: use relation='point_distance'");
+    if (pairs.empty())
+      fail("the reference does not move between any pair of poses: use relation='point_distance'");
   }
   const auto n = static_cast<py::ssize_t>(pairs.size());
   py::array_t<int64_t> of_pairs({n, py::ssize_t{2}});

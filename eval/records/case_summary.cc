@@ -288,7 +288,7 @@ void check_keeps_records(const std::filesystem::path& records) {
   std::error_code ignored;
   if (std::filesystem::exists(records, ignored) || !has_results(records.parent_path())) return;
   fail(
-      "{}: is not there: the sweep kept summaries (\"keep\": \"summary\"), which only `sextant report` reads",
+      "{}: does not exist: the sweep kept summaries (\"keep\": \"summary\"), which only `sextant report` reads",
       records.string());
 }
 
@@ -338,7 +338,7 @@ SummaryReader::SummaryReader(const std::filesystem::path& path) : name_(path.str
   n_cases_ = json_member<uint64_t>(header, "cases", name_);
 }
 
-void SummaryReader::cut_off() const { fail("{}: cut off after {} of {} cases", name_, n_read_, n_cases_); }
+void SummaryReader::cut_off() const { fail("{}: truncated after {} of {} cases", name_, n_read_, n_cases_); }
 
 std::string SummaryReader::take(uint64_t n) {
   if (n > left_bytes_) cut_off();

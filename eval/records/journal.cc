@@ -149,7 +149,7 @@ void Journal::append_block(uint64_t number, Json entry, const Block& known, std:
     // the next resume will find the end again
     if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) end_ = 0;
     fail(
-        "{}: cannot write: {}; {} cases are safe: free some disk space and give the same "
+        "{}: cannot write: {}; {} cases are safe: free some disk space and run the same "
         "command again",
         path_.string(), std::strerror(reason), blocks_.size());
   };

@@ -4,7 +4,6 @@
 // html/html.h. The same document gives the same bytes.
 //
 //   DIR/report.html, report.md
-//
 //   DIR/details.html                              if sections are details; report.md has all sections
 //   DIR/tables/<name>.md .tex .csv .json
 //   DIR/figures/<name>.svg .pdf .png .gp .csv     drawn by gnuplot

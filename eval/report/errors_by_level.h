@@ -3,8 +3,9 @@
 // Errors by noise level, from records only: one row per data set, sequence, body, estimator and level.
 //
 //
-//   mean, rmse, quantiles  over the estimated pairs of all seeds, with 95 % intervals by the cluster bootstrap
-//                          (stats/bootstrap.h); a cluster is the pairs of a seed, or a frame if there is one seed
+//   mean, rmse, quantiles  over the estimated pairs of all seeds, with 95 % intervals by the cluster
+//                          bootstrap (stats/bootstrap.h); a cluster is the pairs of a seed, or a frame if
+//                          there is one seed
 //   coverage               estimated pairs / pairs with truth, so that a lost body lowers it
 //
 // Records of bodies without truth, or static by truth, are not counted.
@@ -24,10 +25,10 @@ namespace sextant {
 // ---- Ratio of the errors at one noise level to the Cramer-Rao bound (docs/metrics.md, "The Cramér-Rao
 // bound"):
 //
-//
 //   bound        RMS of the bounds of the records
 //   efficiency   bound / RMS error of the same records; its interval follows from the bootstrap of that RMS
-//   ANEES        mean NEES of the records, with the interval expected for a consistent estimator (stats/trend.h)
+//   ANEES        mean NEES of the records, with the interval expected for a consistent estimator
+//                (stats/trend.h)
 
 /// Efficiency of one error.
 struct Efficiency {
@@ -72,8 +73,8 @@ struct NoiseLevelRow {
   int n_estimated = 0;
   std::map<std::string, SampleSummary> errors;  ///< by name; the `compared` errors that a record has
   LimitSummary limit;
-  std::optional<double>
-      epe_initial_px;  ///< mean EPE before the refinement, which is the actual noise, if the true flow is known
+  /// Mean EPE before the refinement, which is the actual noise, if the true flow is known
+  std::optional<double> epe_initial_px;
 
   /// Returns true if records of that level contribute to this row.
   bool covers(const std::string& swept, const NoiseLevelKey& key) const {

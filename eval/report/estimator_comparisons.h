@@ -3,7 +3,6 @@
 // Compares estimators pair by pair, from records only: one row per data set, sequence, body, level and pair
 // of estimators, over the frame pairs and seeds that both have estimated.
 //
-//
 //   difference   mean of second - first, negative if the second is better; 95 % interval by cluster bootstrap
 //   p            Wilcoxon's signed-rank test on the means of the clusters (seeds; with one seed: frames)
 //   p_corrected  Holm's correction over all rows and both errors of the table

@@ -31,7 +31,7 @@ struct ExploredPath {
 struct Explorer {
   std::string name;        ///< anchor of the page
   std::string time_title;  ///< "time [s]"
-  /// Indices of the axes to the right, upwards and towards the reader; the latter may point the other way.
+  /// Indices of the axes to the right, upwards and towards the reader; the last one may be the negative axis.
   std::array<int, 3> axes = {0, 2, 1};
   std::vector<std::string>
       curves;          ///< titles with units; the first one also colours the paths; the page appends x, y, z

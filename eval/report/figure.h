@@ -4,8 +4,8 @@
 // <name>.csv beside it, `gnuplot <name>.gp` draws the same three files again. The same figure gives the same
 // bytes (the date in the PDF is fixed).
 //
-//
-//   colours  Okabe and Ito's set, distinguishable with colour vision deficiencies; each line also has its own point
+//   colours  Okabe and Ito's set, distinguishable with colour vision deficiencies; each line also has its own
+//            point
 //   size     in cm as printed; text 8 pt, readable at one column's width (8.8 cm)
 
 #include <filesystem>

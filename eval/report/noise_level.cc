@@ -92,7 +92,8 @@ void NoiseLevel::add(uint64_t seed, const BodySums& body) {
     if (const SampleSums* error = find_in(body.errors, names_[e])) {
       sums.error = {static_cast<double>(error->n), error->sum, error->sum_squares};
       n_of_[e] += error->n;
-      for (const LogHistogram::Bin& bin : error->histogram.bins()) values_[e].insert(values_[e].end(), bin.n, {row, bin.bin});
+      for (const LogHistogram::Bin& bin : error->histogram.bins())
+        values_[e].insert(values_[e].end(), bin.n, {row, bin.bin});
     }
     if (const LimitSums* limit = find_in(body.limits, names_[e])) {
       const auto n = static_cast<double>(limit->n);
@@ -109,8 +110,9 @@ void NoiseLevel::add(uint64_t seed, const BodySums& body) {
 }
 
 void NoiseLevel::fail_mixed() const {
-  fail("{} of {} {}, {}: in a folder of records and in one of summaries: give folders that do not share estimators",
-       key_.body, key_.dataset, key_.sequence, key_.estimator);
+  fail(
+      "{} of {} {}, {}: occurs in a folder of records and in a folder of summaries: give folders that do not share estimators",
+      key_.body, key_.dataset, key_.sequence, key_.estimator);
 }
 
 void NoiseLevel::sort() {
@@ -222,7 +224,8 @@ std::vector<std::pair<size_t, size_t>> NoiseLevel::pairs(const NoiseLevel& other
   return rows;
 }
 
-std::optional<std::vector<NoiseLevel::SeedSums>> NoiseLevel::paired_sums(const NoiseLevel& other, size_t error) const {
+std::optional<std::vector<NoiseLevel::SeedSums>> NoiseLevel::paired_sums(const NoiseLevel& other,
+                                                                         size_t error) const {
   std::vector<SeedSums> pairs;
   bool same_pairs = true;
   for_each_case(cases_, other.cases_, [&](std::optional<size_t> a, std::optional<size_t> b) {
@@ -289,7 +292,8 @@ std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevel
 }
 
 ClusterBy clusters_of(std::span<const NoiseLevelRef> levels) {
-  if (std::ranges::any_of(levels, [](const auto& level) { return level->is_summed(); })) return ClusterBy::seeds;
+  if (std::ranges::any_of(levels, [](const auto& level) { return level->is_summed(); }))
+    return ClusterBy::seeds;
   std::set<uint64_t> seeds;
   for (const NoiseLevelRef& level : levels) {
     for (size_t e = 0; e < compared_errors().size(); ++e) {

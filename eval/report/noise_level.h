@@ -5,7 +5,6 @@
 // sweep may have kept summaries instead of records (records/case_summary.h). Then a row is a case, its sums
 // are exact, its values are the centres of histogram bins, and its frames are unknown.
 //
-//
 //   truth       records whose body has truth, and is not static by truth
 //   estimated   records of these with status ok
 //

@@ -59,14 +59,14 @@ struct Paper {
   std::vector<SetData> sets;   ///< the paper's own data first
   std::string flow_error_set;  ///< the set whose flow errors the paper prints
   std::vector<PaperEstimator> estimators;
-  std::string baseline,
-      method;  ///< names of the estimators that stand for "motion only" and for the paper's method
+  /// Names of the estimators that stand for "motion only" and for the paper's method
+  std::string baseline, method;
   PaperEstimator reference;    ///< recorded system that stands for the system which the paper compares with
   std::string code_procedure;  ///< the procedure of the published code
   std::string recorded_dataset, recorded_title;  ///< data set of recorded trajectories
   double recorded_rate_hz = 0;
-  Json
-      stated;  ///< by noise parameter: title of a panel of fig. 4, and the largest errors that the text states
+  /// By noise parameter: title of a panel of fig. 4, and the largest errors that the text states
+  Json stated;
 
   /// Returns the paper's column of an estimator, ignoring a procedure after a comma; empty for our own
   /// estimators.

@@ -3,9 +3,8 @@
 // Summary of a run, from records only: one row per data set, sequence, estimator and body under a metric
 // preset, and the counts of the dynamic/static classification.
 //
-//
-//   truth      pairs with truth in both frames: all pairs for the camera; for objects those whose truth is not
-//              static (pairs with dynamic_gt = 0 are left out, pairs without it are kept)
+//   truth      pairs with truth in both frames: all pairs for the camera; for objects those whose truth is
+//              not static (pairs with dynamic_gt = 0 are left out, pairs without it are kept)
 //   estimated  pairs of these with status ok;   coverage = estimated / truth
 //
 // The metrics that the list (metrics/definitions.h) marks `in_summary` are computed over `estimated`. Every

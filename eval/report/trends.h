@@ -3,9 +3,8 @@
 // Growth of each body's error with the noise level, from records only: one row per data set, sequence, body
 // and estimator of a sweep with at least two levels.
 //
-//
-//   slope        slope of the least-squares line of the error through all estimated pairs, per unit of the level;
-//                95 % interval by cluster bootstrap (clusters: seeds; with one seed: frames)
+//   slope        slope of the least-squares line of the error through all estimated pairs, per unit of the
+//                level; 95 % interval by cluster bootstrap (clusters: seeds; with one seed: frames)
 //   relative     slope / mean error at the lowest level
 //   p            Page's test that the means of the clusters rise with the level, corrected by Holm over the table
 //   rises        number of steps between levels at which the mean over all clusters rises / all steps

@@ -3,7 +3,6 @@
 // Definitions of the terms in tables and reports, printed by `sextant explain`. docs/glossary.md (terms) and
 // docs/metrics.md (statuses) repeat them; a test compares both.
 //
-//
 //   terms of the field and of this program   words.json
 //   statuses                                 words.json
 //   numbers of a record                      metrics/definitions.h

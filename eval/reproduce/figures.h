@@ -20,7 +20,6 @@ struct PlacedSection {
   ReportSection section;
 };
 
-///
 /// Makes the sections with figures. `parts` is DIR/parts. Records come from `evidence`; paths and pictures
 /// from the files of the experiments:
 ///   recorded/<system>_<sequence>_{estimate,reference}.tum    fig. 6

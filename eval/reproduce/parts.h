@@ -66,8 +66,8 @@ OutputFiles stored_files(const std::string& part, const std::filesystem::path& b
 /// A system with recorded camera trajectories.
 struct RecordedSystem {
   const char* name;
-  const char*
-      folder;  ///< below ROOT/kitti_tracking_peers; also the prefix of its trajectories in the results
+  /// Below ROOT/kitti_tracking_peers; also the prefix of its trajectories in the results
+  const char* folder;
   const char* extension;
   const char* format;  ///< format name for read_trajectory()
 };

@@ -43,8 +43,8 @@ std::string write_view(const std::filesystem::path& out, const OutputFiles& file
 
 /// Request for a page of one run, or of two runs of the same source.
 struct ViewRequest {
-  std::vector<std::filesystem::path>
-      folders;  ///< folders of `sextant run`, `sweep`, `merge` or `evaluate objects`
+  /// Folders of `sextant run`, `sweep`, `merge` or `evaluate objects`
+  std::vector<std::filesystem::path> folders;
   CaseChoice choice;
   std::string
       images;  ///< the SOURCE that folders of logs are about; empty: that of a run beside them, or none

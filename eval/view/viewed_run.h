@@ -25,10 +25,9 @@ namespace sextant {
 // ellipses of a top view. To first order, for an unbiased Gaussian estimate X = exp(e) Xhat with covariance C
 // of e (left twist):
 //
-//
-//   E_t, E_R   norms of the translation and rotation part of the error twist: e for the camera, -Ad(X^-1) e for an
-//              object (metrics/crlb.h). The norm of a Gaussian vector is approximated by a scaled chi variable with
-//              the same mean square and variance (Satterthwaite 1946)
+//   E_t, E_R   norms of the translation and rotation part of the error twist: e for the camera, -Ad(X^-1) e
+//              for an object (metrics/crlb.h). The norm of a Gaussian vector is approximated by a scaled chi
+//              variable with the same mean square and variance (Satterthwaite 1946)
 //   E_v        n^T (H c - c) / dt along n, the direction of H c - c, from the covariances of both motions
 //   position   steps are independent, so their covariances in the world add up
 

@@ -182,7 +182,7 @@ TEST(SummaryReport, RefusesACaseTwice) {
   EXPECT_THAT(error_of([&] {
                 noise_document({folders.records, folders.summaries}, 1);
               }),
-              HasSubstr("in a folder of records and in one of summaries"));
+              HasSubstr("in a folder of records and in a folder of summaries"));
 }
 
 }  // namespace

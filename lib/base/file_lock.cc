@@ -26,7 +26,7 @@ struct Holder {
   long pid = 0;
 };
 
-/// Nothing while it is being written.
+/// Reads the holder of a lock; empty while another process is writing the file.
 std::optional<Holder> read_holder(const fs::path& lock_file) {
   std::ifstream file(lock_file);
   Holder holder;
@@ -50,7 +50,7 @@ bool make_lock_file(const fs::path& lock_file) {
 std::optional<FileLock> FileLock::take(const fs::path& file, std::string* holder, Flock flock) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (descriptor < 0 && errno == ELOOP)
-    fail("{}: is a link: what is locked may lie in no other folder; remove it", file.string());
+    fail("{}: is a link, and a locked folder must not lead elsewhere; remove it", file.string());
   if (descriptor < 0) fail("{}: cannot open: {}", file.string(), std::strerror(errno));
   FileLock lock(descriptor, {});
   int result = 0;
@@ -184,7 +184,7 @@ FolderLock::FolderLock(const fs::path& folder) {
     held_ = std::move(held);
     return;
   }
-  fail("{}: cannot create: a folder of the path is a link to nothing, or is removed by others all the time",
+  fail("{}: cannot create: a folder of the path is a broken link, or another process keeps removing it",
        folder.string());
 }
 

@@ -70,7 +70,7 @@ struct MeasurementNoise {
 //
 //   pixel p = (u, v) in the previous image, depth there, flow phi = (flow_u, flow_v): the pixel in the
 //   current image is p + phi. depth_curr is the depth measured at the pixel nearest to p + phi; NaN = none
-//   (docs/conventions.md, "Camera and measurements").
+//   (docs/method.md, "Frames, transforms and units").
 
 struct Correspondences {
   std::vector<double> u;           ///< px
@@ -112,9 +112,9 @@ struct Problem {
 struct ObjectObservation {
   int instance = 0;          ///< id in the current mask
   double area_fraction = 0;  ///< its share of the current image, 0..1
-  Correspondences points;    ///< every n-th pixel of the previous frame's instances that lands here
+  Correspondences points;    ///< sampled pixels of instances of the previous frame whose flow ends on it
   std::vector<uint16_t> instance_prev;  ///< per point: its id in the previous mask (never 0)
-  int n_background = 0;                 ///< number of samples from the previous background that land here
+  int n_background = 0;  ///< number of samples of the previous background whose flow ends on it
 };
 
 struct FramePair {

@@ -79,7 +79,7 @@ NoiseCorrelation NoiseCorrelation::read(const Json& json, const std::string& whe
   const std::vector<double> lengths = read_numbers(json, "lengths_px", where);
   const std::vector<double> shares = read_numbers(json, "shares", where);
   if (lengths.size() != shares.size())
-    fail("option {}: {} lengths_px but {} shares: one share for each length", where, lengths.size(),
+    fail("option {}: {} lengths_px but {} shares: expected one share for each length", where, lengths.size(),
          shares.size());
   SpatialCorrelation spatial;
   for (size_t k = 0; k < lengths.size(); ++k) spatial.parts.push_back({lengths[k], shares[k]});

@@ -55,7 +55,7 @@ TEST_F(SequenceTruthTest, ObjectMotionMapsTheObjectsPoints) {
 
 TEST_F(SequenceTruthTest, TheMotionInTheWorldIsThatOfThePaper) {
   // H_world = T_world_curr X T_world_prev^-1 moves the object's points in world coordinates
-  // (docs/conventions.md).
+  // (docs/method.md).
   const SE3 H = *truth_.camera.pose(8) * *truth_.object_motion(4, 7, 8) * truth_.camera.pose(7)->inverse();
   const Eigen::Vector3d origin_before(2, 1, 110);
   EXPECT_THAT(H * origin_before, EigenNear(Eigen::Vector3d(2, 1, 113), 1e-12));

@@ -55,7 +55,7 @@ def commands(block):
 
 
 def fits(shown, printed):
-    """Whether `printed` is `shown`, in which `...` stands for any lines."""
+    """Returns true if `printed` equals `shown`, in which `...` stands for any lines."""
     pattern = "".join(r"(?:.*\n)*?" if line.strip() == "..." else re.escape(line.rstrip()) + "\n" for line in shown)
     return re.fullmatch(pattern, "".join(line.rstrip() + "\n" for line in printed)) is not None
 

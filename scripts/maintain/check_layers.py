@@ -18,6 +18,7 @@ usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
 10. A module of which a source or a test starts threads declares THREADS in its CMakeLists.txt (preset tsan).
 11. Comments and messages use the field's terms instead of the words in PRIVATE_WORDS.
 12. A comment of a header begins with its subject, not with a word of NO_SUBJECT.
+13. A document or a section of one that a comment or message names exists: docs/NAME.md, "SECTION".
 
 Tests (*_test.cc, *testing.h) are exempt from 1 to 8.
 Exit codes: 0 clean, 1 violations, 2 usage.
@@ -106,7 +107,7 @@ TRUTH_FREE = ["base/*", "geometry/*", "measurement/*", "estimator/*", "noise/*",
 # Names that stand in several folders.
 ONE_A_FOLDER = ["registry.h", "registry.cc", "main.cc"]
 
-# What -> (pattern, files that may).
+# Action -> (pattern, files that may do it).
 ENTRY_POINTS = {
     "parses JSON: use base/json.h": (re.compile(r"\b(?:Json|json)::(?:parse|sax_parse|accept|from_\w+)\s*\("),
                                      ["base/json.cc"]),
@@ -124,21 +125,21 @@ ENTRY_POINTS = {
         ["base/safe_paths.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
 }
 
-# Where tables, figures, claims and pages are made from typed rows.
+# Files that make tables, figures, claims and pages from typed rows.
 REPORTS = ["eval/report/*", "eval/gate/*"]
 NOT_IN_REPORTS = {
     "compares a cell with a text: decide by the row": re.compile(r"[=!]=\s*Cell\(|\bCell\([^()]*\)\s*[=!]="),
     "finds a cell by its number: read the row's member, or Table::place()":
         re.compile(r"\b(?:\w*row|\w*rows|cells|fields|columns)(?:\[\d+\]|\.at\(\d+\))"),
 }
-# Where the names that a report must not have are listed -> what one looks like there.
+# Lists of the names that a report must not contain -> pattern of an entry.
 NAME_LISTS = {
     "datasets/registry.cc": re.compile(r'\{"([\w-]+)",'),
     "lib/estimator/registry.cc": re.compile(r'entry<\w+, \w+>\(\s*"(\w+)"'),
     "results/systems/systems.json": re.compile(r'"estimator":\s*"(\w+)'),
 }
 
-# What no test does: it would depend on other tests, on the user or on the speed of the machine.
+# Patterns that no test contains: it would depend on other tests, on the user or on the speed of the machine.
 NOT_IN_TESTS = {
     "is a folder that others use: TempFolder (base/testing.h) is the test's own":
         re.compile(r"\btemp_directory_path\b|\bTempDir\(\)|\bmkdtemp\b|\"/(?:tmp|var/tmp|home|root)\b"),
@@ -296,6 +297,19 @@ def language_problems(root):
                     yield f"{name}:{line}: a comment begins with its subject, got '{comment[:40]}'"
 
 
+def citation_problems(root):
+    """Citations of documents, docs/NAME.md or docs/NAME.md, "SECTION", that lead nowhere. A section may be named by its beginning."""
+    for top in ("lib", "datasets", "eval"):
+        for path in sorted([*(root / top).rglob("*.h"), *(root / top).rglob("*.cc")]):
+            text = re.sub(r"\s*\n\s*//+\s*", " ", path.read_text(encoding="utf-8"))
+            for name, section in re.findall(r'docs/([a-z-]+\.md)(?:, "([^"\\]+)")?', text):
+                document = root / "docs" / name
+                if not document.exists():
+                    yield f"{path.relative_to(root)}: docs/{name} does not exist"
+                elif section and f"# {section}" not in document.read_text(encoding="utf-8"):
+                    yield f"{path.relative_to(root)}: docs/{name} has no section '{section}'"
+
+
 def path_to_truth(files, start):
     """The chain of headers from `start` to the first one under truth/, or None."""
     seen = {start}
@@ -314,7 +328,7 @@ def path_to_truth(files, start):
 
 def check(root):
     files = read_tree(root)
-    problems = [*test_problems(root), *thread_problems(root), *language_problems(root)]
+    problems = [*test_problems(root), *thread_problems(root), *language_problems(root), *citation_problems(root)]
     first = {}
     for name, (path, includes, uses) in files.items():
         file = name.rpartition("/")[2]
@@ -397,6 +411,7 @@ def self_test():
         ("a private word in a document", "docs/a.md", "a room of its own", "'room' is a private word"),
         ("a comment without a subject", "lib/base/error.h", 'base/x"\n/// Whether it is one.//', "begins with its subject"),
         ("a member without a subject", "lib/base/error.h", 'base/x"\nint a = 0;  ///< of the image//', "begins with its subject"),
+        ("a lost document", "lib/base/error.h", 'base/x"\n// See docs/lost.md.//', "docs/lost.md does not exist"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0

@@ -4,7 +4,8 @@
 Recipes that people copy out of the documentation (docs/ci.md): every block is well-formed, a GitHub or GitLab job
 has the parts that it must have, and every flag of `sextant` in them is one that SEXTANT knows. Without FILEs the workflows
 of this repository (.github/workflows) are checked too: actions are pinned to a commit, and the scripts that steps call exist
-and know their flags.
+and know their flags; and the recipe of conda (scripts/recipe): it parses, its version is that of CMakeLists.txt, and its build
+script is well-formed.
 
 Exit codes: 0 good, 1 not (each problem a line), 77 no PyYAML (python3-yaml).
 """
@@ -109,7 +110,7 @@ def flag_problems(sextant, text):
 
 def script_problems(command):
     """Scripts of this repository that a command calls and that do not exist, and flags that their help does not have."""
-    for name, rest in re.findall(r"\bscripts/((?:maintain/)?\w+)((?: +[^\s|;&]+)*)", command):
+    for name, rest in re.findall(r"(?<![\w/])scripts/((?:maintain/|recipe/)?[\w.]+)((?: +[^\s|;&]+)*)", command):
         script = ROOT / "scripts" / name
         if not script.is_file():
             yield f"there is no scripts/{name}"
@@ -138,6 +139,29 @@ def workflow_problems(file):
     yield from (f"{file.name}: {problem}" for problem in found if problem)
 
 
+def conda_problem(text):
+    """Reads a recipe as conda does, with `{% set NAME = "VALUE" %}` and `{{ NAME }}`; compilers stay as words."""
+    values = dict(re.findall(r'^{% set (\w+) = "([^"]*)" %}\n', text, re.MULTILINE))
+    plain = re.sub(r"^{%.*%}\n", "", text, flags=re.MULTILINE)
+    plain = re.sub(r'{{ compiler\("(\w+)"\) }}', r"compiler-\1", plain)
+    plain = re.sub(r"{{ (\w+) }}", lambda name: values.get(name[1], name[0]), plain)
+    try:
+        recipe = yaml.safe_load(plain)
+    except yaml.YAMLError as error:
+        return str(error)
+    if not isinstance(recipe, dict):
+        return "not a mapping"
+    if missing := {"package", "source", "build", "requirements", "test", "about"} - set(recipe):
+        return f"no section {sorted(missing)}"
+    for name in ("build", "host", "run"):
+        if not all(isinstance(line, str) for line in recipe["requirements"].get(name, [None])):
+            return f"requirements/{name} is not a list of packages"
+    version = re.search(r"^project\(Sextant VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)[1]
+    if str(recipe["package"].get("version")) != version:
+        return f"version {recipe['package'].get('version')}: CMakeLists.txt has {version}"
+    return bash_problem((ROOT / "scripts" / "recipe" / "build.sh").read_text())
+
+
 def problems(sextant, file):
     text = file.read_text()
     languages = set()
@@ -155,6 +179,8 @@ def self_test():
     assert github_problem({"jobs": {"a": {"steps": []}}})
     assert github_problem({"jobs": {"a": {"runs-on": "x", "steps": [{"run": "a", "uses": "b"}]}}})
     assert gitlab_problem({"a": {"script": "one"}}) and gitlab_problem({"a": {"scripts": []}})
+    assert conda_problem("a: [") and conda_problem("package: {}") and "version" in conda_problem(
+        (ROOT / "scripts/recipe/meta.yaml").read_text().replace('version = "', 'version = "9'))
     assert yaml_problem("a: [") and bash_problem("if true; then") and json_problem("{,}")
     assert list(script_problems("scripts/setup --pyton && scripts/bild")) == ["scripts/setup has no --pyton", "there is no scripts/bild"]
     assert list(blocks("x\n```bash\nls\n```\n")) == [(2, "bash", "ls\n")]
@@ -170,7 +196,9 @@ def main():
     if len(sys.argv) == 2:
         workflows = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
         found += [problem for file in workflows for problem in workflow_problems(file)]
-        files += workflows
+        recipe = ROOT / "scripts" / "recipe" / "meta.yaml"
+        found += [f"{recipe.name}: {problem}" for problem in [conda_problem(recipe.read_text())] if problem]
+        files += [*workflows, recipe]
     print("\n".join(found) or f"recipes of {', '.join(file.name for file in files)}: good")
     return 1 if found else 0
 

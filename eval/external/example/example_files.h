@@ -1,6 +1,6 @@
 #pragma once
 
-// What the examples of external estimators read and write: a VDO-SLAM folder (depth, flow, semantic, camera.yaml), and
+// Files that the examples of external estimators read and write: a VDO-SLAM folder (depth, flow, semantic, camera.yaml), and
 // files of poses and motions. Needs OpenCV and nothing of Sextant.
 
 #include <filesystem>

@@ -76,7 +76,7 @@ class Command(unittest.TestCase):
         self.assertEqual(other.verdict, "invalid")
         missing = sextant.compare(self.folder / "a", self.folder / "no-such")
         self.assertEqual((missing.verdict, missing.exit_code), ("invalid", 2))
-        self.assertIn("no-such: is not there", missing.rows[0].row["subject"])
+        self.assertIn("no-such: does not exist", missing.rows[0].row["subject"])
         self.refuse("plan", sextant.sweep, {"sources": 3}, out=self.folder / "c")
 
     def test_evaluate_ego(self):

@@ -14,7 +14,7 @@ NOISE = {"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.3}}
 
 
 def keep_start(problem):
-    """What RANSAC or the propagated motion says."""
+    """Returns the start, which is the motion of RANSAC or the propagated one."""
     return problem.start
 
 
@@ -39,7 +39,7 @@ def least_squares(problem):
 
 
 def exponential(xi):
-    """Of a twist [rho; omega], by its series: steps are small."""
+    """Exponential of a twist [rho; omega] by its series; steps are small."""
     X = numpy.zeros((4, 4))
     X[:3, 3] = xi[:3]
     X[:3, :3] = [[0, -xi[5], xi[4]], [xi[5], 0, -xi[3]], [-xi[4], xi[3], 0]]

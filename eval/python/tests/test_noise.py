@@ -42,7 +42,7 @@ def frame_arrays():
 
 
 def reference(noise, seed, dataset, sequence, frame, arrays):
-    """The same of the program in C++."""
+    """Compares with the noise of the C++ program."""
     with tempfile.TemporaryDirectory() as folder:
         given, made = pathlib.Path(folder) / "in", pathlib.Path(folder) / "out"
         given.write_bytes(b"".join(array.tobytes() for array in arrays.values()))

@@ -7,7 +7,6 @@
 // A result is one number with its 95 % interval, and the value that the paper states. Verdicts:
 //   reproduced      the whole interval agrees with the statement
 //   not_reproduced  the whole interval contradicts it
-//
 //   undecided       the interval contains values of both kinds, or there is no interval
 // A claim for which there are no records has no results: it was not tested.
 

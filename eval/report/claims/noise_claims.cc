@@ -1,21 +1,21 @@
 // Statements of the paper about its fig. 4. Its bodies are the camera and the three nearest objects of a
 // sequence; objects are identified by their mean true distance. Intervals: bootstrap over seeds.
 //
-//
 //   depth_noise_low         largest mean error over the levels, once for delta_d <= 0.2 px (which the paper
 //                           attributes to an industrial stereo camera) and once for all levels of the sweep
 //   depth_noise_gradual     slope of E_t > 0
-//   flow_noise_far_objects  smaller slope of objects 2 and 3 minus the larger slope of camera and object 1, > 0
-//   flow_noise_highest      larger mean error of objects 2 and 3 at the highest level; "nearly" is interpreted as
-//                           within 25 % of the stated value
+//   flow_noise_far_objects  smaller slope of objects 2 and 3 minus the larger slope of camera and object 1, >
+//                           0
+//   flow_noise_highest      larger mean error of objects 2 and 3 at the highest level; "nearly" is
+//                           interpreted as within 25 % of the stated value
 //
 // Effect of spatial correlation. Compares sweeps of one data set with the same levels and seeds, with
 // independent noise and with spatially correlated noise of the same size (docs/noise.md):
 //
 //
-//   independent_noise_is_kind  k = mean error with correlated / mean error with independent noise, over the cases
-//                              (level, seed, frame) that both have, for the camera and the three nearest objects;
-//                              > 1. Interval: bootstrap over seeds
+//   independent_noise_is_kind  k = mean error with correlated / mean error with independent noise, over the
+//                              cases (level, seed, frame) that both have, for the camera and the three
+//                              nearest objects; > 1. Interval: bootstrap over seeds
 
 #include "sextant/eval/report/claims/claim.h"
 

@@ -26,7 +26,7 @@ NoiseSweep sweep_of(const std::string& parameter, const std::map<std::string, do
   return noise_sweep_of(parameter, records);
 }
 
-/// What a claim says of one sweep.
+/// Results of a claim on one sweep.
 std::vector<ClaimResult> check(const char* claim, const NoiseSweep& sweep) {
   Evidence evidence;
   evidence.parts.push_back({"", PartRole::noise, sweep, {}});

@@ -1,12 +1,12 @@
 // Claims on real data. Intervals: bootstrap over stretches of 5 frames, which depend on each other.
 //
-//
 //   velocity            mean E_v of joint for each object that the paper names; stated as 2 .. 5 km/h
-//   ahead_of_orb_slam   mean E_t of joint minus that of ORB-SLAM3's recorded trajectory, on the same frames; < 0
-//   within_floor        absolute value of that difference, and of the published one, against the RMS floor of the
-//                       truth
-//   rotation_floor      published mean E_R, and that of ORB-SLAM3's recorded trajectories, against the RMS rotation
-//                       floor of the truth of the recorded sequences, from timing only to turn rates
+//   ahead_of_orb_slam   mean E_t of joint minus that of ORB-SLAM3's recorded trajectory, on the same frames;
+//                       < 0
+//   within_floor        absolute value of that difference, and of the published one, against the RMS floor of
+//                       the truth
+//   rotation_floor      published mean E_R, and that of ORB-SLAM3's recorded trajectories, against the RMS
+//                       rotation floor of the truth of the recorded sequences, from timing only to turn rates
 //   frame_rate          1000 / mean time of a frame in ms (table VII); stated as at least 6
 
 #include "sextant/eval/report/claims/claim.h"

@@ -1,15 +1,16 @@
 // Claims on the paper's three sets, per set and kind of data. Intervals: bootstrap over seeds; a seed gives
 // both estimators the same noise.
 //
-//
-//   joint_camera      100 (E_t of motion only / E_t of joint - 1) %, means over the pairs that both estimated.
-//                     "About 300 %" is interpreted as at least 100 %, a third of it
+//   joint_camera      100 (E_t of motion only / E_t of joint - 1) %, means over the pairs that both
+//                     estimated. "About 300 %" is interpreted as at least 100 %, a third of it
 //   joint_objects     the same quantity for objects; stated as 10 .. 20 %
-//   gain_is_selection (a) this gain with both functions on equal points, RANSAC inliers at 0.3 px or all, and the
-//                     kernel of the published code's joint function: 0, interpreted as within 1 %;
-//                     (b) increase of one function's error on the inliers against all points: the 300 % of the camera
-//   joint_is_matched  largest difference of E_t of a pair, below 1e-6 m: with the default options the effective
-//                     kernel of joint (estimator/solvers/robust_kernel.h) equals that of motion only
+//   gain_is_selection (a) this gain with both functions on equal points, RANSAC inliers at 0.3 px or all, and
+//                     the kernel of the published code's joint function: 0, interpreted as within 1 %; (b)
+//                     increase of one function's error on the inliers against all points: the 300 % of the
+//                     camera
+//   joint_is_matched  largest difference of E_t of a pair, below 1e-6 m: with the default options the
+//                     effective kernel of joint (estimator/solvers/robust_kernel.h) equals that of motion
+//                     only
 //   epe_falls         change of the mean EPE of joint by refinement, in %, below 0
 //   classification    share of wrong decisions, at most the paper's for that sequence
 

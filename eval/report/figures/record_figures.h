@@ -18,11 +18,11 @@ namespace sextant {
 
 // ---- Errors of sets of frames by body and estimator.
 //
-//
-//   EPE            fig. 5: mean end-point error of the flow before and after the optimisation, as bars with 95 %
-//                  intervals (bootstrap over seeds), one diagram per set. Uses records with known true flow
-//   distribution   (ours) box plots of the compared errors (metrics/definitions.h): quartiles and median, whiskers
-//                  at 5 and 95 %; one figure per set
+//   EPE            fig. 5: mean end-point error of the flow before and after the optimisation, as bars with
+//                  95 % intervals (bootstrap over seeds), one diagram per set. Uses records with known true
+//                  flow
+//   distribution   (ours) box plots of the compared errors (metrics/definitions.h): quartiles and median,
+//                  whiskers at 5 and 95 %; one figure per set
 
 std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets);
 /// Fig. 5 in the paper's form: two bars per body, for the paper's method only, all sets in one diagram.

@@ -91,7 +91,7 @@ TEST(ReportFigures, ExactDataHaveNoDistribution) {
   EXPECT_TRUE(distribution_figures(record_sets(all)).empty());
 }
 
-// Of a scene without noise one error may be above rounding and the other not: gnuplot refuses an empty panel.
+// Without noise one error may be above rounding and the other not; gnuplot refuses an empty panel.
 TEST(ReportFigures, APanelOfRoundingAloneIsLeftOut) {
   std::vector<Record> all = records();
   for (Record& record : all) record.errors = {{"Et_m", 1e-14}, {"ER_deg", 1e-7}};

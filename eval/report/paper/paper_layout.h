@@ -4,15 +4,15 @@
 // results/published/zhang2020_layout.json declares header, rows, columns, digits and the values of a cell;
 // the code names no table, data set or estimator.
 //
-//
 //   version   the table filled by one procedure and one kind of data. The first version takes the procedure
 //             nearest to the paper and, for each cell, the nearest available data
-//   verdict   within, outside: the published value lies in the range of our single runs (tables/published_rows.h),
-//             or not. Data that differ from the paper's are named ("outside, on a scenario").
-//             "not comparable" if the paper counted a different quantity; "not measured here"; "" if the paper has
-//             no value
-//   rate      share that a count represents ("21 % of static by truth"). Its verdict compares rates: the range of
-//             single runs over the mean number, widened to the binomial (Wilson) 95 % interval of one run
+//   verdict   within, outside: the published value lies in the range of our single runs
+//             (tables/published_rows.h), or not. Data that differ from the paper's are named ("outside, on a
+//             scenario"). "not comparable" if the paper counted a different quantity; "not measured here"; ""
+//             if the paper has no value
+//   rate      share that a count represents ("21 % of static by truth"). Its verdict compares rates: the
+//             range of single runs over the mean number, widened to the binomial (Wilson) 95 % interval of
+//             one run
 
 #include <optional>
 #include <span>

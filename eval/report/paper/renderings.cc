@@ -192,7 +192,7 @@ std::string latex_header(const PaperLayout& layout) {
   return text;
 }
 
-/// Number of lines from rows[i] on that have its first label.
+/// Number of printed lines of rows[i] and the rows after it with the same first label.
 size_t lines_of_label(const std::vector<LayoutRow>& rows, size_t i) {
   size_t n = 0;
   for (size_t k = i; k < rows.size() && rows[k].labels.front() == rows[i].labels.front(); ++k)

@@ -27,8 +27,8 @@ struct AttributionStep {
 /// One body of one of the paper's sets on one kind of data.
 struct AttributionPath {
   std::string set, data, body;
-  std::string
-      path;  ///< estimator that stands for the function of the published code with which the path begins
+  /// Estimator that stands for the function of the published code with which the path begins
+  std::string path;
   std::vector<AttributionStep> steps;
   IntervalEstimate whole_m;  ///< change from the first step to the last
   size_t n_pairs = 0, n_seeds = 0;

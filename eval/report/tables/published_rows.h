@@ -2,15 +2,15 @@
 
 // Rows of the paper's tables: the published value and the reproduced one.
 //
-//
-//   reproduced, low, high   mean over pairs and seeds with its 95 % interval: bootstrap with the pairs of a seed as
-//                           one cluster; with one seed, with stretches of 5 frames, which depend on each other
+//   reproduced, low, high   mean over pairs and seeds with its 95 % interval: bootstrap with the pairs of a
+//                           seed as one cluster; with one seed, with stretches of 5 frames, which depend on
+//                           each other
 //   run_low, run_high       range of 95 % of single runs (one draw of the noise, like the paper's):
 //                           m +- t s sqrt(1 + 1/n) over the means of n seeds; none with one seed
 //   difference              reproduced - published
 //   verdict                 within: the published value lies in run_low .. run_high, or, with one seed, in
-//                           low .. high. outside: it does not. "not measured here": nothing was measured. Empty
-//                           if the paper has no number
+//                           low .. high. outside: it does not. "not measured here": nothing was measured.
+//                           Empty if the paper has no number
 
 #include <map>
 #include <optional>
@@ -44,8 +44,8 @@ struct PaperRow {
   std::string dataset{};  ///< data set of the records
   std::string records{};  ///< experiment that holds the records
   std::string command{};  ///< command that would measure it; shown if nothing was measured
-  std::map<std::string, std::optional<double>>
-      more{};  ///< values of additional columns of this table, by key
+  /// Values of additional columns of this table, by key
+  std::map<std::string, std::optional<double>> more{};
 
   /// "within", "outside", "undecided", "not measured here" or "".
   std::string verdict() const;

@@ -113,7 +113,7 @@ TEST(Published, AMisspeltKeyIsNotAMissingValue) {
   EXPECT_THROW(published_number(values.at("tab:cam_err").at("proposed"), "Et"), Error);
 }
 
-/// Of the row of that estimator.
+/// Returns the index of the row of `estimator`.
 size_t row_of(const Table& table, const std::string& estimator) {
   for (size_t row = 0; row < table.rows.size(); ++row) {
     if (text_at(table, row, "estimator") == estimator) return row;
