@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
-from browser import Browser, browsing, expect, expect_equal, has_browser, sextant  # noqa: E402
+from browser import Browser, browsing, expect, expect_equal, has_browser, overflowing, sextant  # noqa: E402
 
 POSES = 4541
 LONG_NAME = "a system with a name of eighty characters & <b> that no column is wide enough for 01"
@@ -49,18 +49,6 @@ def write_logs(folder):
 def rows_of(file):
     with file.open(newline="") as lines:
         return list(csv.DictReader(lines))
-
-
-def overflowing(browser):
-    """Elements whose content is wider than they are and that do not scroll, and what the page is too wide by."""
-    return browser.run("""
-const wide = [...document.querySelectorAll('body *')].filter(e => {
-  const style = getComputedStyle(e);
-  if (e.closest('[hidden]') || style.display === 'inline' || ['auto', 'scroll'].includes(style.overflowX)) return false;
-  return e.clientWidth > 0 && e.scrollWidth > e.clientWidth + 1;
-}).map(e => `${e.tagName}.${e.className}#${e.id}: ${e.scrollWidth} > ${e.clientWidth}`);
-const page = document.documentElement;
-return page.scrollWidth > page.clientWidth ? [...wide, `page: ${page.scrollWidth} > ${page.clientWidth}`] : wide;""")
 
 
 def check_layout(browser, page, name, keep):

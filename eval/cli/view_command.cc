@@ -64,15 +64,17 @@ void draw_overlays(OverlayFlags& flags) {
 void add_view_command(CLI::App& app) {
   const auto flags = std::make_shared<ViewFlags>();
   CLI::App* command = app.add_subcommand("view", "Walk through one run, or two side by side, in a browser");
-  add_value(*command, "RUN", flags->first, "DIR", "Folder of `sextant run`, `sweep` or `merge`")->required();
-  add_value(*command, "RUN2", flags->second, "DIR",
-            "A second run of the same source, shown beside the first");
+  add_value(*command, "RUN", flags->first, "DIR",
+            "Folder of `sextant run`, `sweep`, `merge` or `evaluate objects --out`")
+      ->required();
+  add_value(*command, "RUN2", flags->second, "DIR", "Another one of the same source, to stand beside it");
   add_value(*command, "--out", flags->request.out, "DIR|FILE.html",
             "FILE.html (up to 50 MB), or a folder for index.html and, if larger, frames/")
       ->required();
   add_case_flags(*command, flags->request.choice);
-  add_value(*command, "--images", flags->request.images, "SOURCE",
-            "For folders of `evaluate objects`: the SOURCE that the logs belong to");
+  add_value(
+      *command, "--images,--truth", flags->request.images, "SOURCE",
+      "For folders of `evaluate objects`: the SOURCE that the logs belong to, for images, true boxes and masks");
   command->add_option("--quality", flags->request.page.jpeg_quality, "JPEG quality of the images")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
@@ -82,6 +84,8 @@ void add_view_command(CLI::App& app) {
   command->footer(
       "Examples:\n  sextant run synthetic:city --out city && sextant view city --out city.html\n"
       "  sextant view joint_flow joint_flow_depth --out both.html      # two runs of one source\n"
+      "  sextant evaluate objects --format dynosam logs --out scores && sextant view scores --out logs.html\n"
+      "  sextant view scores --truth kitti:DIR#0000@0-93 --out logs.html\n"
       "  sextant view sweep --estimator joint_flow --level 0.2 --seed 3 --out case.html");
   command->callback([flags] { view(*flags); });
 }

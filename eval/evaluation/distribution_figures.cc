@@ -1,7 +1,5 @@
 #include "sextant/eval/evaluation/distribution_figures.h"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 
 #include "sextant/base/error.h"
@@ -9,12 +7,6 @@
 #include "sextant/eval/report/figures/panels.h"
 
 namespace sextant {
-namespace {
-
-constexpr const char* next_line = ", \\\n     ";  // separates the curves of a plot command
-
-}  // namespace
-
 std::vector<Distribution> by_system(const std::vector<RunErrors>& runs) {
   std::vector<Distribution> samples;
   for (const RunErrors& run : runs) {
@@ -42,17 +34,21 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
   figure.caption = fmt::format("Cumulative distribution: the share of errors that are at most x. {}.", axis);
   figure.data.columns = {{"share", "share"}};
   std::vector<std::vector<double>> values;
-  std::vector<std::string> lines;
+  std::vector<std::string> plots;
+  std::vector<LegendEntry> legend;
+  double end = 0;
   for (size_t i = 0; i < samples.size(); ++i) {
     values.push_back(samples[i].values);
     SEXTANT_CHECK(!values.back().empty());
     std::ranges::sort(values.back());
     figure.data.columns.push_back({fmt::format("quantile_{}", i + 1), samples[i].title});
-    lines.push_back(
-        fmt::format("data using (column(\"quantile_{}\")):(column(\"share\")) with lines lw 1.5 "
-                    "lc rgb \"{}\" dt {} title {}",
-                    i + 1, line_colour(i), i % 5 + 1, gp_text(samples[i].title)));
+    const std::string line =
+        fmt::format("with lines lc rgb \"{}\" dt {} lw 1.5", line_colour(i + 1), i % 5 + 1);
+    plots.push_back(fmt::format("data using (column(\"quantile_{}\")):(column(\"share\")) {}", i + 1, line));
+    legend.push_back({samples[i].title, line});
+    end = std::max(end, values.back().back());
   }
+  end = end > 0 ? 1.05 * end : 1;
   for (int k = 0; k <= n_steps; ++k) {
     const double share = static_cast<double>(k) / n_steps;
     std::vector<Cell> row = {share};
@@ -60,10 +56,13 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
       row.emplace_back(quantile_of_sorted(of_sample, share));
     figure.data.add_row(std::move(row));
   }
-  figure.script = fmt::format(
-      "set xlabel {} noenhanced\nset ylabel \"share of errors\"\nset yrange [0:1]\nset xrange [0:*]\n"
-      "set key bottom right noenhanced\nplot {}\n",
-      gp_text(axis), fmt::join(lines, next_line));
+  Panel panel{
+      "",
+      fmt::format("set xlabel {} noenhanced offset 0,0.4\nset ylabel \"share of errors\" offset 0.6,0\n"
+                  "set yrange [0:1]\nset xrange [0:{}]\nset xtics {}\n",
+                  gp_text(axis), gp_number(end), gp_number(tic_step(end, 5))),
+      std::move(plots)};
+  set_panels({.panel_height_cm = 5.8}, legend, {panel}, figure);
   return figure;
 }
 
@@ -77,21 +76,25 @@ Figure box_figure(const std::string& name, const std::string& axis,
     const Distribution* sample;
   };
   std::vector<Box> boxes;
-  std::string tics;
+  std::vector<LegendEntry> legend;
+  Panel panel{"",
+              fmt::format("set xrange [0.4:{}]\nset yrange [0:*]\nunset xtics\nset ylabel {} noenhanced "
+                          "offset 0.6,0\n",
+                          static_cast<double>(samples.size()) + 0.6, gp_text(axis)),
+              {}};
   for (const Distribution& sample : samples) {
+    const std::string colour = line_colour(boxes.size() + 1);
     boxes.push_back({static_cast<double>(boxes.size() + 1), &sample});
-    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(sample.title), boxes.back().position);
+    const std::string x =
+        fmt::format("(column(\"position\") == {0} ? {0} : NaN)", gp_number(boxes.back().position));
+    std::ranges::move(box_plots(x, 0.5, colour), std::back_inserter(panel.plots));
+    legend.push_back({sample.title, fmt::format("with boxes lc rgb \"{}\" fs solid 0.35", colour)});
   }
   Fields<Box> fields = {{Column::text("position"), &Box::position},
                         {Column::text("title"), [](const Box& box) { return box.sample->title; }}};
   fields.add(box_fields(), [](const Box& box) { return &box.sample->values; });
   figure.data = table_of("", "", fields, boxes);
-  figure.script = fmt::format(
-      "unset key\nset xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) {}\nset ylabel {} "
-      "noenhanced\nplot {}\n",
-      static_cast<double>(samples.size()) + 0.6, tics,
-      samples.size() > 3 ? "noenhanced rotate by -30" : "noenhanced", gp_text(axis),
-      fmt::join(box_plots("(column(\"position\"))", 0.5, line_colour(0)), next_line));
+  set_panels({.panel_height_cm = 5.8, .bottom_cm = 0.3}, legend, {panel}, figure);
   return figure;
 }
 

@@ -44,6 +44,15 @@ TEST(ErrorFigures, BothAreDrawnByGnuplot) {
   }
 }
 
+TEST(ErrorFigures, LongNamesAreShortenedInTheLegend) {
+  const std::string name(80, 'n');
+  for (const Figure& figure : {cumulative_figure("cdf", "E [m]", {{name, {1, 2}}}),
+                               box_figure("boxes", "E [m]", {{name, {1, 2}}})}) {
+    EXPECT_THAT(figure.script, HasSubstr("nnn…nnn")) << figure.name;
+    EXPECT_THAT(figure.script, Not(HasSubstr(std::string(45, 'n')))) << figure.name;
+  }
+}
+
 TEST(ErrorFigures, NamesOfStrangersStayNames) {
   const TempFolder folder;
   const std::filesystem::path planted = folder.path() / "planted";

@@ -387,11 +387,11 @@ Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions&
   Table table;
   table.title =
       fmt::format("Comparison of systems: difference of mean error [{}]", unit_of(options.relation));
-  table.caption = "Sign-flip test over stretches of the reference, two-sided, p adjusted after Holm.";
+  table.caption = "Sign-flip test over blocks of successive poses, two-sided, p adjusted after Holm.";
   table.columns = {Column::text("a"),
                    Column::text("b"),
                    Column::count("n_common", "poses"),
-                   Column::count("stretches"),
+                   Column::count("stretches", "blocks"),
                    Column::number("mean_difference", "a - b", 6),
                    Column::number("p", 4)};
   if (runs.size() < 2) return table;

@@ -47,25 +47,25 @@ std::vector<const ObjectTracks*> first_runs(const std::vector<ObjectTracks>& tra
   return first;
 }
 
-BodyTrack track_of(const std::string& body, const std::map<int, Eigen::Vector3d>& estimate,
-                   const std::map<int, Eigen::Vector3d>& truth) {
-  std::set<int> frames;
-  for (const auto* positions : {&estimate, &truth}) {
-    for (const auto& [frame, p] : *positions) frames.insert(frame);
+BodyTrack track_of(const std::string& body, const std::map<int, SE3>& estimate,
+                   const std::map<int, SE3>& truth) {
+  std::map<int, TrackPoint> points;
+  for (const auto& [frame, pose] : estimate) {
+    TrackPoint& point = points[frame];
+    point.estimate_m = pose.translation();
+    point.estimate_rotation = pose.rotation();
   }
-  const auto at = [](const std::map<int, Eigen::Vector3d>& positions, int frame) {
-    const auto it = positions.find(frame);
-    return it == positions.end() ? std::nullopt : std::optional(it->second);
-  };
+  for (const auto& [frame, pose] : truth) {
+    TrackPoint& point = points[frame];
+    point.truth_m = pose.translation();
+    point.truth_rotation = pose.rotation();
+  }
   BodyTrack track{body, {}};
-  for (const int frame : frames) track.points.push_back({frame, at(estimate, frame), at(truth, frame)});
+  for (auto& [frame, point] : points) {
+    point.frame = frame;
+    track.points.push_back(point);
+  }
   return track;
-}
-
-std::map<int, Eigen::Vector3d> centres(const Trajectory& camera) {
-  std::map<int, Eigen::Vector3d> positions;
-  for (const auto& [frame, pose] : camera.poses()) positions.emplace(frame, pose.translation());
-  return positions;
 }
 
 StepState state_of(const Record& record, int first, int last) {
@@ -228,14 +228,13 @@ double number_or_nan(const Record* record, const NumberMap map, const std::strin
 ObjectTracks object_tracks(const ObjectLog& log, uint64_t run) {
   ObjectTracks tracks{log.estimator, run, {}};
   if (!log.camera.empty() || !log.true_camera.empty())
-    tracks.bodies.push_back(track_of("ego", centres(log.camera), centres(log.true_camera)));
+    tracks.bodies.push_back(track_of("ego", log.camera.poses(), log.true_camera.poses()));
   const std::map<ObjectFrame, SE3> estimates = log.poses.empty() ? chained_poses(log) : log.poses;
-  std::map<int, std::pair<std::map<int, Eigen::Vector3d>, std::map<int, Eigen::Vector3d>>> objects;
-  for (const auto& [key, pose] : estimates) objects[key.first].first.emplace(key.second, pose.translation());
-  for (const auto& [key, pose] : log.true_poses)
-    objects[key.first].second.emplace(key.second, pose.translation());
-  for (const auto& [id, positions] : objects)
-    tracks.bodies.push_back(track_of(object_body(id), positions.first, positions.second));
+  std::map<int, std::pair<std::map<int, SE3>, std::map<int, SE3>>> objects;
+  for (const auto& [key, pose] : estimates) objects[key.first].first.emplace(key.second, pose);
+  for (const auto& [key, pose] : log.true_poses) objects[key.first].second.emplace(key.second, pose);
+  for (const auto& [id, poses] : objects)
+    tracks.bodies.push_back(track_of(object_body(id), poses.first, poses.second));
   return tracks;
 }
 
@@ -307,7 +306,7 @@ Figure tracklet_figure(const std::vector<Record>& records) {
     for (size_t i = 0; i < lengths.size(); ++i)
       steps.push_back({series, system, lengths[i], lengths.size() - i});
     steps.push_back({series, system, lengths.back(), 0});
-    const std::string line = fmt::format("with lines lc rgb \"{}\" lw 1.5", line_colour(series + 1));
+    const std::string line = fmt::format("with fsteps lc rgb \"{}\" lw 1.5", line_colour(series + 1));
     panel.plots.push_back(fmt::format(
         "data using (column(\"series\") == {} ? column(\"steps\") : NaN):(column(\"n\")) {}", series, line));
     legend.push_back({system, line});

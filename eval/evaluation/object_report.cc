@@ -125,10 +125,11 @@ Table object_system_table(const std::vector<Record>& records, std::span<const Me
 Table object_comparison_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
   Table table{
       "Comparison of systems: difference of mean error",
-      "Over the steps that both have. Sign-flip test over stretches of them, two-sided, p adjusted after "
+      "Over the steps that both have. Sign-flip test over blocks of successive steps, two-sided, p adjusted after "
       "Holm within each error.",
       {Column::text("error"), Column::text("a"), Column::text("b"), Column::count("n_common", "steps"),
-       Column::count("stretches"), Column::number("mean_difference", "a - b", 5), Column::p_value("p")}};
+       Column::count("stretches", "blocks"), Column::number("mean_difference", "a - b", 5),
+       Column::p_value("p")}};
   for (const ErrorTitle& error : errors_of(presets)) {
     for (const SystemComparison& c : compare_systems(object_run_errors(records, error.key)))
       table.add_row({error.title, c.a, c.b, c.n_common, c.n_clusters, c.difference, *c.p_corrected});

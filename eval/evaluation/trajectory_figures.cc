@@ -27,20 +27,10 @@ std::string style_of(size_t k) {
   return fmt::format("with lines lc rgb \"{}\" dt {} lw 1.3", line_colour(k), (k - 1) / n_line_colours + 1);
 }
 
-/// Shortens a name of more than `most` bytes by leaving out its middle, cut between UTF-8 characters.
-std::string shortened(const std::string& name, size_t most) {
-  if (name.size() <= most) return name;
-  const auto is_inside = [&](size_t at) { return (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U; };
-  size_t head = most / 2, tail = name.size() - (most - most / 2 - 1);
-  while (head > 0 && is_inside(head)) --head;
-  while (tail < name.size() && is_inside(tail)) ++tail;
-  return name.substr(0, head) + "…" + name.substr(tail);
-}
-
 std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference) {
   std::vector<LegendEntry> legend;
   for (size_t k = with_reference ? 0 : 1; k <= curves.runs.size(); ++k)
-    legend.push_back({shortened(curve_of(curves, k).name, 90), style_of(k)});
+    legend.push_back({curve_of(curves, k).name, style_of(k)});
   return legend;
 }
 
@@ -111,15 +101,31 @@ std::string column_of(size_t k, const std::string& key) {
   return fmt::format("(column(\"curve\") == {} ? column(\"{}\") : NaN)", k, key);
 }
 
-std::string line_plot(size_t k, const std::string& x, const std::string& y) {
-  return fmt::format("data using {}:(column(\"{}\")) {}", column_of(k, x), y, style_of(k));
+/// A line does not show a pose between two gaps: curves with such poses have points as well.
+bool has_single_pose(const TrajectoryCurve& curve) {
+  for (size_t i = 0; i < curve.size(); ++i) {
+    if (curve.begins[i] && (i + 1 == curve.size() || curve.begins[i + 1])) return true;
+  }
+  return false;
 }
 
-/// Labels at the start and the end of the reference.
-std::string end_marks(const TrajectoryCurve& reference, const ViewAxes& axes) {
+std::string line_plot(const EgoCurves& curves, size_t k, const std::string& x, const std::string& y) {
+  std::string plot = fmt::format("data using {}:(column(\"{}\")) {}", column_of(k, x), y, style_of(k));
+  if (has_single_pose(curve_of(curves, k)))
+    plot.replace(plot.find("with lines"), 10, "with linespoints pt 7 ps 0.4");
+  return plot;
+}
+
+/// Start and end of the reference: one mark if they would cover each other.
+std::string end_marks(const TrajectoryCurve& reference, const ViewAxes& axes, double m_per_cm) {
   std::string marks;
-  for (const auto& [p, name, type] : {std::tuple(reference.position_m.front(), "start", 7),
-                                      std::tuple(reference.position_m.back(), "end", 5)}) {
+  const Eigen::Vector3d &start = reference.position_m.front(), &end = reference.position_m.back();
+  const bool apart =
+      std::hypot(end[axes.right] - start[axes.right], end[axes.up] - start[axes.up]) > 0.5 * m_per_cm;
+  std::vector<std::tuple<Eigen::Vector3d, const char*, int>> ends = {
+      {start, apart ? "start" : "start, end", 7}};
+  if (apart) ends.emplace_back(end, "end", 5);
+  for (const auto& [p, name, type] : ends) {
     marks +=
         fmt::format("set label \"{}\" at {},{} point pt {} ps 0.9 lc rgb \"#404040\" offset 0.7,0.5 front\n",
                     name, gp_number(p[axes.right]), gp_number(p[axes.up]), type);
@@ -162,9 +168,11 @@ Figure path_figure(const EgoCurves& curves, const EqualAxes& axes) {
   Panel panel{"",
               axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) +
                   axes.scale_bar(layout.plot_width_cm(), layout.plot_height_cm()) +
-                  end_marks(curves.reference, curves.axes),
+                  end_marks(curves.reference, curves.axes,
+                            axes.m_per_cm(layout.plot_width_cm(), layout.plot_height_cm())),
               {}};
-  for (size_t k = 0; k <= curves.runs.size(); ++k) panel.plots.push_back(line_plot(k, "right_m", "up_m"));
+  for (size_t k = 0; k <= curves.runs.size(); ++k)
+    panel.plots.push_back(line_plot(curves, k, "right_m", "up_m"));
   set_data(curves, path_columns(curves.axes), figure);
   set_panels(layout, legend_of(curves, true), {panel}, figure);
   return figure;
@@ -188,8 +196,8 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
       curves.error_title);
   PanelLayout layout{.columns = std::min<size_t>(curves.runs.size(), 3),
                      .width_cm = 18,
-                     .left_cm = 1.6,
-                     .right_cm = 1.7,
+                     .left_cm = 1.9,
+                     .right_cm = 1.9,
                      .bottom_cm = 1.1,
                      .top_cm = 0.6};
   if (layout.columns == 1) layout.width_cm = 14;
@@ -206,13 +214,16 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
                 {}};
     panel.plots.push_back(fmt::format("data using {}:(column(\"up_m\")) with lines lc rgb \"{}\" lw 1",
                                       column_of(0, "right_m"), reference_colour));
-    panel.plots.push_back(
-        fmt::format("data using {}:(column(\"up_m\")):(column(\"error\")) with lines lc palette lw 2.5",
-                    column_of(k, "right_m")));
+    panel.plots.push_back(fmt::format(
+        "data using {}:(column(\"up_m\")):(column(\"error\")) with {} lc palette lw 2.5",
+        column_of(k, "right_m"), has_single_pose(curves.runs[k - 1]) ? "linespoints pt 7 ps 0.4" : "lines"));
     panels.push_back(std::move(panel));
   }
   set_data(curves, columns, figure);
-  set_panels(layout, {}, panels, figure);
+  set_panels(
+      layout,
+      {{"reference", style_of(0)}, {"colour: " + curves.error_title, "with lines lc rgb \"#1AE4B6\" lw 3.5"}},
+      panels, figure);
   return figure;
 }
 
@@ -239,12 +250,14 @@ void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t c
     Panel panel{
         "",
         fmt::format(
-            "set xrange [{}:{}]\nset xlabel \"{}\" offset 0,0.4\nset ylabel {} noenhanced offset 0.6,0\n",
-            gp_number(x.front()), gp_number(end), over_path ? "path [m]" : curves.time_title(),
-            gp_text(along.title)),
+            "set xrange [{}:{}]\nset xtics {}\nset xlabel \"{}\" offset 0,0.4\nset ylabel {} noenhanced "
+            "offset 0.6,0\n",
+            gp_number(x.front()), gp_number(end),
+            gp_number(tic_step(end - x.front(), layout.plot_width_cm() / 1.3)),
+            over_path ? "path [m]" : curves.time_title(), gp_text(along.title)),
         {}};
     for (size_t k = along.with_reference ? 0 : 1; k <= curves.runs.size(); ++k)
-      panel.plots.push_back(line_plot(k, along.x, along.y));
+      panel.plots.push_back(line_plot(curves, k, along.x, along.y));
     panels.push_back(std::move(panel));
     with_reference |= along.with_reference;
   }
@@ -260,14 +273,17 @@ PoseColumns along_columns() {
 Figure error_figure(const EgoCurves& curves) {
   Figure figure;
   figure.name = "error_along";
-  figure.caption = fmt::format("{} over {} and over the length of the reference's path.", curves.error_title,
-                               curves.has_time ? "time" : "the frames");
+  figure.caption =
+      fmt::format("{} over {}{}.", curves.error_title, curves.has_time ? "time" : "the frames",
+                  curves.reference.path_m.back() > 0 ? " and over the length of the reference's path"
+                                                     : "; the reference does not move");
   PoseColumns columns = along_columns();
   add_number("path_m", &TrajectoryCurve::path_m, columns);
   add_number("error", &TrajectoryCurve::error, columns);
   set_data(curves, columns, figure);
-  set_along(curves, {{"time", "error", curves.error_title}, {"path_m", "error", curves.error_title}}, 1, 4.6,
-            figure);
+  std::vector<Along> panels = {{"time", "error", curves.error_title}};
+  if (curves.reference.path_m.back() > 0) panels.push_back({"path_m", "error", curves.error_title});
+  set_along(curves, panels, 1, 4.6, figure);
   return figure;
 }
 

@@ -130,6 +130,23 @@ TEST(TrajectorySeries, FiguresOfAStandingCameraAndOfALongPathAreDrawnWithNumbers
   }
 }
 
+TEST(TrajectorySeries, PosesBetweenGapsAreDrawnAsPoints) {
+  EgoCurves curves = ego_curves_of(turning_drive(6, 1), turning_drive(6, 1));
+  const auto has_points = [&] {
+    return path_figures(curves)[0].script.find("with linespoints") != std::string::npos;
+  };
+  EXPECT_FALSE(has_points());
+  curves.runs[0].begins[2] = curves.runs[0].begins[3] = true;
+  EXPECT_TRUE(has_points());
+}
+
+TEST(TrajectorySeries, StartAndEndOfAReferenceThatStandsAreOneMark) {
+  EXPECT_THAT(path_figures(ego_curves_of(turning_drive(6, 0), turning_drive(6, 0)))[0].script,
+              HasSubstr("\"start, end\""));
+  EXPECT_THAT(path_figures(ego_curves_of(turning_drive(6, 1), turning_drive(6, 1)))[0].script,
+              Not(HasSubstr("\"start, end\"")));
+}
+
 TEST(TrajectorySeries, CurveFilesHoldEveryPose) {
   const EgoCurves curves = ego_curves_of(turning_drive(4000, 0.1), turning_drive(4000, 0.1));
   const OutputFiles files = curve_files(curves);

@@ -47,6 +47,27 @@ TEST(Tracks, FileReadsBackToTheSame) {
   EXPECT_EQ(*read[0].points[1].truth_m, Eigen::Vector3d(1, 2, 3));
 }
 
+TEST(Tracks, OrientationsAreReadBackToTheSame) {
+  const Eigen::Quaterniond q(0.5, 0.5, -0.5, 0.5);
+  const std::vector<BodyTrack> tracks = {
+      {"object:2", {{3, Eigen::Vector3d(5, 6, 7), std::nullopt, q, std::nullopt}}}};
+  const std::string text = write_tracks(tracks, true);
+  const std::vector<BodyTrack> read = parse_tracks(text, "tracks.csv");
+  EXPECT_EQ(write_tracks(read, true), text);
+  EXPECT_EQ(read[0].points[0].estimate_rotation->coeffs(), q.coeffs());
+  EXPECT_FALSE(read[0].points[0].truth_rotation);
+  const std::string header = write_tracks({}, true);
+  expect_error([&] { parse_tracks(header + "ego,1,1,2,3,,,,0,0,0,2,,,,\n", "t.csv"); },
+               "t.csv:2: expected a unit quaternion");
+  expect_error([&] { parse_tracks(header + "ego,1,1,2,3,,,\n", "t.csv"); }, "t.csv:2: expected 16 fields");
+}
+
+TEST(Tracks, DifferentSystemsHaveDifferentFiles) {
+  EXPECT_EQ(tracks_file("frontend", 1), "tracks/frontend_1.csv");
+  EXPECT_NE(tracks_file("a b", 0), tracks_file("a-b", 0));
+  EXPECT_THAT(tracks_file("../../x", 0), testing::Not(testing::HasSubstr("..")));
+}
+
 TEST(Tracks, DamagedFilesNameTheirLine) {
   expect_error([] { parse_tracks("frame,x\n", "t.csv"); }, "t.csv:1");
   const std::string header = write_tracks({});

@@ -4,10 +4,15 @@
 //
 //   body,frame,x_m,y_m,z_m,x_gt_m,y_gt_m,z_gt_m      world coordinates; empty: not estimated, no truth
 //
+// and `evaluate objects --out` to tracks/ with the orientations (unit quaternions) of both behind them:
+//
+//   ..,qx,qy,qz,qw,qx_gt,qy_gt,qz_gt,qw_gt
+//
 //   camera   its centre; the estimate is accumulated and starts at the true pose
 //   objects  the origin of the true box, moved by the estimated H_world: the path starts at the truth at the
 //            beginning of each sequence of consecutive estimates, and drifts with the errors of the motions
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,7 +25,7 @@ struct TrackPoint {
   int frame = 0;
   std::optional<Eigen::Vector3d> estimate_m;
   std::optional<Eigen::Vector3d> truth_m;
-  /// Orientation of the body in the world where the position is known. Not in tracks.csv: absent when read.
+  /// Orientation of the body in the world where the position is known. A run's tracks.csv does not hold it.
   std::optional<Eigen::Quaterniond> estimate_rotation{};
   std::optional<Eigen::Quaterniond> truth_rotation{};
 };
@@ -30,8 +35,12 @@ struct BodyTrack {
   std::vector<TrackPoint> points;  ///< ordered by frame
 };
 
-std::string write_tracks(const std::vector<BodyTrack>& tracks);
-/// Parses tracks.csv. Throws Error that begins with "NAME:LINE".
+/// Returns the path of the tracks of a system's run below a folder of `evaluate objects --out`. Different
+/// systems have different files, whatever their names are.
+std::string tracks_file(const std::string& system, uint64_t run);
+
+std::string write_tracks(const std::vector<BodyTrack>& tracks, bool with_orientations = false);
+/// Parses either file. Throws Error that begins with "NAME:LINE".
 std::vector<BodyTrack> parse_tracks(const std::string& text, const std::string& name);
 
 }  // namespace sextant

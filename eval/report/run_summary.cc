@@ -152,7 +152,8 @@ Table body_table(const std::vector<BodySummary>& rows, const MetricPreset& prese
                   fields, rows);
 }
 
-std::vector<std::string> summary_notes(const std::vector<Record>& records) {
+/// `all`: with the systematic errors of the camera's steps, which are for specialists.
+std::vector<std::string> summary_notes(const std::vector<Record>& records, bool all) {
   const ClassificationCounts c = count_classification(records);
   std::vector<std::string> notes = {
       "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status ok; "
@@ -161,6 +162,7 @@ std::vector<std::string> summary_notes(const std::vector<Record>& records) {
                   "dynamic).",
                   c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
   for (const auto& [key, of_body] : by_body(records)) {
+    if (!all) break;
     if (auto note = systematic_note(of_body)) notes.push_back(std::move(*note));
   }
   std::ranges::move(floor_notes(records), std::back_inserter(notes));
@@ -178,7 +180,7 @@ std::string shortened(const std::string& list, size_t width) {
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset) {
   Table table = body_table(summarize(records, preset), preset);
-  table.notes = summary_notes(records);
+  table.notes = summary_notes(records, true);
   return table;
 }
 
@@ -186,7 +188,7 @@ std::string summary_text(const std::vector<Record>& records, const MetricPreset&
   constexpr size_t width = 100, width_of_reasons = 34;
   if (all) return to_text(summary_table(records, preset));
   std::vector<BodySummary> rows = summarize(records, preset);
-  std::vector<std::string> notes = summary_notes(records);
+  std::vector<std::string> notes = summary_notes(records, false);
   const auto lacks_coverage = [](const BodySummary& row) { return !row.coverage; };
   const auto n_left_out = static_cast<size_t>(std::ranges::count_if(rows, lacks_coverage));
   if (n_left_out > 0 && n_left_out < rows.size()) {

@@ -144,12 +144,70 @@ Json records_json(const ViewedRun& run) {
   return json;
 }
 
+/// Projects the corners of the true boxes, (+-w/2, 0 or -h, +-l/2), x fastest. An object of unknown size or with
+/// a corner behind the camera has its 2-D box.
+Json boxes_json(const Sequence& sequence) {
+  constexpr double least_depth_m = 0.1, steps_per_px = 10;
+  const auto& camera = sequence.info().camera.left;
+  Json json = Json::object();
+  if (sequence.info().width == 0) return json;
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    if (frame < sequence.info().first_frame || frame > sequence.info().last_frame) continue;
+    Json& of_frame = *append_member(json, std::to_string(frame), Json::object());
+    for (const ObjectTruth& object : objects) {
+      Json corners = Json::array();
+      for (int k = 0; object.size_m && k < 8; ++k) {
+        const Eigen::Vector3d& size = *object.size_m;
+        const Eigen::Vector3d p =
+            object.T_camera_object * Eigen::Vector3d((k & 1 ? 0.5 : -0.5) * size.x(), k & 2 ? -size.y() : 0,
+                                                     (k & 4 ? 0.5 : -0.5) * size.z());
+        if (p.z() < least_depth_m) break;
+        const Eigen::Vector2d u = camera.project(p);
+        corners.push_back(rounded(u.x(), steps_per_px));
+        corners.push_back(rounded(u.y(), steps_per_px));
+      }
+      if (corners.size() < 16) {
+        if (!object.box) continue;
+        corners = {object.box->left, object.box->top, object.box->right, object.box->bottom};
+      }
+      append_member(of_frame, std::to_string(object.id), std::move(corners));
+    }
+  }
+  return json;
+}
+
+/// Projects the origins of estimated objects and the ends of their axes, which are axis_length_m long.
+Json axes_json(const ViewedRun& run) {
+  constexpr double least_depth_m = 0.5, axis_length_m = 1.5, steps_per_px = 10;
+  const SequenceInfo& info = run.sequence->info();
+  Json json = Json::object();
+  for (int frame = info.first_frame; info.width > 0 && frame <= info.last_frame; ++frame) {
+    Json of_frame = Json::object();
+    for (const auto& [body, T_camera_object] : estimated_poses(run.tracks, frame)) {
+      Json points = Json::array();
+      for (const Eigen::Vector3d& p :
+           {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(axis_length_m, 0, 0),
+            Eigen::Vector3d(0, axis_length_m, 0), Eigen::Vector3d(0, 0, axis_length_m)}) {
+        const Eigen::Vector3d in_camera = T_camera_object * p;
+        if (in_camera.z() < least_depth_m) break;
+        const Eigen::Vector2d u = info.camera.left.project(in_camera);
+        points.push_back(rounded(u.x(), steps_per_px));
+        points.push_back(rounded(u.y(), steps_per_px));
+      }
+      if (points.size() == 8) append_member(of_frame, body, std::move(points));
+    }
+    if (!of_frame.empty()) append_member(json, std::to_string(frame), std::move(of_frame));
+  }
+  return json;
+}
+
 Json run_json(const ViewedRun& run) {
   return {{"name", run.folder},       {"estimator", run.estimator},
           {"noise", run.noise},       {"level", run.level},
           {"seed", run.seed},         {"version", run.version},
           {"notes", run.notes},       {"records", records_json(run)},
-          {"pairs", pairs_json(run)}, {"tracks", tracks_json(run.tracks)}};
+          {"pairs", pairs_json(run)}, {"tracks", tracks_json(run.tracks)},
+          {"axes", axes_json(run)}};
 }
 
 Json metrics_json() {
@@ -245,6 +303,7 @@ OutputFiles view_page(std::span<const ViewedRun> runs, const PageOptions& option
                {"rate_hz", info.rate_hz},
                {"images", Json::object()},
                {"outlines", Json::object()},
+               {"boxes", boxes_json(*runs.front().sequence)},
                {"metrics", metrics_json()},
                {"runs", Json::array()}};
   for (const ViewedRun& run : runs) data["runs"].push_back(run_json(run));
@@ -283,10 +342,20 @@ std::string write_view(const std::filesystem::path& out, const OutputFiles& file
 View make_view(const ViewRequest& request) {
   const auto lock = lock_folder(request.out.ends_with(".html") ? "" : request.out);
   View view;
-  for (const fs::path& folder : request.folders) {
-    view.runs.push_back(view_folder(folder, request.choice, request.images, request.data_root,
-                                    request.page.jobs, request.page.quiet));
+  std::map<fs::path, ViewedRun> of_folder;
+  const ViewedRun* source = nullptr;
+  for (const bool logs : {false, true}) {  // logs without a source of their own are of the run beside them
+    for (const fs::path& folder : request.folders) {
+      if (is_of_logs(folder) != logs || of_folder.contains(folder)) continue;
+      const bool borrows = logs && source != nullptr && request.images.empty();
+      ViewedRun run = borrows ? view_records(folder, request.choice, source->source, source->sequence)
+                              : view_folder(folder, request.choice, request.images, request.data_root,
+                                            request.page.jobs, request.page.quiet);
+      const auto it = of_folder.emplace(folder, std::move(run)).first;
+      if (!logs) source = &it->second;
+    }
   }
+  for (const fs::path& folder : request.folders) view.runs.push_back(of_folder.at(folder));
   view.page = write_view(request.out, view_page(view.runs, request.page));
   return view;
 }

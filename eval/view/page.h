@@ -8,12 +8,14 @@
 //   {"schema":1, "source", "dataset", "sequence", "width", "height", "first", "last", "rate_hz",
 //    "images": {"12": "data:image/jpeg;base64,.."} or {"12": "frames/000012.jpg"},
 //    "outlines": {"12": {"3": [[x,y,x,y,..], ..]}},         // of masks, px
+//    "boxes": {"12": {"3": [u,v, ..]}},   // true boxes: 8 projected corners, or left, top, right, bottom; px
 //    "metrics": [{"map","key","symbol","unit","digits","definition"}],
 //    "runs": [{"name", "estimator", "noise", "level", "seed", "version", "notes",
 //              "records": {"12": {"ego": {..}}}, "pairs": {"12": {"ego": {"n", "points", "band",
-//              "position"}}}, "tracks": {"ego": [[frame, x, z, x_true, z_true], ..]}}]}
-// `points` are 9 little-endian int16 per point, in base64: u, v in 1/8 px; measured, predicted and refined
-// flow in 1/64 px; 1 for an inlier. -32768 means unknown.
+//              "position"}}}, "tracks": {"ego": [[frame, x, z, x_true, z_true], ..]},
+//              "axes": {"12": {"object:3": [u,v, ..]}}}]}  // estimated: origin and ends of x, y, z; px
+// `points` are 9 little-endian int16 a point, base64: u, v in 1/8 px; measured, predicted and refined flow in
+// 1/64 px; 1 = inlier. -32768: not known.
 
 #include <span>
 
@@ -41,10 +43,11 @@ std::string write_view(const std::filesystem::path& out, const OutputFiles& file
 
 /// Request for a page of one run, or of two runs of the same source.
 struct ViewRequest {
-  /// Folders of `sextant run`, `sweep` or `merge`; with `images`, of `evaluate objects`
+  /// Folders of `sextant run`, `sweep`, `merge` or `evaluate objects`
   std::vector<std::filesystem::path> folders;
   CaseChoice choice;
-  std::string images;  ///< SOURCE that the folders belong to; empty: as recorded in the folders
+  std::string
+      images;  ///< the SOURCE that folders of logs are about; empty: that of a run beside them, or none
   std::string data_root;
   std::string out;  ///< FILE.html, or a folder
   PageOptions page;

@@ -19,7 +19,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
-from browser import Browser, browsing, expect, expect_equal, has_browser, sextant  # noqa: E402
+from browser import Browser, browsing, expect, expect_equal, has_browser, overflowing, sextant  # noqa: E402
 
 HOSTILE = "a<script>alert(1)<!-- @DATA@ 'q' \"q\" |$\\input{x}"
 
@@ -107,7 +107,7 @@ def check_one_run(browser, page, run, keep):
     expect_equal(browser.where(), [frames[-1], objects[0]], "click on the ribbon")
 
     # Layers change the image and nothing else.
-    for layer in ("masks", "points", "flow", "labels", "refined", "current"):
+    for layer in ("masks", "points", "flow", "labels", "refined", "boxes", "axes", "current"):
         before = browser.picture()
         browser.click(f"#layer-{layer}")
         browser.wait("return [...images.values()].every(i => i.ready || i.failed)")
@@ -184,6 +184,33 @@ def check_images_beside(browser, page, folder):
     browser.wait("return document.querySelector('#image img').src.endsWith(D.images[shownImage(state)])")
 
 
+def check_logs(browser, folder, keep):
+    """Logs with their source, without it, and beside a run: no element wider than its container, the same keys."""
+    for name, has_picture in (("logs_truth", True), ("logs_alone", False), ("logs_and_run", True)):
+        for width in (1400, 400):
+            for dark in (False, True):
+                browser.dark(dark)
+                Browser.open(browser, (folder / f"{name}.html").as_uri(), width, 1000,
+                             "return document.body.dataset.frame !== undefined")
+                browser.settle()
+                expect_equal(overflowing(browser), [], f"{name} at {width} px: elements wider than their containers")
+                if keep:
+                    browser.screenshot(keep / f"{name}_{width}_{'dark' if dark else 'light'}.png")
+        browser.dark(False)
+        expect_equal(browser.run("return !document.getElementById('picture-box').hidden"), has_picture, f"{name}: image")
+        expect(browser.run("return D.runs.every(run => Object.keys(run.tracks).length > 1)"), f"{name}: paths")
+        expect_equal(browser.run("return D.runs.every(run => Object.keys(run.axes).length > 0)"), has_picture, f"{name}: axes")
+        first = browser.where()[0]
+        browser.run("document.activeElement.blur()")
+        browser.keys("\ue014")  # right
+        expect_equal(browser.where()[0], first + 1, f"{name}: right arrow")
+        expect(not browser.run("return document.getElementById('timeline-Et_m').hidden && state.body !== 'ego'"),
+               f"{name}: errors over time")
+        cursor, plots = browser.run("return ['.cursor', '.plots'].map(css => { const b = document.querySelector('#timelines'"
+                                    " + (css === '.plots' ? '' : ' ' + css)).getBoundingClientRect(); return b.bottom; })")
+        expect(cursor <= plots + 1, f"{name}: the line of the cursor ends with the curves")
+
+
 def scrub(browser, n_frames):
     """Frame after frame as fast as the page draws. Frames per second, the share whose image was there in time, and CPU
     time of the page's own thread in ms a frame: our script, styles and layout, and all of it (with the canvases'
@@ -228,12 +255,19 @@ def main():
     sextant(arguments.sextant, "run", "synthetic:s18", "--estimator", "joint_flow_depth", *noise, "--out", runs[1], "--quiet")
     sextant(arguments.sextant, "view", runs[0], "--out", folder / "one.html", "--quiet")
     sextant(arguments.sextant, "view", *runs, "--out", folder / "two", "--quiet")
+    scores = folder / "scores"
+    sextant(arguments.sextant, "evaluate", "objects", "--format", "motions", "--truth", "synthetic:s18", runs[0], "--out", scores,
+            "--quiet")
+    sextant(arguments.sextant, "view", scores, "--truth", "synthetic:s18", "--out", folder / "logs_truth.html", "--quiet")
+    sextant(arguments.sextant, "view", scores, "--out", folder / "logs_alone.html", "--quiet")
+    sextant(arguments.sextant, "view", runs[0], scores, "--out", folder / "logs_and_run.html", "--quiet")
 
     with browsing(ViewPage, folder, arguments.keep) as browser:
         check_one_run(browser, folder / "one.html", runs[0], arguments.keep)
         check_two_runs(browser, folder / "two" / "index.html", runs, arguments.keep)
         check_narrow(browser, folder / "one.html", arguments.keep)
         check_images_beside(browser, folder / "one.html", folder / "beside")
+        check_logs(browser, folder, arguments.keep)
         spent = scrub(browser, 60)
         print(f"scrubbing: {spent['rate']:.0f} frames/s; CPU time a frame of the page's thread {spent['thread']:.1f} ms")
     print("passed")

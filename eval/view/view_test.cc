@@ -166,10 +166,54 @@ TEST(View, OfRecordsAloneNeedsOnlyTheImages) {
   TempFolder folder;
   const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
   std::filesystem::remove(folder / "run/run.json");
-  const ViewedRun view = view_records(run_folder, {}, SourceSpec::parse("synthetic:s18@0-2"));
+  const ViewedRun view = view_folder(run_folder, {}, "synthetic:s18@0-2", "", 1, true);
   EXPECT_EQ(view.records.size(), read_records(folder / "run/records.jsonl").size());
   EXPECT_THAT(view_page(std::span(&view, 1), {.quiet = true}).at("index.html"),
               HasSubstr("data:image/jpeg;base64,"));
+}
+
+TEST(View, LogsHaveThePathsAndTheAxesOfTheirTracks) {
+  TempFolder folder;
+  const std::string logs = run_into(folder, "logs", config_of("synthetic:s18@0-2", "motion_only"));
+  const ViewedRun of_run = viewed(logs);
+  std::filesystem::remove(folder / "logs/run.json");
+  const std::string file = tracks_file(of_run.estimator, of_run.seed);
+  std::filesystem::create_directories(folder / "logs/tracks");
+  folder.write("logs/" + file, write_tracks(of_run.tracks, true));
+
+  const ViewedRun with_truth = view_folder(logs, {}, "synthetic:s18@0-2", "", 1, true);
+  EXPECT_EQ(with_truth.tracks.size(), of_run.tracks.size());
+  const Json data = data_of(view_page(std::span(&with_truth, 1), {.quiet = true}).at("index.html"));
+  EXPECT_FALSE(data["boxes"]["1"].empty());
+  EXPECT_FALSE(data["runs"][0]["axes"]["1"].empty());
+  EXPECT_EQ(data["runs"][0]["axes"],
+            data_of(view_page(std::span(&of_run, 1), {.quiet = true}).at("index.html"))["runs"][0]["axes"]);
+
+  const ViewedRun alone = view_folder(logs, {}, "", "", 1, true);
+  const Json bare = data_of(view_page(std::span(&alone, 1), {.quiet = true}).at("index.html"));
+  EXPECT_EQ(bare["first"], 0);
+  EXPECT_EQ(bare["last"], 2);
+  EXPECT_EQ(bare["width"], 0);
+  EXPECT_TRUE(bare["images"].empty());
+  EXPECT_EQ(bare["runs"][0]["tracks"], data["runs"][0]["tracks"]);
+}
+
+TEST(View, LogsBesideARunAreOfItsSource) {
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
+  const std::string logs = run_into(folder, "logs", config_of("synthetic:s18@0-2", "motion_only"));
+  std::filesystem::remove(folder / "logs/run.json");
+  const View view = make_view({.folders = {logs, run_folder},
+                               .choice = {},
+                               .images = "",
+                               .data_root = "",
+                               .out = folder / "both.html",
+                               .page = {.quiet = true}});
+  ASSERT_EQ(view.runs.size(), 2U);
+  EXPECT_EQ(view.runs[0].folder, logs);
+  EXPECT_EQ(view.runs[0].source, view.runs[1].source);
+  EXPECT_TRUE(view.runs[0].pairs.empty());
+  EXPECT_FALSE(view.runs[1].pairs.empty());
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/record_stream.h"
+#include "sextant/eval/records/tracks.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/crlb.h"
 #include "sextant/metrics/pair_errors.h"
@@ -226,11 +227,78 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
   return run;
 }
 
-ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const SourceSpec& source) {
+std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks, int frame) {
+  const auto point_of = [&](const BodyTrack& track) -> const TrackPoint* {
+    const auto it = std::ranges::lower_bound(track.points, frame, {}, &TrackPoint::frame);
+    return it != track.points.end() && it->frame == frame ? &*it : nullptr;
+  };
+  const auto pose = [](const auto& rotation, const auto& position) {
+    return rotation && position ? std::optional(SE3::from_parts(*rotation, *position)) : std::nullopt;
+  };
+  std::optional<SE3> T_world_camera;
+  std::map<std::string, SE3> T_camera_object;
+  for (const BodyTrack& track : tracks) {
+    const TrackPoint* point = point_of(track);
+    if (point == nullptr || track.body != "ego") continue;
+    T_world_camera = pose(point->estimate_rotation, point->estimate_m);
+    if (!T_world_camera) T_world_camera = pose(point->truth_rotation, point->truth_m);
+  }
+  if (!T_world_camera) return {};
+  for (const BodyTrack& track : tracks) {
+    const TrackPoint* point = point_of(track);
+    if (point == nullptr || track.body == "ego") continue;
+    if (const auto T = pose(point->estimate_rotation, point->estimate_m))
+      T_camera_object.emplace(track.body, T_world_camera->inverse() * *T);
+  }
+  return T_camera_object;
+}
+
+bool is_of_logs(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(folder / "records.jsonl", ignored) && !fs::exists(folder / "run.json", ignored);
+}
+
+namespace {
+
+/// The frames of logs whose source is not known: no channel, no truth.
+class SequenceOfLogs : public Sequence {
+ public:
+  explicit SequenceOfLogs(SequenceInfo info) : info_(std::move(info)) {}
+  const SequenceInfo& info() const override { return info_; }
+  const SequenceTruth& truth() const override { return truth_; }
+  Frame read(int /*frame*/, Channels /*channels*/) const override { return {}; }
+  void check_files() const override {}
+
+ private:
+  SequenceInfo info_;
+  SequenceTruth truth_;
+};
+
+std::shared_ptr<const Sequence> sequence_of_logs(const std::vector<Record>& records,
+                                                 const std::vector<BodyTrack>& tracks) {
+  SequenceInfo info;
+  info.dataset = records.front().dataset;
+  info.sequence = records.front().sequence;
+  info.rate_hz = 10;  // of the playback alone: logs without a source do not have it
+  info.first_frame = records.front().frame - 1;
+  info.last_frame = records.front().frame;
+  const auto include = [&](int first, int last) {
+    info.first_frame = std::min(info.first_frame, first);
+    info.last_frame = std::max(info.last_frame, last);
+  };
+  for (const Record& record : records) include(record.frame - 1, record.frame);
+  for (const BodyTrack& track : tracks) {
+    for (const TrackPoint& point : track.points) include(point.frame, point.frame);
+  }
+  return std::make_shared<SequenceOfLogs>(std::move(info));
+}
+
+}  // namespace
+
+ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const std::string& source,
+                       std::shared_ptr<const Sequence> sequence) {
   ViewedRun run;
   run.folder = folder.string();
-  run.source = source.text;
-  run.sequence = open(source, folder);
   std::vector<Record> all = read_records(folder / "records.jsonl");
   if (all.empty()) fail("{}: has no records", (folder / "records.jsonl").string());
   std::vector<std::string> estimators, seeds;
@@ -244,23 +312,32 @@ ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const S
   run.seed =
       std::stoull(seeds[place_of(choice.seed ? std::to_string(*choice.seed) : "", seeds, "seed", folder)]);
   run.n_cases = estimators.size() * seeds.size();
+  const std::string tracks = (folder / tracks_file(run.estimator, run.seed)).string();
+  if (fs::exists(tracks)) run.tracks = parse_tracks(read_file(tracks), tracks);
+  std::erase_if(all, [&](const Record& r) { return r.estimator != run.estimator || r.seed != run.seed; });
+  if (all.empty()) fail("{}: has no record of {} with seed {}", folder.string(), run.estimator, run.seed);
+  run.source =
+      sequence ? source : fmt::format("{} {}", all.front().dataset.str(), all.front().sequence.str());
+  run.sequence = sequence ? std::move(sequence) : sequence_of_logs(all, run.tracks);
   const SequenceInfo& info = run.sequence->info();
   for (Record& record : all) {
-    if (record.estimator == run.estimator && record.seed == run.seed && record.frame >= info.first_frame &&
-        record.frame <= info.last_frame)
+    if (record.frame >= info.first_frame && record.frame <= info.last_frame)
       run.records.push_back(std::move(record));
   }
   if (run.records.empty())
-    fail("{}: no record of {} is of a frame of {} ({}-{})", folder.string(), run.estimator, source.text,
+    fail("{}: no record of {} is of a frame of {} ({}-{})", folder.string(), run.estimator, run.source,
          info.first_frame, info.last_frame);
-  run.notes.emplace_back("Made from records only: there are no points, covariances or paths.");
+  run.notes.emplace_back(run.tracks.empty()
+                             ? "Made from records alone: there are no points, covariances or paths."
+                             : "Made from logs: there are no points and covariances.");
   return run;
 }
 
 ViewedRun view_folder(const fs::path& folder, const CaseChoice& choice, const std::string& images,
                       const std::string& data_root, int jobs, bool quiet) {
-  return images.empty() ? view_run(folder, choice, data_root, jobs, quiet)
-                        : view_records(folder, choice, find_source(images, data_root));
+  if (!is_of_logs(folder)) return view_run(folder, choice, data_root, jobs, quiet);
+  return view_records(folder, choice, images,
+                      images.empty() ? nullptr : open(find_source(images, data_root), folder));
 }
 
 namespace {

@@ -112,17 +112,25 @@ struct ViewedRun {
   std::shared_ptr<const Sequence> sequence;
 };
 
+/// Returns T_camera_object of each object with an estimated pose in a frame, relative to the estimated camera
+/// or, if there is none, to the true one. Empty if the tracks have no orientations.
+std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks, int frame);
+
 /// Reads a run. Throws Error if the folder is not one of `sextant run`, `sextant sweep` or `sextant merge`,
 /// if it has no such case (the message lists the cases that it has), or if its source has moved.
 ViewedRun view_run(const std::filesystem::path& folder, const CaseChoice& choice,
                    const std::string& data_root, int jobs, bool quiet);
 
-/// Reads records of trajectories or motions from other programs (`sextant evaluate objects --out`), with
-/// their source. Takes the first system and run unless `choice` selects another.
-ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice,
-                       const SourceSpec& source);
+/// Returns true for a folder of `sextant evaluate objects --out`: it has records and no run.json.
+bool is_of_logs(const std::filesystem::path& folder);
 
-/// Calls view_records() if `images` names the source of the folder's records, otherwise view_run().
+/// Reads records and paths of other programs (`sextant evaluate objects --out`). `sequence`, opened from
+/// `source`, gives images and truth; null if it is not known. Takes the first system and run unless `choice`
+/// selects another.
+ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice,
+                       const std::string& source, std::shared_ptr<const Sequence> sequence);
+
+/// Calls view_records() for a folder of logs, with the SOURCE `images` (may be empty), otherwise view_run().
 ViewedRun view_folder(const std::filesystem::path& folder, const CaseChoice& choice,
                       const std::string& images, const std::string& data_root, int jobs, bool quiet);
 

@@ -1,12 +1,14 @@
 #include "sextant/eval/workflow/noise_document.h"
 
+#include <algorithm>
+
 #include "sextant/base/error.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
-#include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/estimator_comparisons.h"
+#include "sextant/eval/report/falling_errors.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/trends.h"
@@ -48,38 +50,13 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
                          {{Column::text("what"), &Limit::what}, {Column::text("why"), &Limit::why}}, limits);
 }
 
-/// Makes one line for each statement of the paper that these records measure; all other statements share
-/// one line.
-std::vector<VerdictLine> claims_of_sweeps(const std::vector<CheckedClaim>& checked,
-                                          const RecordPlaces& places, const std::filesystem::path& out) {
-  const std::vector<VerdictLine> all = claim_verdicts(checked, "#claims");
-  std::vector<VerdictLine> lines;
-  std::vector<Claim> others;
-  for (size_t i = 0; i < checked.size(); ++i) {
-    if (checked[i].results.empty()) {
-      others.push_back(*checked[i].claim);
-    } else {
-      add_record_links(checked[i].results, places, out, lines.emplace_back(all[i]).cases);
-    }
-  }
-  if (others.empty()) return lines;
-  VerdictLine line{fmt::format("{} statements of the paper on other data", others.size()),
-                   "not measured here", "measured by: sextant reproduce --data ROOT --out DIR", "", "Claims"};
-  line.cases = table_of<Claim>(
-      "Statements on other data", "",
-      {{Column::text("statement"), &Claim::statement}, {Column::text("place", "where"), &Claim::place}},
-      others);
-  lines.push_back(std::move(line));
-  return lines;
-}
-
-const std::vector<std::string> split_keys = {"claim", "parameter", "source", "dataset", "sequence"};
+const std::vector<std::string> split_keys = {"parameter", "source", "dataset", "sequence"};
 
 }  // namespace
 
 ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs, bool quiet,
                               const std::filesystem::path& out) {
-  constexpr int n_steps = 5;
+  constexpr int n_steps = 4;
   Progress progress("parts of the report", n_steps, quiet);
   const std::vector<NoiseSweep> sweeps = read_noise_sweeps(folders);
   progress.advance();
@@ -90,35 +67,35 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
     for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
   }
   progress.advance();
-  const std::vector<CheckedClaim> checked = check_claims(sweeps);
-  progress.advance();
   ReportDocument document;
   document.title = "Noise and errors";
-  document.abstract =
-      "Errors of camera and objects by noise level, from the records of " + joined(folders) +
-      ". Intervals are 95 %, bootstrapped over seeds. Verdicts are on statements of the paper.";
+  document.abstract = "Errors of camera and objects by noise level, from the records of " + joined(folders) +
+                      ". Intervals are 95 %, bootstrapped over seeds.";
   const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders, sweeps);
-  document.verdicts = claims_of_sweeps(checked, places, out);
   const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
     if (table.rows.empty()) return;
     ReportSection& section = document.sections.emplace_back(
         ReportSection{std::string(name) + "-section", heading, {}, {}, std::move(figures), {}});
     section.tables.push_back({name, std::move(table), split_keys});
   };
-  add("claims", "Statements", claim_table(checked));
-  for (ReportSection& section : document.sections) section.in_summary = true;  // only the claims so far
   const auto linked = [&](Table table, const auto& rows) {
     add_record_links(rows, places, out, table);
     return table;
   };
-  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels), levels),
-      noise_level_figures(levels));
-  const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
-  add("trends", "Growth", linked(trend_table(trends), trends));
-  progress.advance();
+  std::vector<Figure> of_bodies = noise_level_figures(levels);
+  const auto of_estimators = std::ranges::stable_partition(
+      of_bodies, [](const Figure& figure) { return !figure.name.starts_with("estimators_"); });
   size_t n_left_out = 0;
   const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
-  add("comparisons", "Estimators compared", linked(comparison_table(comparisons), comparisons));
+  add("comparisons", "Estimators compared", linked(comparison_table(comparisons), comparisons),
+      {of_estimators.begin(), of_estimators.end()});
+  of_bodies.erase(of_estimators.begin(), of_estimators.end());
+  progress.advance();
+  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels), levels),
+      std::move(of_bodies));
+  add("falling_errors", "Errors that fall", falling_error_table(falling_errors(sweeps)));
+  const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
+  add("trends", "Growth", linked(trend_table(trends), trends));
   add("summaries", "Summaries", summary_limits(sweeps, comparisons, n_left_out));
   Table achieved_table = achieved_noise_table(achieved);
   if (!out.empty()) {

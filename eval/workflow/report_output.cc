@@ -7,6 +7,7 @@
 #include "sextant/eval/evaluation/trajectory_figures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record_stream.h"
+#include "sextant/eval/records/tracks.h"
 #include "sextant/eval/report/html/html.h"
 
 namespace sextant {
@@ -34,6 +35,8 @@ ObjectScores evaluate_objects_into(const ObjectFiles& files, std::span<const Met
   if (!out.empty()) {
     OutputFiles report = report_folder(object_document(scores, presets), {});
     report["records.jsonl"] = write_records(scores.records);
+    for (const ObjectTracks& tracks : scores.tracks)
+      report[tracks_file(tracks.system, tracks.run)] = write_tracks(tracks.bodies, true);
     write_output_folder(out, report);
   }
   return scores;

@@ -59,12 +59,6 @@ std::vector<CheckedClaim> check_claims(const Evidence& evidence) {
   return checked;
 }
 
-std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps) {
-  Evidence evidence;
-  for (const NoiseSweep& sweep : sweeps) evidence.parts.push_back({"", PartRole::noise, sweep, {}});
-  return check_claims(evidence);
-}
-
 namespace {
 
 struct ClaimRow {

@@ -74,8 +74,6 @@ struct CheckedClaim {
 };
 /// Checks all claims() in order.
 std::vector<CheckedClaim> check_claims(const Evidence& evidence);
-/// Checks claims with the records of sweeps only; claims on other experiments are not tested.
-std::vector<CheckedClaim> check_claims(const std::vector<NoiseSweep>& sweeps);
 
 /// Table with one row per result; notes list the claims without results as not tested.
 Table claim_table(const std::vector<CheckedClaim>& checked);

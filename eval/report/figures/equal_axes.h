@@ -35,6 +35,11 @@ class EqualAxes {
   /// lying axes.
   std::string scale_bar(double width_cm, double height_cm) const;
 
+  /// Metres that a centimetre of a panel of this size shows; not lying.
+  double m_per_cm(double width_cm, double height_cm) const {
+    return ranges(width_cm, height_cm, false).m_per_cm;
+  }
+
  private:
   struct Ranges {
     Eigen::Vector2d low, high;

@@ -118,13 +118,13 @@ double half_step(const std::vector<Level>& levels) {
 struct Largest {
   double Et = 0, ER = 0, bound = 0;
 
-  Largest(const std::vector<Level>& levels, IntervalEstimate SampleSummary::*statistic) {
+  Largest(const std::vector<Level>& levels, IntervalEstimate SampleSummary::*statistic, bool with_bound) {
     for (const Level& level : levels) {
       for (const NoiseLevelRow* row : level.of_line) {
         if (row == nullptr) continue;
         include(estimate_of(*row, curve_error(), statistic), Et);
         include(estimate_of(*row, bar_error(), statistic), ER);
-        bound = std::max(bound, bound_of(*row).value_or(0));
+        if (with_bound) bound = std::max(bound, bound_of(*row).value_or(0));
       }
     }
     Et = std::max(Et, bound);
@@ -181,13 +181,14 @@ void add_curve(const Line& line, size_t i, double width, std::vector<std::string
       column(line, "Et_m"), line_colour(i), width, filled_point(i), gp_text(line.title)));
 }
 
-/// Draws curves of E_t with bands and dotted bounds, and optionally E_R as bars on the right axis.
+/// Draws curves of E_t with bands, and optionally E_R as bars on the right axis. Curves of RMS errors have their
+/// bound, dotted; those of mean errors have none, because it is a bound of RMS errors.
 std::string curves_script(const std::vector<Line>& lines, const std::vector<Level>& levels,
                           const std::string& x_title, const Content& content) {
   std::vector<std::string> parts;
   const auto n = static_cast<double>(lines.size());
   const double width = 1.5 * half_step(levels) / n;
-  const Largest largest(levels, content.statistic);
+  const Largest largest(levels, content.statistic, !content.bars);
   for (size_t i = 0; content.bars && i < lines.size(); ++i) {
     add_bars(lines[i], i, (static_cast<double>(i) - (n - 1) / 2) * width, width, parts);
   }
@@ -195,12 +196,10 @@ std::string curves_script(const std::vector<Line>& lines, const std::vector<Leve
     // Estimators often agree, so later curves are thinner to keep the earlier ones visible.
     add_curve(lines[i], i, content.bars ? 1.5 : std::max(1.0, 4.0 - 1.5 * static_cast<double>(i)), parts);
   }
-  const bool has_bound = largest.bound > 0;
-  for (size_t i = 0; has_bound && i < (content.bars ? lines.size() : 1); ++i) {
-    const std::string title = i == 0 ? "title \"bound (RMS)\"" : "notitle";
-    parts.push_back(fmt::format("data using (column(\"level\")):{} with lines lc rgb \"{}\" lw 1.2 dt 3 {}",
-                                column(lines[i], "Et_bound_m"), content.bars ? line_colour(i) : "#606060",
-                                title));
+  if (largest.bound > 0) {
+    parts.push_back(fmt::format(
+        "data using (column(\"level\")):{} with lines lc rgb \"#606060\" lw 1.2 dt 3 title \"bound (RMS)\"",
+        column(lines.front(), "Et_bound_m")));
   }
   std::string script = axes_script(levels, largest, x_title, content) + "plot \\\n";
   for (size_t i = 0; i < parts.size(); ++i)

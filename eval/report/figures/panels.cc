@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/paper.h"
@@ -38,15 +39,19 @@ std::string margins(double left, double right, double bottom, double top) {
       left, right, bottom, top);
 }
 
-std::string legend_script(const std::vector<LegendEntry>& legend, size_t columns, double bottom) {
+std::string legend_script(const std::vector<LegendEntry>& legend, size_t columns, double width_cm,
+                          double bottom) {
   std::string script =
-      "unset logscale\nunset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\nset label 1 \"\"\n";
+      "unset logscale\nunset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\nunset label\n"
+      "unset arrow\nset label 1 \"\"\n";
   script += "set xrange [0:1]\nset yrange [0:1]\n" + margins(0.02, 0.98, bottom, 1.0);
   script += fmt::format(
       "set key inside center center horizontal Left reverse maxcols {} samplen 1.6 width 0 noenhanced\nplot ",
       columns);
+  const auto most = static_cast<size_t>((width_cm - 3 * legend_sample_cm) / character_cm);
   for (size_t i = 0; i < legend.size(); ++i)
-    script += fmt::format("{}NaN {} title {}", i > 0 ? ", " : "", legend[i].style, gp_text(legend[i].title));
+    script += fmt::format("{}NaN {} title {}", i > 0 ? ", " : "", legend[i].style,
+                          gp_text(shortened(legend[i].title, most)));
   return script + "\n";
 }
 
@@ -76,7 +81,8 @@ void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legen
 
   const double panel_width_cm = layout.width_cm / static_cast<double>(layout.columns);
   std::string script = "set multiplot\n";
-  if (!legend.empty()) script += legend_script(legend, columns, 1 - legend_cm / figure.height_cm);
+  if (!legend.empty())
+    script += legend_script(legend, columns, layout.width_cm, 1 - legend_cm / figure.height_cm);
   for (size_t i = 0; i < panels.size(); ++i) {
     const double left_cm = panel_width_cm * static_cast<double>(i % layout.columns) + layout.left_cm;
     const double row = static_cast<double>(i / layout.columns);
@@ -135,6 +141,23 @@ std::vector<std::string> in_order(std::vector<std::string> estimators) {
   };
   std::ranges::stable_sort(estimators, {}, place);
   return estimators;
+}
+
+std::string shortened(const std::string& name, size_t most) {
+  if (name.size() <= most) return name;
+  const auto is_inside = [&](size_t at) { return (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U; };
+  size_t head = most / 2, tail = name.size() - (most - most / 2 - 1);
+  while (head > 0 && is_inside(head)) --head;
+  while (tail < name.size() && is_inside(tail)) ++tail;
+  return name.substr(0, head) + "…" + name.substr(tail);
+}
+
+double tic_step(double range, double n) {
+  const double decade = std::pow(10, std::floor(std::log10(range / n)));
+  for (const double digit : {1.0, 2.0, 5.0}) {
+    if (digit * decade >= range / n) return digit * decade;
+  }
+  return 10 * decade;
 }
 
 std::string gp_number(double value) { return fmt::format("{:.6g}", value); }

@@ -34,7 +34,7 @@ struct PanelLayout {
   double plot_height_cm() const { return panel_height_cm - bottom_cm - top_cm; }
 };
 
-/// Sets script, width and height of the figure.
+/// Sets script, width and height of the figure. Titles wider than the figure are shortened in the legend.
 void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legend,
                 const std::vector<Panel>& panels, Figure& figure);
 
@@ -58,7 +58,13 @@ std::string estimator_title(const std::string& estimator);
 /// Orders estimators as in all legends: those of this program first.
 std::vector<std::string> in_order(std::vector<std::string> estimators);
 
-/// Formats a number for gnuplot's scripts with 6 digits.
+/// The name with its middle left out if it is longer than `most` characters; cut between UTF-8 characters.
+std::string shortened(const std::string& name, size_t most);
+
+/// A round distance between tics that divides `range` into at most `n` parts.
+double tic_step(double range, double n);
+
+/// A value of gnuplot's scripts: 6 digits.
 std::string gp_number(double value);
 
 }  // namespace sextant

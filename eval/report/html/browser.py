@@ -122,6 +122,20 @@ def expect_quiet(browser, folder):
     expect_equal(strange, [], "requests beyond the page's own files")
 
 
+def overflowing(browser):
+    """Elements whose content is wider than they are and that do not scroll, and what the page is too wide by. At 1400 px
+    tables (.scroll) may not scroll either."""
+    return browser.run("""
+const wide = [...document.querySelectorAll('body *')].filter(e => {
+  const style = getComputedStyle(e);
+  const scrolls = ['auto', 'scroll'].includes(style.overflowX) && !(innerWidth >= 1400 && e.matches('.scroll'));
+  if (e.closest('[hidden]') || style.display === 'inline' || scrolls) return false;
+  return e.clientWidth > 0 && e.scrollWidth > e.clientWidth + 1;
+}).map(e => `${e.tagName}.${e.className}#${e.id}: ${e.scrollWidth} > ${e.clientWidth}`);
+const page = document.documentElement;
+return page.scrollWidth > page.clientWidth ? [...wide, `page: ${page.scrollWidth} > ${page.clientWidth}`] : wide;""")
+
+
 def sextant(program, *arguments, fails=False):
     done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
     expect((done.returncode != 0) == fails, f"sextant {' '.join(map(str, arguments))}: exit {done.returncode}\n{done.stderr}")

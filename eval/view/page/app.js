@@ -3,10 +3,11 @@
 const element = id => document.getElementById(id);
 const LAYERS = [["current", "current image", "b"], ["masks", "masks", "m"], ["points", "points", "p"],
                 ["outliers", "outliers", "o"], ["flow", "flow", "f"], ["refined", "refined flow", "r"],
-                ["labels", "labels", "l"]];
+                ["labels", "labels", "l"], ["boxes", "true boxes", "t"], ["axes", "estimated axes", "a"]];
 const state = {
   frame: FIRST, body: "ego", playing: false, flowLength: 0.25, pointsOf: 0, worstBy: CURVES[0], byDifference: false,
-  layers: {current: false, masks: true, points: true, outliers: true, flow: true, refined: false, labels: true},
+  layers: {current: false, masks: true, points: true, outliers: true, flow: true, refined: false, labels: true,
+           boxes: Object.keys(D.outlines).every(frame => Object.keys(D.outlines[frame]).length === 0), axes: true},
 };
 
 let drawAsked = false;
@@ -170,6 +171,7 @@ function buildHeader() {
 }
 
 function buildLayers() {
+  for (const id of ["picture-box", "layers", "legend"]) element(id).hidden = !HAS_PICTURE;
   for (const [name, text, key] of LAYERS) {
     const label = document.createElement("label"), box = document.createElement("input");
     box.type = "checkbox";
@@ -196,6 +198,7 @@ function buildLayers() {
   }
   const gradient = document.createElement("i");
   gradient.style.background = `linear-gradient(90deg, ${RESIDUAL_COLOURS.join(",")})`;
+  if (D.runs.some(run => Object.keys(run.pairs).length > 0))
   element("legend").append("residual of the measured flow: 0 px", gradient, `${RESIDUAL_MAX} px and more; outliers are crosses; `,
                            "of many points an even choice is drawn");
 }

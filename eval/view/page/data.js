@@ -24,10 +24,18 @@ const recordOf = (run, frame, body) => D.runs[run]?.records[frame]?.[body];
 const pairOf = (run, frame, body) => D.runs[run]?.pairs[frame]?.[body];
 const metricOf = (map, key) => D.metrics.find(m => m.map === map && m.key === key);
 
+/// The first of the errors that all runs have: logs may have motions in the frame of the object or the world alone.
+function commonError(keys) {
+  const has = (run, key) => Object.values(run.records).some(frame => Object.values(frame).some(r => r.errors?.[key] !== undefined));
+  return keys.find(key => D.runs.every(run => has(run, key))) ?? keys[0];
+}
+const ET_KEY = commonError(["Et_m", "Et_body_m", "Et_world_m"]), ER_KEY = commonError(["ER_deg", "ER_body_deg", "ER_world_deg"]);
+const symbolOf = key => metricOf("errors", key)?.symbol ?? key;
+
 /// Curves of the timelines: what a record gives, its band and the floor of the truth.
 const CURVES = [
-  {id: "Et_m", title: "E_t", unit: "m", of: r => r.errors?.Et_m, band: "Et_m", floor: r => r.values?.step_floor_m},
-  {id: "ER_deg", title: "E_R", unit: "deg", of: r => r.errors?.ER_deg, band: "ER_deg",
+  {id: "Et_m", title: ET_KEY === "Et_m" ? "E_t" : symbolOf(ET_KEY), unit: "m", of: r => r.errors?.[ET_KEY], band: "Et_m", floor: r => r.values?.step_floor_m},
+  {id: "ER_deg", title: ER_KEY === "ER_deg" ? "E_R" : symbolOf(ER_KEY), unit: "deg", of: r => r.errors?.[ER_KEY], band: "ER_deg",
    floor: r => r.values?.rotation_floor_deg},
   {id: "Ev_kmh", title: "E_v", unit: "km/h", of: r => r.errors?.Ev_kmh, band: "Ev_kmh"},
   {id: "epe_px", title: "EPE", unit: "px", of: r => r.errors?.epe_refined_px ?? r.errors?.epe_initial_px},

@@ -33,7 +33,10 @@ function resizePicture() {
   }
 }
 
+const HAS_PICTURE = D.width > 0;  // false for logs without a source
+
 function drawPicture(state) {
+  if (!HAS_PICTURE) return;
   resizePicture();
   const context = picture.canvas.getContext("2d");
   const imageFrame = state.layers.current ? state.frame : state.frame - 1;
@@ -48,7 +51,9 @@ function drawPicture(state) {
     context.fillText(entry ? "image not found beside this page: frames/" : "the source has no images", 20, 40);
   }
   if (state.layers.masks) drawOutlines(context, imageFrame);
+  if (state.layers.boxes) drawBoxes(context, imageFrame);
   for (const body of bodies) drawBody(context, state, body);
+  if (state.layers.axes) drawAxes(context, imageFrame);
   if (state.layers.labels) drawLabels(context, state, imageFrame);
 }
 
@@ -79,6 +84,48 @@ function drawOutlines(context, imageFrame) {
     }
     context.stroke();
   }
+}
+
+/// Corners k and k ^ 1, k ^ 2, k ^ 4 of a box share an edge.
+const BOX_EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap(k => [1, 2, 4].filter(bit => !(k & bit)).map(bit => [k, k | bit]));
+
+function drawBoxes(context, imageFrame) {
+  context.save();
+  context.lineWidth = Math.max(1.2, picture.canvas.width / 1100);
+  for (const [id, p] of Object.entries(D.boxes[imageFrame] ?? {})) {
+    const body = `object:${id}`;
+    context.strokeStyle = bodies.includes(body) ? colourOf(body) : "#9a9a9a";
+    context.setLineDash([4, 3]);
+    context.beginPath();
+    if (p.length === 4) context.rect(screenX(p[0]), screenY(p[1]), (p[2] - p[0]) * pictureScale(), (p[3] - p[1]) * pictureScale());
+    else for (const [a, b] of BOX_EDGES) {
+      context.moveTo(screenX(p[2 * a]), screenY(p[2 * a + 1]));
+      context.lineTo(screenX(p[2 * b]), screenY(p[2 * b + 1]));
+    }
+    context.stroke();
+  }
+  context.restore();
+}
+
+const AXIS_COLOURS = ["#ff4b4b", "#3ddc63", "#4b8dff"];  // x, y, z
+
+/// Axes of the estimated objects; the second run's are dashed.
+function drawAxes(context, imageFrame) {
+  context.save();
+  context.lineWidth = Math.max(2, picture.canvas.width / 500);
+  D.runs.forEach((run, index) => {
+    context.setLineDash(index === 0 ? [] : [5, 3]);
+    for (const p of Object.values(run.axes[imageFrame] ?? {})) {
+      AXIS_COLOURS.forEach((colour, axis) => {
+        context.strokeStyle = colour;
+        context.beginPath();
+        context.moveTo(screenX(p[0]), screenY(p[1]));
+        context.lineTo(screenX(p[2 * axis + 2]), screenY(p[2 * axis + 3]));
+        context.stroke();
+      });
+    }
+  });
+  context.restore();
 }
 
 /// Points in batches of one colour: a path a colour is what makes scrubbing fast.
@@ -154,7 +201,8 @@ function drawLabels(context, state, imageFrame) {
   context.font = `${Math.round(height)}px system-ui, "DejaVu Sans", sans-serif`;
   context.textBaseline = "middle";
   const placed = [];
-  for (const [id, contours] of Object.entries(D.outlines[imageFrame] ?? {})) {
+  const boxes = Object.entries(D.boxes[imageFrame] ?? {}).map(([id, corners]) => [id, [corners]]);
+  for (const [id, contours] of Object.entries({...Object.fromEntries(boxes), ...D.outlines[imageFrame]})) {
     const body = `object:${id}`;
     const record = recordOf(0, state.frame, body);
     if (!record || record.status === "gated" && body !== state.body) continue;
