@@ -43,19 +43,33 @@ struct TrackPoints {
   static std::string key(const Series& s) { return (s.is_reference ? "reference " : "") + gp_cell(s.name); }
 };
 
+/// Names of the series that are no references.
+std::vector<std::string> shown_names(const TrackPoints& of) {
+  std::vector<std::string> names;
+  for (const Series& series : of.series)
+    if (!series.is_reference) names.push_back(series.name);
+  return names;
+}
+
+std::string series_style(const std::string& name, const std::vector<std::string>& names) {
+  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", distinct_colour(name, names),
+                     estimator_point(name));
+}
+
 Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoints& of) {
   Panel panel{body == "camera" ? "camera" : "objects", "", {}};
   panel.settings = fmt::format(
       "set logscale y\nset format y \"%g\"\nset ylabel \"mean E_t [mm]\" noenhanced\nset xlabel {} noenhanced offset 0,0.4\n"
       "set arrow from first {},graph 0 to first {},graph 1 nohead lc rgb \"#404040\" dt 3 lw 0.7\n",
       gp_text(track.level_title), gp_number(track.nominal), gp_number(track.nominal));
+  const std::vector<std::string> names = shown_names(of);
   for (const Series& series : of.series) {
     const std::string x =
         only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
     const std::string style = series.is_reference ? fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)
-                                                  : estimator_style(series.name);
+                                                  : series_style(series.name, names);
     if (!series.is_reference)
-      panel.plots.push_back(interval_plot(x, "low", "high", estimator_colour(series.name), 1));
+      panel.plots.push_back(interval_plot(x, "low", "high", distinct_colour(series.name, names), 1));
     panel.plots.push_back(fmt::format("data using {}:(column(\"error_mm\")) {}", x, style));
   }
   return panel;
@@ -78,7 +92,7 @@ Figure figure_of(const SuiteTrack& track, const TrackPoints& of) {
   bool has_references = false;
   for (const Series& series : of.series) {
     has_references |= series.is_reference;
-    if (!series.is_reference) legend.push_back({estimator_title(series.name), estimator_style(series.name)});
+    if (!series.is_reference) legend.push_back({estimator_title(series.name), series_style(series.name, shown_names(of))});
   }
   if (has_references) legend.push_back({"references", fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)});
   set_panels({.columns = panels.size(), .width_cm = 9.0 * static_cast<double>(panels.size())}, legend, panels,
@@ -138,8 +152,11 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
               "set xlabel \"tau: mean E_t over that of the best estimator\" noenhanced\n",
               {}};
   std::vector<LegendEntry> legend;
+  std::vector<std::string> names;
+  for (const ProfileRow& row : rows) names.push_back(row.estimator);
   for (const ProfileRow& row : rows) {
-    const std::string style = fmt::format("with steps lc rgb \"{}\" lw 2", estimator_colour(row.estimator));
+    const std::string style =
+        fmt::format("with steps lc rgb \"{}\" lw 2", distinct_colour(row.estimator, names));
     panel.plots.push_back(fmt::format("data using {}:(column(\"share\")) {}",
                                       only_where({{"estimator", gp_cell(row.estimator)}}, "column(\"tau\")"),
                                       style));

@@ -75,7 +75,9 @@ TEST(Claims, EachIsCheckedOrNamedAsNotTested) {
   const Table untested = claim_table(check_claims(Evidence{}));
   EXPECT_TRUE(untested.rows.empty());
   EXPECT_EQ(untested.notes.size(), claims().size());
-  EXPECT_EQ(claim_table(check_claims({sweep_of("depth.delta_d_px", {{"ego", 0.01}})})).rows.size(), 5U);
+  Evidence evidence;
+  evidence.parts.push_back({"", PartRole::noise, sweep_of("depth.delta_d_px", {{"ego", 0.01}}), {}});
+  EXPECT_EQ(claim_table(check_claims(evidence)).rows.size(), 5U);
 }
 
 }  // namespace

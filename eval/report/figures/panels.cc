@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/paper.h"
@@ -109,6 +110,22 @@ std::string estimator_colour(const std::string& estimator) {
   size_t sum = 0;
   for (const char c : estimator) sum += static_cast<unsigned char>(c);
   return other_colours[sum % other_colours.size()];
+}
+
+std::string distinct_colour(const std::string& estimator, const std::vector<std::string>& shown) {
+  static const std::vector<std::string> colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959",
+                                                   "#7A3E9D", "#8C564B", "#B8A000"};
+  std::set<std::string> taken;
+  for (const std::string& name : shown) {
+    std::string colour = estimator_colour(name);
+    if (known(name) == nullptr && taken.contains(colour)) {
+      const auto free = std::ranges::find_if(colours, [&](const auto& c) { return !taken.contains(c); });
+      if (free != colours.end()) colour = *free;
+    }
+    if (name == estimator) return colour;
+    taken.insert(colour);
+  }
+  return estimator_colour(estimator);
 }
 
 int estimator_point(const std::string& estimator) {

@@ -45,6 +45,8 @@ std::string only_where(const std::vector<std::pair<std::string, std::string>>& c
 
 /// Colour of an estimator: fixed for the estimators of this program, the remaining colours for all others.
 std::string estimator_colour(const std::string& estimator);
+/// Colour of an estimator in a figure of several, in which no two share a colour as long as there are enough.
+std::string distinct_colour(const std::string& estimator, const std::vector<std::string>& shown);
 int estimator_point(const std::string& estimator);
 /// Lines and points of an estimator, in plots and legends.
 std::string estimator_style(const std::string& estimator);
