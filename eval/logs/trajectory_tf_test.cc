@@ -104,7 +104,7 @@ TEST(TransformTree, HostileTreesAreErrors) {
   EXPECT_THAT(tree_error({{{"a", "a", at(1, 0, 1)}}}, {}, "a.b"), HasSubstr("two different names"));
   EXPECT_THAT(tree_error({{{"a", "", at(1, 0, 1)}}}, {}, "a.b"), HasSubstr("two different names"));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}, {"c", "d", at(1, 0, 1)}}}, {}, "a.d"),
-              AllOf(HasSubstr("'a' and 'd' are not connected"), HasSubstr("under 'c'")));
+              AllOf(HasSubstr("'a' and 'd' are not connected"), HasSubstr("below 'c'")));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}}}, {{"a", "b", at(0, 0, 1)}}, "a.b"),
               HasSubstr("keep one"));
   EXPECT_THAT(tree_error({{{"a", "b", at(1, 0, 1)}}, {{"b", "c", at(5, 0, 1)}}}, {}, "a.c"),

@@ -41,7 +41,7 @@ std::string FallingError::reason() const {
     return "not known: no pair is estimated at both levels, or the sweep kept summaries of other pairs";
   if (common_Et_m->highest >= least_fall * common_Et_m->lowest)
     return "coverage: it does not fall on the pairs that both levels estimated";
-  return "selection: it falls on the pairs that both levels estimated, which use other points";
+  return "selection of points, or chance: it falls on the pairs that both levels estimated";
 }
 
 std::vector<FallingError> falling_errors(const std::vector<NoiseSweep>& sweeps) {

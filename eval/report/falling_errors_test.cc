@@ -15,6 +15,7 @@ Record record_at(double level, int frame, std::optional<double> Et_m) {
   record.noise = "flow";
   record.level = level;
   record.frame = frame;
+  record.values["distance_gt_m"] = 10;  // has truth
   record.status = Et_m ? Status::ok : Status::lost;
   if (Et_m) record.errors["Et_m"] = *Et_m;
   return record;
