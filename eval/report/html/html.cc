@@ -21,7 +21,7 @@ std::span<const EmbeddedFile> report_page_files();
 namespace {
 
 constexpr size_t wide_columns = 12;     // tables with this many columns are printed in landscape
-constexpr size_t crowded_columns = 14;  // tables with this many columns have smaller letters
+constexpr size_t crowded_columns = 13;  // tables with this many columns have smaller letters
 
 /// Badge with colour and sign; the sign is for readers who do not see the colour.
 std::string verdict_badge(const std::string& verdict) {

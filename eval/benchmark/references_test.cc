@@ -1,0 +1,73 @@
+// The order of the reference systems whose records and cards are stored in results/benchmark.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "sextant/base/files.h"
+#include "sextant/base/testing.h"
+#include "sextant/eval/benchmark/card.h"
+#include "sextant/eval/benchmark/card_document.h"
+
+namespace sextant {
+namespace {
+
+fs::path references() { return fs::path(SEXTANT_SOURCE) / "results" / "benchmark"; }
+
+Card card_of(const std::string& name) {
+  const fs::path file = references() / name / "card.json";
+  return parse_card(read_file(file), file.string());
+}
+
+/// Mean E_t of the only result of a card, m.
+double error_of(const Card& card, const std::string& track, const std::string& body, double level) {
+  const CurvePoint* point = card.find_point(card.results.front(), track, body, level);
+  return point == nullptr || !point->Et_m ? std::nan("") : point->Et_m->value;
+}
+
+TEST(References, CardsAreWhatTheirRecordsGive) {
+  const Suite suite = find_suite("sextant-1");
+  int n = 0;
+  for (const auto& entry : fs::directory_iterator(references())) {
+    if (!fs::exists(entry.path() / "card.json")) continue;
+    Json stored = to_json(card_of(entry.path().filename().string()));
+    Json made = to_json(make_card(suite, entry.path()));
+    for (const char* key : {"costs", "program"}) {
+      stored.erase(key);
+      made.erase(key);
+    }
+    EXPECT_EQ(stored, made) << entry.path();
+    ++n;
+  }
+  EXPECT_GE(n, 8);
+}
+
+TEST(References, InliersOfRansacAreWorseThanTheJointOptimisation) {
+  const Card joint = card_of("joint_flow"), pnp = card_of("opencv_pnp");
+  const double ratio = error_of(pnp, "depth", "camera", 0.2) / error_of(joint, "depth", "camera", 0.2);
+  EXPECT_GT(ratio, 1.5);
+  EXPECT_LT(ratio, 3);
+  EXPECT_GT(error_of(pnp, "flow", "camera", 2) / error_of(joint, "flow", "camera", 2), 3);
+}
+
+TEST(References, DepthsOfBothFramesMakeEstimatesRobustAgainstDepthNoise) {
+  const Card own = card_of("joint_flow_depth");
+  for (const char* other : {"joint_flow", "motion_only", "opencv_pnp", "multimot_track", "vdo_slam_front"}) {
+    // At four times the nominal noise of depth.
+    EXPECT_LT(error_of(own, "depth", "object", 0.8), error_of(card_of(other), "depth", "object", 0.8)) << other;
+  }
+  const auto level_of = [](const Card& card) {
+    for (const Breakdown& row : card.breakdowns)
+      if (row.track == "depth" && row.body == "object") return row.at;
+    return BreakdownLevel();
+  };
+  const BreakdownLevel ours = level_of(own), joint = level_of(card_of("joint_flow"));
+  const auto reached = [](const BreakdownLevel& at) {
+    return at.cause == BreakdownCause::none ? std::numeric_limits<double>::infinity() : at.level;
+  };
+  EXPECT_GT(reached(ours), reached(joint));
+}
+
+}  // namespace
+}  // namespace sextant
