@@ -5,7 +5,7 @@ const LAYERS = [["current", "current image", "b"], ["masks", "masks", "m"], ["po
                 ["outliers", "outliers", "o"], ["flow", "flow", "f"], ["refined", "refined flow", "r"],
                 ["labels", "labels", "l"], ["boxes", "true boxes", "t"], ["axes", "estimated axes", "a"]];
 const state = {
-  frame: FIRST, body: "ego", playing: false, flowLength: 0.25, pointsOf: 0, worstBy: CURVES[0], byDifference: false,
+  frame: FIRST, body: FIRST_BODY, playing: false, flowLength: 0.25, pointsOf: 0, worstBy: CURVES[0], byDifference: false,
   layers: {current: false, masks: true, points: true, outliers: true, flow: true, refined: false, labels: true,
            boxes: Object.keys(D.outlines).every(frame => Object.keys(D.outlines[frame]).length === 0), axes: true},
 };
@@ -151,7 +151,7 @@ function buildHeader() {
   document.title = `${D.runs.map(run => run.estimator).join(" and ")} on ${D.source}`;
   element("title").textContent = document.title;
   const facts = D.runs.map((run, index) => {
-    const noise = run.noise === "none" ? "" : `, noise ${run.noise}, level ${run.level}, seed ${run.seed}`;
+    const noise = run.noise === "none" || run.noise === "" ? "" : `, noise ${run.noise}, level ${run.level}, seed ${run.seed}`;
     return {colour: `var(--run-${index})`, text: `${run.name}: ${run.estimator}${noise}${run.version ? `, sextant ${run.version}` : ""}`};
   });
   for (const fact of facts) {

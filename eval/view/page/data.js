@@ -17,6 +17,10 @@ const bodies = (() => {
   return [...seen].sort((a, b) => id(a) - id(b));
 })();
 
+/// The body that is shown first: the camera, or the first object where no camera has records.
+const FIRST_BODY = bodies.find(body =>
+  D.runs.some(run => Object.values(run.records).some(frame => frame[body] !== undefined))) ?? "ego";
+
 const colourOf = body => body === "ego" ? PALETTE[0] : PALETTE[1 + (bodies.indexOf(body) - 1) % (PALETTE.length - 1)];
 const nameOf = body => body === "ego" ? "camera" : body.replace(":", " ");
 const instanceOf = body => body === "ego" ? "0" : body.slice(body.indexOf(":") + 1);
