@@ -51,11 +51,6 @@ std::vector<std::string> shown_names(const TrackPoints& of) {
   return names;
 }
 
-std::string series_style(const std::string& name, const std::vector<std::string>& names) {
-  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", distinct_colour(name, names),
-                     estimator_point(name));
-}
-
 Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoints& of) {
   Panel panel{body == "camera" ? "camera" : "objects", "", {}};
   panel.settings = fmt::format(
@@ -67,7 +62,7 @@ Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoin
     const std::string x =
         only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
     const std::string style = series.is_reference ? fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)
-                                                  : series_style(series.name, names);
+                                                  : estimator_style(series.name, distinct_colour(series.name, names));
     if (!series.is_reference)
       panel.plots.push_back(interval_plot(x, "low", "high", distinct_colour(series.name, names), 1));
     panel.plots.push_back(fmt::format("data using {}:(column(\"error_mm\")) {}", x, style));
@@ -92,7 +87,7 @@ Figure figure_of(const SuiteTrack& track, const TrackPoints& of) {
   bool has_references = false;
   for (const Series& series : of.series) {
     has_references |= series.is_reference;
-    if (!series.is_reference) legend.push_back({estimator_title(series.name), series_style(series.name, shown_names(of))});
+    if (!series.is_reference) legend.push_back({estimator_title(series.name), estimator_style(series.name, distinct_colour(series.name, shown_names(of)))});
   }
   if (has_references) legend.push_back({"references", fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)});
   set_panels({.columns = panels.size(), .width_cm = 9.0 * static_cast<double>(panels.size())}, legend, panels,

@@ -255,6 +255,11 @@ double step_residual(const MotionSample& sample, MotionFrame declared) {
                           in_body_frame(sample.reference, declared, sample));
 }
 
+MotionData without_motion(MotionData data) {
+  for (MotionSample& sample : data.samples) sample.given = SE3();
+  return data;
+}
+
 /// The residual of the rotations alone.
 std::optional<double> rotation_residual(const MotionData& data) {
   std::vector<double> squares;
@@ -273,8 +278,7 @@ std::optional<double> motion_residual(const MotionData& data) {
 }
 
 std::optional<double> null_of_motions(MotionData data) {
-  for (MotionSample& sample : data.samples) sample.given = SE3();
-  return motion_residual(data);
+  return motion_residual(without_motion(std::move(data)));
 }
 
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
@@ -423,41 +427,41 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
 
 namespace {
 
-/// Rotations that look transposed where the errors of the translations hide it from the rule for whole motions.
-std::vector<ObjectExplanation> explain_rotations_alone(const MotionData& data) {
-  std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
-  std::erase_if(table, [](const auto& hypothesis) { return hypothesis.code != "transposed"; });
+std::set<int> ids_of(const MotionData& data) {
   std::set<int> ids;
   for (const MotionSample& sample : data.samples) ids.insert(sample.key.first);
-  return explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
+  return ids;
+}
+
+using Residual = std::optional<double>(const MotionData&);
+
+/// Explains the motions of all objects, or of single ones, by the hypotheses of the table. In the null reading
+/// no object moves.
+std::vector<ObjectExplanation> explain_by(const MotionData& data, const std::vector<Hypothesis<MotionData>>& table,
+                                          Residual residual) {
+  return explain_objects(ids_of(data), [&](const std::set<int>& of) -> std::optional<Explanation> {
     const MotionData some = of_objects(data, of);
-    MotionData still = some;
-    for (MotionSample& sample : still.samples) sample.given = SE3();
-    const std::optional<double> declared = rotation_residual(some);
+    const std::optional<double> declared = residual(some);
     if (!declared) return std::nullopt;
-    return explain(*declared, read_as(table, some, rotation_residual),
-                   {.null = rotation_residual(still), .times = explains_times_of(some.samples.size())});
+    return explain(*declared, read_as(table, some, residual),
+                   {.null = residual(without_motion(some)), .times = explains_times_of(some.samples.size())});
   });
 }
 
 }  // namespace
 
 std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
-  const std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
-  std::set<int> ids;
-  for (const MotionSample& sample : data.samples) ids.insert(sample.key.first);
-  std::vector<ObjectExplanation> out =
-      explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
-        const MotionData some = of_objects(data, of);
-        const std::optional<double> declared = motion_residual(some);
-        if (!declared) return std::nullopt;
-        return explain(*declared, read_as(table, some, motion_residual),
-                       {.null = null_of_motions(some), .times = explains_times_of(some.samples.size())});
-      });
-  if (out.empty()) out = explain_rotations_alone(data);
+  std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
+  std::vector<ObjectExplanation> out = explain_by(data, table, motion_residual);
+  if (out.empty()) {  // errors of the translations can hide transposed rotations
+    std::erase_if(table, [](const auto& hypothesis) { return hypothesis.code != "transposed"; });
+    out = explain_by(data, table, rotation_residual);
+  }
   if (out.empty()) {
-    if (const auto shift = explain_hidden_shift(data))
+    if (const auto shift = explain_hidden_shift(data)) {
+      const std::set<int> ids = ids_of(data);
       out.push_back({{ids.begin(), ids.end()}, true, *shift});
+    }
   }
   return out;
 }

@@ -376,7 +376,7 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
   }
   if (reference.step_floor_m) {
     table.notes.push_back(fmt::format(
-        "Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; smaller differences "
+        "Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; E_t cannot be "
         "resolved below this.",
         *reference.step_floor_m));
   }

@@ -153,7 +153,7 @@ TEST_F(Consistency, OfPlainFilesOfObjects) {
   }
   EXPECT_GT(nees(LogFormat::poses, 1, full, 1).nees, 20) << "no alignment hides an offset";
 
-  // The same errors, as errors of motions.
+  // Errors of the poses, converted to errors of the motions.
   for (size_t i = 0; i < poses_.size(); ++i) {
     const Eigen::Vector3d e_p = truth_.positions_m[i] - poses_.positions_m[i];
     const Eigen::Matrix3d e_R = truth_.rotations[i] * poses_.rotations[i].transpose();

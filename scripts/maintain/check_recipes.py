@@ -64,13 +64,19 @@ def gitlab_problem(jobs):
     return ""
 
 
-def yaml_problem(text):
+def yaml_mapping(text):
+    """Returns the mapping that the text holds and "", or None and the problem."""
     try:
         tree = yaml.safe_load(text)
     except yaml.YAMLError as error:
-        return str(error)
-    if not isinstance(tree, dict):
-        return "not a mapping"
+        return None, str(error)
+    return (tree, "") if isinstance(tree, dict) else (None, "not a mapping")
+
+
+def yaml_problem(text):
+    tree, problem = yaml_mapping(text)
+    if problem:
+        return problem
     return github_problem(tree) if "jobs" in tree else gitlab_problem(tree)
 
 
@@ -145,12 +151,9 @@ def conda_problem(text):
     plain = re.sub(r"^{%.*%}\n", "", text, flags=re.MULTILINE)
     plain = re.sub(r'{{ compiler\("(\w+)"\) }}', r"compiler-\1", plain)
     plain = re.sub(r"{{ (\w+) }}", lambda name: values.get(name[1], name[0]), plain)
-    try:
-        recipe = yaml.safe_load(plain)
-    except yaml.YAMLError as error:
-        return str(error)
-    if not isinstance(recipe, dict):
-        return "not a mapping"
+    recipe, problem = yaml_mapping(plain)
+    if problem:
+        return problem
     if missing := {"package", "source", "build", "requirements", "test", "about"} - set(recipe):
         return f"no section {sorted(missing)}"
     for name in ("build", "host", "run"):

@@ -16,7 +16,9 @@ constexpr double legend_sample_cm = 1.1;  // line or box of an entry, and the ga
 constexpr double character_cm = 0.155;    // average width of DejaVu Sans at 7 pt
 constexpr size_t legend_columns_max = 4;
 
-constexpr std::array<const char*, 4> other_colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959"};
+constexpr std::array<const char*, 7> other_colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959",
+                                                      "#7A3E9D", "#8C564B", "#B8A000"};
+constexpr size_t n_colours_of_names = 4;  // the others are for figures with more systems
 
 const PaperEstimator* known(const std::string& estimator) {
   const auto it = std::ranges::find(paper().estimators, estimator, &PaperEstimator::name);
@@ -109,18 +111,16 @@ std::string estimator_colour(const std::string& estimator) {
   if (const PaperEstimator* style = known(estimator)) return style->colour;
   size_t sum = 0;
   for (const char c : estimator) sum += static_cast<unsigned char>(c);
-  return other_colours[sum % other_colours.size()];
+  return other_colours[sum % n_colours_of_names];
 }
 
 std::string distinct_colour(const std::string& estimator, const std::vector<std::string>& shown) {
-  static const std::vector<std::string> colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959",
-                                                   "#7A3E9D", "#8C564B", "#B8A000"};
   std::set<std::string> taken;
   for (const std::string& name : shown) {
     std::string colour = estimator_colour(name);
     if (known(name) == nullptr && taken.contains(colour)) {
-      const auto free = std::ranges::find_if(colours, [&](const auto& c) { return !taken.contains(c); });
-      if (free != colours.end()) colour = *free;
+      const auto free = std::ranges::find_if(other_colours, [&](const char* c) { return !taken.contains(c); });
+      if (free != other_colours.end()) colour = *free;
     }
     if (name == estimator) return colour;
     taken.insert(colour);
@@ -134,8 +134,11 @@ int estimator_point(const std::string& estimator) {
 }
 
 std::string estimator_style(const std::string& estimator) {
-  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", estimator_colour(estimator),
-                     estimator_point(estimator));
+  return estimator_style(estimator, estimator_colour(estimator));
+}
+
+std::string estimator_style(const std::string& estimator, const std::string& colour) {
+  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", colour, estimator_point(estimator));
 }
 
 std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,

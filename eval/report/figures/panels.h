@@ -50,6 +50,7 @@ std::string distinct_colour(const std::string& estimator, const std::vector<std:
 int estimator_point(const std::string& estimator);
 /// Lines and points of an estimator, in plots and legends.
 std::string estimator_style(const std::string& estimator);
+std::string estimator_style(const std::string& estimator, const std::string& colour);
 /// Draws the interval between two columns as a line at x; error bars would blank a disc around each point.
 std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,
                           const std::string& colour, double width);
