@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/new_file.h"
+#include "sextant/datasets/dataset.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/record_stream.h"
@@ -20,7 +21,8 @@ struct CheckedSweep {
   fs::path folder;
   Json plan;      ///< plan of the folder
   Plan expected;  ///< plan of the suite, with a placeholder for the estimator of the submission
-  std::vector<uint64_t> n_records;  ///< number of records by case
+  std::vector<std::optional<SequenceInfo>> sources;  ///< of the expected plan; nullopt: its data are missing
+  std::vector<uint64_t> n_records;                   ///< number of records by case
 };
 
 /// Keys of a plan that determine its cases, apart from the estimator.
@@ -47,7 +49,7 @@ std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
   return numbers;
 }
 
-/// Checks that every record has the level, noise, seed and estimator of its case.
+/// Checks that every record has the data, frames, level, noise, seed and estimator of its case.
 void check_records(const CheckedSweep& sweep, const Card& card) {
   const fs::path file = sweep.folder / "records.jsonl";
   uint64_t in_case = 0, number = 0, line = 0;
@@ -67,6 +69,14 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     const auto refuse = [&](const std::string& what) {
       fail("{}:{}: record of case {}: {}", file.string(), line, number, what);
     };
+    if (const std::optional<SequenceInfo>& source = sweep.sources[expected.source]) {
+      if (record.dataset != source->dataset || record.sequence != source->sequence)
+        refuse(fmt::format("data '{} {}', expected '{} {}'", record.dataset.str(), record.sequence.str(),
+                           source->dataset, source->sequence));
+      if (record.frame <= source->first_frame || record.frame > source->last_frame)
+        refuse(fmt::format("frame {}, expected {} to {}", record.frame, source->first_frame + 1,
+                           source->last_frame));
+    }
     if (record.seed != expected.seed) refuse(fmt::format("seed {}, expected {}", record.seed, expected.seed));
     if (record.level != level.level) refuse(fmt::format("level {}, expected {}", record.level, level.level));
     if (record.noise != level.noise.name())
@@ -79,6 +89,20 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
   });
   if (number != sweep.n_records.size())
     fail("{}: ends before case {}: its records are missing", file.string(), number);
+}
+
+/// Opens the sources of a plan. Data that are missing here are no fault of the submission.
+std::vector<std::optional<SequenceInfo>> open_sources(const Plan& plan) {
+  std::vector<std::optional<SequenceInfo>> sources;
+  for (const SourceSpec& spec : plan.sources) {
+    std::optional<SequenceInfo>& source = sources.emplace_back();
+    try {
+      source = open_source(spec)->info();
+    } catch (const Error&) {
+      continue;
+    }
+  }
+  return sources;
 }
 
 /// Compares a sweep of the folder with the suite. If its data are not available, only the keys of the records
@@ -95,6 +119,7 @@ CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const Suite
   const Json estimators = json_list(sweep.plan, "estimators", where);
   if (estimators.size() != 1 || json_member<std::string>(estimators[0], "label", where) != card.estimator)
     fail("{}: belongs to another estimator than the card, '{}'", where, card.estimator);
+  sweep.sources = open_sources(sweep.expected);
   sweep.n_records = records_by_case(sweep.folder / "cases.jsonl", sweep.expected.n_cases());
   return sweep;
 }

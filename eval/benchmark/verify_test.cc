@@ -164,6 +164,20 @@ TEST_F(Benchmark, RefusesARelabelledLevel) {
   EXPECT_THAT(refusal(folder), HasSubstr("level 0.8, expected 0.2"));
 }
 
+TEST_F(Benchmark, RefusesRecordsOfOtherData) {
+  const fs::path folder = run("joint_flow");
+  const fs::path file = folder / "depth" / "records.jsonl";
+  const std::string honest = read_file(file);
+  edit(file, [](auto& records) { records[1].sequence = "s01-turn"; });
+  EXPECT_THAT(refusal(folder), HasSubstr("data 'synthetic s01-turn', expected 'synthetic s18'"));
+  write_file(file, honest);
+  edit(file, [](auto& records) { records[1].dataset = "kitti"; });
+  EXPECT_THAT(refusal(folder), HasSubstr("data 'kitti s18', expected 'synthetic s18'"));
+  write_file(file, honest);
+  edit(file, [](auto& records) { records[1].frame = 7; });
+  EXPECT_THAT(refusal(folder), HasSubstr("frame 7, expected 1 to 3"));
+}
+
 TEST_F(Benchmark, RefusesARelabelledPlan) {
   const fs::path folder = run("joint_flow");
   Json plan = read_json(folder / "depth" / "plan.json");
