@@ -22,7 +22,6 @@ from program_testing import PROGRAM_MB, REFUSED_MB, Program, printed_faults
 
 MB = 1e6
 TEXT_RATIO = 20
-REPORT_RATIO = 60  # reached where every record is of another body, with a row in every table
 
 
 class Limits(unittest.TestCase):
@@ -144,7 +143,7 @@ class Memory(Limits):
     def test_report(self):
         run = self.records(files.record(body=f"object:{i}", values={"distance_gt_m": 5.0, "dynamic_gt": 1.0}) for i in range(1, 20_000))
         size = (run / "records.jsonl").stat().st_size / MB
-        self.good("report", run, "--out", self.here / "r", "--quiet", "--jobs", 1, most_mb=PROGRAM_MB + REPORT_RATIO * size)
+        self.good("report", run, "--out", self.here / "r", "--quiet", "--jobs", 1, most_mb=PROGRAM_MB + TEXT_RATIO * size)
 
     def test_too_little_memory_is_bad_input(self):
         import resource

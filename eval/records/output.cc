@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -61,15 +62,22 @@ void OutputFolder::commit(const std::vector<std::string>& names) {
 }
 
 void write_output_folder(const fs::path& folder, const OutputFiles& files) {
+  write_output_folder(folder, [&](const FileWriter& write) {
+    for (const auto& [name, bytes] : files) write(name, bytes);
+  });
+}
+
+void write_output_folder(const fs::path& folder, const std::function<void(const FileWriter& write)>& make) {
   OutputFolder output(folder);
   std::vector<std::string> names;
-  for (const auto& [name, bytes] : files) {
+  make([&](const std::string& name, const std::string& bytes) {
     check_interrupt();
     std::error_code error;
     fs::create_directories(output.path(name).parent_path(), error);
     write_file(output.path(name), bytes);
     names.push_back(name);
-  }
+  });
+  std::ranges::sort(names);
   output.commit(names);
 }
 

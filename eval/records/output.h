@@ -3,6 +3,7 @@
 // Output folders whose results appear completely or not at all.
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -15,6 +16,9 @@ namespace sextant {
 
 /// Bytes of each file, by path relative to the output folder.
 using OutputFiles = std::map<std::string, std::string>;
+
+/// Receives the bytes of one file, by its path relative to the output folder.
+using FileWriter = std::function<void(const std::string& name, std::string bytes)>;
 
 /// Takes the lock of an output folder, before anything is read or computed; nullopt if `folder` is empty.
 std::optional<FolderLock> lock_folder(const std::string& folder);
@@ -48,5 +52,8 @@ class OutputFolder {
 /// complete. On any failure or Ctrl-C before, removes what it wrote and created, so that earlier results are
 /// unchanged, and rethrows.
 void write_output_folder(const std::filesystem::path& folder, const OutputFiles& files);
+/// Overload for files that are written as soon as `make` has made each of them.
+void write_output_folder(const std::filesystem::path& folder,
+                         const std::function<void(const FileWriter& write)>& make);
 
 }  // namespace sextant

@@ -12,6 +12,7 @@
 // Names are used for files and for anchors of the page: letters, digits, '.', '-', '_', unique in the
 // document.
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,7 +31,6 @@ struct VerdictLine {
   std::string link;               ///< "#<name>" of a section or table, a path in the report folder, or empty
   std::string group{};            ///< heading of the group of lines that this one belongs to; empty: none
   std::vector<Figure> figures{};  ///< figures beside the line
-  Table cases{};                  ///< the cases that the verdict is based on, folded below the line
 };
 
 /// Appearance of a verdict. It follows from the words, so that a table and the summary cannot differ.
@@ -54,14 +54,12 @@ struct NamedTable {
   std::vector<std::string> split_by{};
 };
 
-/// Splits the table by split_by; returns the table itself if split_by is empty.
-std::vector<Table> parts_of(const NamedTable& named);
-/// Calls do_part(part) for these parts in turn, without a copy of a table that is not split.
-template <typename DoPart>
-void for_each_part(const NamedTable& named, const DoPart& do_part) {
-  if (named.split_by.empty()) return do_part(named.table);
-  for (const Table& part : parts_of(named)) do_part(part);
-}
+/// Calls do_part(part) for each part in turn, which exists during the call only; for the table itself if split_by
+/// is empty.
+void for_each_part(const NamedTable& named, const std::function<void(const Table& part)>& do_part);
+size_t n_parts(const NamedTable& named);
+/// Name of the anchor of the part with index `i`, if split_by is not empty.
+std::string part_anchor(const std::string& table, size_t i);
 
 /// A picture that is not drawn by gnuplot.
 struct Picture {
@@ -90,7 +88,6 @@ struct ReportSection {
   std::vector<Picture> pictures;
   std::vector<std::string> commands{};  ///< shell commands, one line each; below the paragraphs
   std::vector<Explorer> explorers{};    ///< above pictures and figures; in report.html only
-  bool in_summary = false;              ///< already folded below the lines of the summary
   bool is_detail = false;               ///< placed on details.html instead of report.html
 };
 

@@ -74,10 +74,7 @@ RecordPlaces record_places(const std::vector<Record>& records, const fs::path& f
 
 void add_records_column(const std::vector<RowRecords>& behind, const fs::path& page_folder, Table& table) {
   SEXTANT_CHECK(behind.size() == table.rows.size());
-  if (!table.find_column("records")) {
-    table.columns.push_back(Column::text("records"));
-    for (std::vector<Cell>& row : table.rows) row.emplace_back();
-  }
+  if (!table.find_column("records")) table.add_column(Column::text("records"), [](size_t) { return Cell(); });
   const size_t at = table.place("records");
   table.columns[at].fold = false;
   std::vector<std::string> addresses;
@@ -91,11 +88,8 @@ void add_records_column(const std::vector<RowRecords>& behind, const fs::path& p
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table) {
   SEXTANT_CHECK(addresses.size() == table.rows.size());
   table.columns[table.place(key)].leads_to = key + "_file";
-  table.columns.push_back(Column::text(key + "_file").only_in_files());
-  for (size_t i = 0; i < addresses.size(); ++i) {
-    Cell& cell = table.rows[i].emplace_back();
-    if (!addresses[i].empty()) cell = addresses[i];
-  }
+  table.add_column(Column::text(key + "_file").only_in_files(),
+                   [&](size_t i) { return addresses[i].empty() ? Cell() : Cell(addresses[i]); });
 }
 
 std::string address_from(const fs::path& page_folder, const fs::path& file) {

@@ -96,6 +96,14 @@ Fields<IntervalEstimate> estimate_fields(const Column& value, const std::string&
 
 void Table::add_columns(std::vector<Column> more) { std::ranges::move(more, std::back_inserter(columns)); }
 
+void Table::add_column(Column column, const std::function<Cell(size_t i)>& cell) {
+  columns.push_back(std::move(column));
+  for (size_t i = 0; i < rows.size(); ++i) {
+    rows[i].reserve(columns.size());  // twice as many, which a vector reserves by itself, are much in large tables
+    rows[i].push_back(cell(i));
+  }
+}
+
 std::optional<size_t> Table::find_column(std::string_view key) const {
   const auto column = std::ranges::find(columns, key, &Column::key);
   if (column == columns.end()) return std::nullopt;
@@ -117,20 +125,30 @@ void Table::add_row(std::vector<Cell> row) {
   rows.push_back(std::move(row));
 }
 
-std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys) {
+std::vector<RowRange> row_ranges(const Table& table, const std::vector<std::string>& keys) {
   std::vector<size_t> columns;
   for (size_t j = 0; j < table.columns.size(); ++j) {
     if (std::ranges::find(keys, table.columns[j].key) != keys.end()) columns.push_back(j);
   }
-  const Table empty{table.title, table.caption, table.columns, {}, table.notes};
-  std::vector<Table> parts;
-  for (const std::vector<Cell>& row : table.rows) {
-    const bool continues = !parts.empty() && std::ranges::all_of(columns, [&](size_t j) {
-      return parts.back().rows.back()[j] == row[j];
+  std::vector<RowRange> ranges;
+  for (size_t i = 0; i < table.rows.size(); ++i) {
+    const bool continues = i > 0 && std::ranges::all_of(columns, [&](size_t j) {
+      return table.rows[i - 1][j] == table.rows[i][j];
     });
-    if (!continues) parts.push_back(empty);
-    parts.back().rows.push_back(row);
+    if (!continues) ranges.push_back({i, i});
+    ranges.back().end = i + 1;
   }
+  return ranges;
+}
+
+Table rows_of(const Table& table, RowRange rows) {
+  const auto at = [&](size_t i) { return table.rows.begin() + static_cast<std::ptrdiff_t>(i); };
+  return {table.title, table.caption, table.columns, {at(rows.begin), at(rows.end)}, table.notes};
+}
+
+std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys) {
+  std::vector<Table> parts;
+  for (const RowRange& rows : row_ranges(table, keys)) parts.push_back(rows_of(table, rows));
   return parts;
 }
 

@@ -94,6 +94,8 @@ struct Table {
   std::vector<std::string> notes{};       ///< below the table, one line each
 
   void add_columns(std::vector<Column> more);
+  /// Adds a column with cell(i) in row i.
+  void add_column(Column column, const std::function<Cell(size_t i)>& cell);
   /// Index of the column with that key; empty if there is none.
   std::optional<size_t> find_column(std::string_view key) const;
   /// Index of the column with that key; throws InternalError if there is none.
@@ -166,8 +168,14 @@ Table table_of(std::string title, std::string caption, const Fields<Row>& fields
   return table;
 }
 
-/// Splits a table at each change of the values in these columns. Every part has title, caption and notes of
-/// the whole; `fold` then states the common values once per part.
+struct RowRange {
+  size_t begin = 0, end = 0;  ///< indices of rows, `end` excluded
+};
+/// Returns the ranges of rows between changes of the values in these columns.
+std::vector<RowRange> row_ranges(const Table& table, const std::vector<std::string>& keys);
+/// Returns some rows, with title, caption and notes of the whole; `fold` then states their common values once.
+Table rows_of(const Table& table, RowRange rows);
+/// Splits a table at each change of the values in these columns.
 std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys);
 
 std::string to_text(const Table& table);

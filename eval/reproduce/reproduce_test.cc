@@ -77,13 +77,15 @@ TEST_F(ReproduceTest, OpensWithTheAnswerAndTheTablesOfThePaper) {
   EXPECT_LT(html.find(report.document.abstract.substr(0, 12)), html.find("id=\"paper_table_1\""));
   EXPECT_LT(html.find("id=\"paper_table_1\""), html.find("id=\"paper_table_2\""));
   EXPECT_LT(html.find("id=\"paper_table_5\""), html.find("<h3>Claims</h3>"));
-  EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);  // claims are folded in the summary
+  EXPECT_EQ(html.find("id=\"claims\""), std::string::npos);
+  EXPECT_THAT(html, HasSubstr("href=\"details.html#claims-1\""));
   EXPECT_EQ(html.find("id=\"table_1_classification\""), std::string::npos);
   EXPECT_THAT(html, HasSubstr("href=\"details.html#table_1_classification\""));
   EXPECT_THAT(html, HasSubstr("run: scripts/fetch vkitti1 --rgb --depth --flow --masks &amp;&amp; "
                               "sextant reproduce"));
   const std::string& details = files.at("details.html");
   EXPECT_LT(details.find("id=\"table_1_classification\""), details.find("id=\"table_2_flow_error\""));
+  EXPECT_THAT(details, HasSubstr("<div id=\"claims-1\">"));
   EXPECT_THAT(details, HasSubstr("answer_table_4_ego_motion"));
   EXPECT_THAT(details, HasSubstr("<a href=\"../parts/demo/records.jsonl\">"));
   EXPECT_THAT(paper_page("t", "a", report.tables, report.figures, files), HasSubstr("<figcaption>Fig. 4"));

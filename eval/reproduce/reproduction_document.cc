@@ -167,11 +167,11 @@ ReproductionReport reproduction_report(const ReproduceConfig& config) {
   std::ranges::stable_sort(sections, {}, &PlacedSection::place);
   report.figures = printed_figures(sections);
   for (PlacedSection& placed : sections) document.sections.push_back(std::move(placed.section));
-  std::ranges::move(claim_verdicts(checked, "#claims"), std::back_inserter(document.verdicts));
+  std::ranges::move(claim_verdicts(checked, "claims"), std::back_inserter(document.verdicts));
   ReportSection claims{
-      "claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement", "records"}}}, {}, {}};
-  claims.in_summary = true;
-  document.sections.insert(document.sections.begin(), std::move(claims));
+      "claims-section", "Claims", {}, {{"claims", claim_table(checked), {"statement"}}}, {}, {}};
+  claims.is_detail = true;
+  document.sections.push_back(std::move(claims));
   ReportSection measured{"data-section", "Data", {}, {{"data", data_table(data, evidence)}}, {}, {}};
   measured.is_detail = true;
   document.sections.push_back(std::move(measured));

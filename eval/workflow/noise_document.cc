@@ -116,7 +116,10 @@ ReportDocument report_sweeps(const std::vector<std::filesystem::path>& folders,
   ReportDocument document = noise_document(folders, options.jobs, options.quiet, out);
   if (document.sections.empty())
     fail("no pair with truth in any of the {} folders: nothing to report", folders.size());
-  if (!out.empty()) write_output_folder(out, report_folder(document, options));
+  if (!out.empty()) {
+    write_output_folder(out,
+                        [&](const FileWriter& write) { make_report_folder(document, options, write); });
+  }
   return document;
 }
 

@@ -66,8 +66,9 @@ struct ClaimRow {
   const ClaimResult* result;
 };
 
-/// With `names_claim` the table shows the statement and its place in the paper.
-Table table_of_claims(const std::vector<CheckedClaim>& checked, bool names_claim) {
+}  // namespace
+
+Table claim_table(const std::vector<CheckedClaim>& checked) {
   std::vector<ClaimRow> rows;
   std::vector<std::string> notes;
   for (const auto& [claim, results] : checked) {
@@ -76,7 +77,6 @@ Table table_of_claims(const std::vector<CheckedClaim>& checked, bool names_claim
   }
   Column statement = Column::text("statement").folded(), place = Column::text("place").folded();
   statement.says_itself = true;
-  statement.detail = place.detail = !names_claim;
   const auto number = [](const std::string& key) {
     return Column{.key = key, .title = key, .significant = 3};
   };
@@ -110,12 +110,9 @@ Table table_of_claims(const std::vector<CheckedClaim>& checked, bool names_claim
   return table;
 }
 
-}  // namespace
-
-Table claim_table(const std::vector<CheckedClaim>& checked) { return table_of_claims(checked, true); }
-
-std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& link) {
+std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& table) {
   std::vector<VerdictLine> lines;
+  size_t n_parts = 0;
   for (const auto& [claim, results] : checked) {
     std::vector<std::string> verdicts;
     for (const ClaimResult& result : results) verdicts.push_back(std::string(to_string(result.verdict)));
@@ -124,10 +121,8 @@ std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked
     const std::string counts = results.empty()
                                    ? "no records of it; to measure it: " + line_to_measure
                                    : fmt::format("{} ({} results)", count_words(verdicts), results.size());
-    VerdictLine line{claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
-                     results.empty() ? "" : link, "Claims"};
-    line.cases = table_of_claims({{claim, results}}, false);
-    lines.push_back(std::move(line));
+    lines.push_back({claim->statement + " (" + claim->place + ")", joint_verdict(verdicts), counts,
+                     results.empty() ? "" : "#" + part_anchor(table, n_parts++), "Claims"});
   }
   return lines;
 }

@@ -58,14 +58,20 @@ std::string paragraph(const std::string& text, const char* css_class = nullptr) 
 
 constexpr const char* details_page = "details.html";
 
-std::string contents(const ReportDocument& document) {
+/// The two pages of a document: report.html, and details.html with the sections that are details.
+enum class Page { report, details };
+
+bool is_on(const ReportSection& section, Page page) { return section.is_detail == (page == Page::details); }
+
+std::string contents(const ReportDocument& document, Page page) {
   std::string html = "<nav aria-label=\"Contents\">\n<ul>\n";
-  if (!document.verdicts.empty()) html += "<li><a href=\"#summary\">Summary</a></li>\n";
+  if (page == Page::report && !document.verdicts.empty()) html += "<li><a href=\"#summary\">Summary</a></li>\n";
   for (const ReportSection& section : document.sections) {
-    if (!section.in_summary)
-      html += fmt::format("<li><a href=\"{}#{}\">{}</a></li>\n", section.is_detail ? details_page : "",
-                          section.name, html_escaped(section.heading));
+    if (page == Page::details && !section.is_detail) continue;
+    html += fmt::format("<li><a href=\"{}#{}\">{}</a></li>\n", is_on(section, page) ? "" : details_page,
+                        section.name, html_escaped(section.heading));
   }
+  if (page == Page::details) return html + "</ul>\n</nav>\n";
   if (!document.provenance.empty()) html += "<li><a href=\"#provenance\">Provenance</a></li>\n";
   if (!document.citation.empty()) html += "<li><a href=\"#citation\">How to cite</a></li>\n";
   return html + "</ul>\n</nav>\n";
@@ -87,10 +93,11 @@ std::string table_cell(const Cell& cell, const Column& column, const std::string
   return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : with_links(text));
 }
 
-/// HTML of rows that share the values stated above them.
-std::string part_html(const Table& part, const std::string& label) {
+/// HTML of rows that share the values stated above them; `id` is the anchor of the part, or empty.
+std::string part_html(const Table& part, const std::string& label, const std::string& id) {
   const auto [table, folded] = fold_columns(for_people(part));
-  std::string html = paragraph(folded, "folded");
+  std::string html = id.empty() ? "" : fmt::format("<div id=\"{}\"></div>\n", id);
+  html += paragraph(folded, "folded");
   html += fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{}\">\n<table>\n",
                       html_escaped(folded.empty() ? label : label + ": " + folded));
   html += "<thead><tr>";
@@ -132,8 +139,10 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
   if (!table.title.empty() && table.title != heading)
     html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
+  size_t i = 0;
   for_each_part(named, [&](const Table& part) {
-    html += part_html(part, table.title.empty() ? named.name : table.title);
+    html += part_html(part, table.title.empty() ? named.name : table.title,
+                      named.split_by.empty() ? "" : part_anchor(named.name, i++));
   });
   for (const std::string& note : table.notes) html += paragraph(note, "note");
   return html + "</section>\n";
@@ -192,14 +201,14 @@ std::string pictures_html(const std::vector<Picture>& pictures) {
 /// Badge, subject and evidence of a verdict.
 std::string verdict_line(const VerdictLine& line) {
   const std::string subject =
-      line.link.empty() || !line.cases.rows.empty()  // a line with folded cases opens by a click instead
+      line.link.empty()
           ? html_escaped(line.subject)
           : fmt::format("<a href=\"{}\">{}</a>", html_escaped(line.link), html_escaped(line.subject));
   return fmt::format("{}<span class=\"subject\">{}</span><span class=\"evidence\">{}</span>",
                      verdict_badge(line.verdict), subject, with_links(line.evidence));
 }
 
-/// Lines with figures become cards side by side; lines with cases are folded.
+/// Lines with figures become cards side by side.
 std::string verdict_group(std::span<const VerdictLine> lines, const OutputFiles& drawn) {
   const auto has_figure = [](const VerdictLine& line) { return !line.figures.empty(); };
   std::string html;
@@ -215,10 +224,7 @@ std::string verdict_group(std::span<const VerdictLine> lines, const OutputFiles&
   html += "<ul class=\"verdicts\">\n";
   for (const VerdictLine& line : lines) {
     if (has_figure(line)) continue;
-    html += line.cases.rows.empty()
-                ? fmt::format("<li><div class=\"line\">{}</div></li>\n", verdict_line(line))
-                : fmt::format("<li><details><summary class=\"line\">{}</summary>\n{}</details></li>\n",
-                              verdict_line(line), part_html(line.cases, line.subject));
+    html += fmt::format("<li><div class=\"line\">{}</div></li>\n", verdict_line(line));
   }
   return html + "</ul>\n";
 }
@@ -237,9 +243,27 @@ std::string summary(const std::vector<VerdictLine>& verdicts, const OutputFiles&
   return html + "</section>\n";
 }
 
-bool has_explorer(const ReportDocument& document) {
-  return std::ranges::any_of(document.sections,
-                             [](const ReportSection& section) { return !section.explorers.empty(); });
+bool has_explorer(const ReportDocument& document, Page page) {
+  return std::ranges::any_of(document.sections, [&](const ReportSection& section) {
+    return is_on(section, page) && !section.explorers.empty();
+  });
+}
+
+/// Makes the links of the summary to sections and tables that are details point to details.html.
+std::vector<VerdictLine> linked_verdicts(const ReportDocument& document) {
+  std::set<std::string> details;
+  for (const ReportSection& section : document.sections) {
+    if (!section.is_detail) continue;
+    details.insert("#" + section.name);
+    for (const NamedTable& table : section.tables) {
+      details.insert("#" + table.name);
+      for (size_t i = 0; i < n_parts(table); ++i) details.insert("#" + part_anchor(table.name, i));
+    }
+  }
+  std::vector<VerdictLine> lines = document.verdicts;
+  for (VerdictLine& line : lines)
+    if (details.contains(line.link)) line.link = details_page + line.link;
+  return lines;
 }
 
 std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
@@ -265,9 +289,9 @@ std::string provenance(const ReportDocument& document) {
   return html + "</dl>\n</section>\n";
 }
 
-}  // namespace
-
-std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
+std::string page_html(const ReportDocument& document, Page page, const OutputFiles& drawn) {
+  const bool is_report = page == Page::report, has_explorers = has_explorer(document, page);
+  const Fragment lead = is_report ? document.lead : Fragment();
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
@@ -275,22 +299,30 @@ std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
       "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
       "<title>{0}</title>\n<style>\n{1}{4}</style>\n</head>\n<body>\n"
       "<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
-      html_escaped(document.title),
-      std::string(page_file("page.css")).append(has_explorer(document) ? page_file("explorer.css") : ""),
-      paragraph(document.abstract, "abstract"), contents(document), document.lead.style);
-  html += "<main>\n" + document.lead.html + summary(document.verdicts, drawn);
+      html_escaped(is_report ? document.title : document.title + ": details"),
+      std::string(page_file("page.css")).append(has_explorers ? page_file("explorer.css") : ""),
+      paragraph(is_report ? document.abstract : document.details_abstract, "abstract"),
+      contents(document, page), lead.style);
+  html += "<main>\n" + lead.html;
+  if (is_report) html += summary(linked_verdicts(document), drawn);
   for (const ReportSection& section : document.sections) {
-    if (!section.in_summary && !section.is_detail) html += section_html(section, drawn);
+    if (is_on(section, page)) html += section_html(section, drawn);
   }
-  html += provenance(document);
-  if (!document.citation.empty())
+  if (is_report) html += provenance(document);
+  if (is_report && !document.citation.empty())
     html += fmt::format(
         "<section id=\"citation\">\n<h2>How to cite</h2>\n<pre tabindex=\"0\">{}</pre>\n</section>\n",
         html_escaped(document.citation));
-  html += fmt::format("</main>\n<script>\n{}{}</script>\n", page_file("sort.js"), document.lead.script);
-  if (has_explorer(document))
+  html += fmt::format("</main>\n<script>\n{}{}</script>\n", page_file("sort.js"), lead.script);
+  if (has_explorers)
     html += fmt::format("<script>\n{}{}</script>\n", page_file("canvas.js"), page_file("explorer.js"));
   return html + "</body>\n</html>\n";
+}
+
+}  // namespace
+
+std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
+  return page_html(document, Page::report, drawn);
 }
 
 std::string_view page_file(std::string_view name) {
@@ -333,52 +365,30 @@ namespace {
 
 /// One float for each table that pages show; the first has the caption, the last the notes.
 std::string latex_of(const NamedTable& named) {
-  std::vector<Table> parts = parts_of(named);
-  if (parts.empty()) parts.push_back(named.table);
+  const size_t n = n_parts(named);
+  if (n <= 1) return to_latex(named.table, named.name);
+  size_t i = 0;
   std::string text;
-  for (size_t i = 0; i < parts.size(); ++i) {
-    if (i > 0) parts[i].caption.clear();
-    if (i + 1 < parts.size()) parts[i].notes.clear();
-    text += to_latex(parts[i], i == 0 ? named.name : fmt::format("{}_{}", named.name, i + 1));
-  }
+  for_each_part(named, [&](const Table& shown) {
+    Table part = shown;
+    if (i > 0) part.caption.clear();
+    if (i + 1 < n) part.notes.clear();
+    text += to_latex(part, i == 0 ? named.name : fmt::format("{}_{}", named.name, i + 1));
+    ++i;
+  });
   return text;
 }
 
-void add_table_files(const NamedTable& named, OutputFiles& files) {
+void write_table_files(const NamedTable& named, const FileWriter& write) {
   const std::string stem = "tables/" + named.name;
-  files[stem + ".md"] = to_markdown(named.table);
-  files[stem + ".tex"] = latex_of(named);
-  files[stem + ".csv"] = to_csv(named.table);
-  files[stem + ".json"] = rows_to_json_text(named.table);
-}
-
-/// Makes a document of the sections that are details; empty if there are none.
-std::optional<ReportDocument> details_of(const ReportDocument& document) {
-  ReportDocument details;
-  details.title = document.title + ": details";
-  details.abstract = document.details_abstract;
-  for (ReportSection section : document.sections) {
-    if (!std::exchange(section.is_detail, false)) continue;
-    details.sections.push_back(std::move(section));
-  }
-  return details.sections.empty() ? std::nullopt : std::optional(std::move(details));
-}
-
-/// Makes the links of the summary to sections and tables that are details point to details.html.
-ReportDocument with_details_links(ReportDocument document) {
-  std::set<std::string> names;
-  for (const ReportSection& section : document.sections) {
-    if (!section.is_detail) continue;
-    names.insert("#" + section.name);
-    for (const NamedTable& table : section.tables) names.insert("#" + table.name);
-  }
-  for (VerdictLine& line : document.verdicts)
-    if (names.contains(line.link)) line.link = details_page + line.link;
-  return document;
+  write(stem + ".md", to_markdown(named.table));
+  write(stem + ".tex", latex_of(named));
+  write(stem + ".csv", to_csv(named.table));
+  write(stem + ".json", rows_to_json_text(named.table));
 }
 
 /// Gives figures with equal file names a number: names of data that differ in punctuation have the same stem.
-ReportDocument with_distinct_figures(ReportDocument document) {
+void name_figures_apart(ReportDocument& document) {
   std::set<std::string> names;
   const auto rename = [&](std::vector<Figure>& figures) {
     for (Figure& figure : figures) {
@@ -388,31 +398,37 @@ ReportDocument with_distinct_figures(ReportDocument document) {
   };
   for (VerdictLine& line : document.verdicts) rename(line.figures);
   for (ReportSection& section : document.sections) rename(section.figures);
-  return document;
 }
 
 }  // namespace
 
-std::string report_page(const ReportDocument& given, int jobs) {
-  const ReportDocument document = with_distinct_figures(given);
+std::string report_page(ReportDocument document, int jobs) {
+  name_figures_apart(document);
   check_names(document);
   return to_html(document, draw_svg(figures_of(document), jobs));
 }
 
-OutputFiles report_folder(const ReportDocument& given, const ReportFolderOptions& options) {
-  const ReportDocument document = with_distinct_figures(given);
+void make_report_folder(ReportDocument& document, const ReportFolderOptions& options,
+                        const FileWriter& write) {
+  name_figures_apart(document);
   check_names(document);
-  OutputFiles files;
   for (const ReportSection& section : document.sections) {
-    for (const NamedTable& table : section.tables) add_table_files(table, files);
-    for (const Picture& picture : section.pictures) files["pictures/" + picture.name + ".png"] = picture.png;
+    for (const NamedTable& table : section.tables) write_table_files(table, write);
+    for (const Picture& picture : section.pictures) write("pictures/" + picture.name + ".png", picture.png);
   }
-  if (!options.draw_figures) return files;
-  OutputFiles drawn = draw(figures_of(document), options.jobs, options.quiet);
-  files["report.html"] = to_html(with_details_links(document), drawn);
-  if (const auto details = details_of(document)) files["details.html"] = to_html(*details, drawn);
-  files["report.md"] = to_markdown(document);
-  for (auto& [name, bytes] : drawn) files["figures/" + name] = std::move(bytes);
+  if (!options.draw_figures) return;
+  const OutputFiles drawn = draw(figures_of(document), options.jobs, options.quiet);
+  write("report.html", page_html(document, Page::report, drawn));
+  if (std::ranges::any_of(document.sections, &ReportSection::is_detail))
+    write("details.html", page_html(document, Page::details, drawn));
+  write("report.md", to_markdown(document));
+  for (const auto& [name, bytes] : drawn) write("figures/" + name, bytes);
+}
+
+OutputFiles report_folder(ReportDocument document, const ReportFolderOptions& options) {
+  OutputFiles files;
+  make_report_folder(document, options,
+                     [&](const std::string& name, std::string bytes) { files[name] = std::move(bytes); });
   return files;
 }
 

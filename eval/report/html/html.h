@@ -35,10 +35,13 @@ struct ReportFolderOptions {
   bool quiet = true;         ///< no progress of the drawing
 };
 
+/// Makes all files of the folder and gives each to `write` as soon as it is complete, so that the memory is that
+/// of the largest file. Figures of `document` with equal names get distinct ones.
+void make_report_folder(ReportDocument& document, const ReportFolderOptions& options, const FileWriter& write);
 /// Returns all files of the folder.
-OutputFiles report_folder(const ReportDocument& document, const ReportFolderOptions& options);
+OutputFiles report_folder(ReportDocument document, const ReportFolderOptions& options);
 
 /// Makes report.html only, for a folder that has other files.
-std::string report_page(const ReportDocument& document, int jobs);
+std::string report_page(ReportDocument document, int jobs);
 
 }  // namespace sextant

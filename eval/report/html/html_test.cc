@@ -58,21 +58,20 @@ TEST(Html, HasEveryPartOfTheDocumentEscaped) {
   EXPECT_EQ(report_folder(document_of(small_table()), {true, 2}), files);
 }
 
-TEST(Html, CasesOfAVerdictAreFoldedBelowItsLine) {
+TEST(Html, AVerdictLeadsToItsPartOfATableOnTheDetailsPage) {
   ReportDocument document = document_of(small_table());
-  document.verdicts[0].cases = small_table();
   document.verdicts[0].group = "Claims";
-  document.sections.front().in_summary = true;
-  document.sections.front().commands = {"sextant view 'a<b'"};
-  const std::string html = report_folder(document, {}).at("report.html");
-  EXPECT_THAT(html, HasSubstr("<h3>Claims</h3>"));
-  EXPECT_EQ(count(html, "<details>"), 1U);
-  EXPECT_LT(html.find("<details>"), html.find("data-value=\"0.12345\""));
-  EXPECT_LT(html.find("data-value=\"0.12345\""), html.find("</details>"));
-  EXPECT_EQ(count(html, "data-value=\"0.12345\""), 1U);  // not in its section once more
-  EXPECT_THAT(html, Not(HasSubstr("id=\"mot_all\"")));
-  document.sections.front().in_summary = false;
-  EXPECT_THAT(report_folder(document, {}).at("report.html"), HasSubstr("<pre tabindex=\"0\">sextant view &#39;a&lt;b&#39;</pre>"));
+  document.verdicts[0].link = "#mot_all-1";
+  ReportSection& section = document.sections.front();
+  section.tables.front().split_by = {"set"};
+  section.is_detail = true;
+  section.commands = {"sextant view 'a<b'"};
+  const OutputFiles files = report_folder(document, {});
+  EXPECT_THAT(files.at("report.html"), HasSubstr("<h3>Claims</h3>"));
+  EXPECT_THAT(files.at("report.html"), HasSubstr("<a href=\"details.html#mot_all-1\">"));
+  EXPECT_THAT(files.at("report.html"), Not(HasSubstr("data-value=\"0.12345\"")));
+  EXPECT_EQ(count(files.at("details.html"), "<div id=\"mot_all-1\">"), 1U);
+  EXPECT_THAT(files.at("details.html"), HasSubstr("<pre tabindex=\"0\">sextant view &#39;a&lt;b&#39;</pre>"));
 }
 
 TEST(Html, AnswersAreFiguresWithTheirVerdict) {
