@@ -188,7 +188,8 @@ Record strip_times(Record record) {
 bool has_truth(const Record& record) {
   if (record.is_ego()) return record.values.contains("step_gt_m");
   const auto dynamic = record.values.find("dynamic_gt");
-  return record.values.contains("distance_gt_m") && (dynamic == record.values.end() || dynamic->second != 0);
+  if (dynamic != record.values.end() && dynamic->second == 0) return false;
+  return record.values.contains("distance_gt_m") || record.values.contains("v_gt_kmh") || !record.errors.empty();
 }
 
 int body_order(Interned body) {

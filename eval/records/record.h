@@ -137,7 +137,7 @@ Record strip_times(Record record);
 void put(const PoseChangeError& error, const std::string& frame, Record::Numbers& numbers);
 
 /// Returns true if there is truth in both frames and the body should be estimated; objects that are static by
-/// truth should not.
+/// truth should not. Logs of other systems give the true speed, but no distance, of an object, or errors alone.
 bool has_truth(const Record& record);
 
 /// Returns the position of a body in tables: 0 for ego, otherwise its id.

@@ -16,17 +16,11 @@ constexpr const char* no_estimate = "NaN";  // interrupts gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
 
-/// The record has errors to draw. Records of logs have errors, but no distance of the truth.
-bool is_compared(const Record& record) {
-  const bool of_log = !record.is_ego() && !record.values.contains("distance_gt_m");
-  return record.status == Status::ok && (has_truth(record) || (of_log && !record.errors.empty()));
-}
-
 /// The camera, and the objects with the most estimates.
 std::vector<int> chosen(const Bodies& bodies) {
   std::vector<std::pair<ptrdiff_t, int>> by_size;
   for (const auto& [order, records] : bodies) {
-    const ptrdiff_t n = std::ranges::count_if(records, [](const Record* r) { return is_compared(*r); });
+    const ptrdiff_t n = std::ranges::count_if(records, [](const Record* r) { return r->status == Status::ok && has_truth(*r); });
     if (n > 0) by_size.emplace_back(records.front()->is_ego() ? -1'000'000'000 : -n, order);
   }
   std::ranges::sort(by_size);

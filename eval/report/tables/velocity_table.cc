@@ -19,11 +19,6 @@ bool is_of(const Json& column, const Record& record) {
   return column.at("sequence") == paper().sequence_of(record.dataset, record.sequence);
 }
 
-/// Logs of other systems have the true speed, but no distance, of their objects.
-bool has_true_speed(const EvidencePart& part, const Record& record) {
-  return part.role == PartRole::recorded_objects ? record.values.contains("v_gt_kmh") : has_truth(record);
-}
-
 GroupRecords group_records(const EvidencePart& part, const std::string& estimator, const Json& column) {
   GroupRecords group;
   const std::set<int> ids = paper().ids_of(column.at("sequence"), column.at("objects"));
@@ -35,7 +30,7 @@ GroupRecords group_records(const EvidencePart& part, const std::string& estimato
       group.dataset = record.dataset.str();
     }
     group.last_frame = std::max(group.last_frame, record.frame);
-    if (record.is_ego() || !has_true_speed(part, record)) continue;
+    if (record.is_ego() || !has_truth(record)) continue;
     if (!ids.empty() && !ids.contains(body_order(record.body))) continue;
     group.with_truth.push_back(&record);
     if (record.status == Status::ok && record.errors.contains("Ev_kmh")) group.estimated.push_back(&record);
