@@ -1,7 +1,12 @@
-# `cmake --install` and find_package(Sextant): every module as Sextant::<name>, its headers under
+# `cmake --install` and find_package(Sextant): every module as Sextant::<name>, its public headers under
 # include/sextant/. sextant_module installs the headers. Components: `program` (what runs, with pages, plans and
 # documents), `dev` (headers and libraries), `python` where that is built; cmake/SextantPackage.cmake makes a package of each.
 include(CMakePackageConfigHelpers)
+foreach(header ${SEXTANT_PUBLIC_HEADERS})
+  if(NOT EXISTS ${PROJECT_BINARY_DIR}/headers/${header})
+    message(FATAL_ERROR "docs/reference.txt: there is no header ${header}")
+  endif()
+endforeach()
 get_property(modules GLOBAL PROPERTY SEXTANT_MODULES)
 set_target_properties(sextant_flags PROPERTIES EXPORT_NAME flags)
 if(TARGET sextant_libdeflate)

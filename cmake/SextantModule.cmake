@@ -3,6 +3,8 @@
 # Makes the library sextant_NAME (alias Sextant::NAME) from the *.cc files of the current folder, and the test program
 # NAME_test from its *_test.cc files. ctest names are NAME/Suite.Case. THREADS: the tests start threads; they have the
 # ctest label `threads` and run under the thread sanitizer too (cmake --preset tsan).
+# Headers that docs/reference.txt does not list as public are installed below sextant/internal.
+file(STRINGS ${PROJECT_SOURCE_DIR}/docs/reference.txt SEXTANT_PUBLIC_HEADERS REGEX "^sextant/")
 function(sextant_module NAME)
   cmake_parse_arguments(ARG "THREADS" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
   file(GLOB headers CONFIGURE_DEPENDS *.h)
@@ -29,7 +31,15 @@ function(sextant_module NAME)
   set_property(GLOBAL APPEND PROPERTY SEXTANT_MODULES ${target})
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   string(REGEX REPLACE "^lib/" "" folder ${folder})
-  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sextant/${folder} COMPONENT dev)
+  foreach(header ${headers})
+    get_filename_component(name ${header} NAME)
+    set(place sextant/${folder}/${name})
+    if(NOT place IN_LIST SEXTANT_PUBLIC_HEADERS)
+      set(place sextant/internal/${place})
+    endif()
+    get_filename_component(place ${place} DIRECTORY)
+    install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${place} COMPONENT dev)
+  endforeach()
 
   if(SEXTANT_TESTS AND tests)
     set(label "")

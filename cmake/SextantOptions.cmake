@@ -40,7 +40,8 @@ endforeach()
 add_library(sextant_flags INTERFACE)
 target_compile_features(sextant_flags INTERFACE cxx_std_20)
 target_include_directories(sextant_flags INTERFACE
-  $<BUILD_INTERFACE:${include_root}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  $<BUILD_INTERFACE:${include_root}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/sextant/internal>)
 # -ffp-contract=off: a fused multiply-add on one machine and none on another
 # would give different last digits for the same seed.
 # -fno-math-errno, -fno-trapping-math: the compiler vectorises loops with sqrt() and comparisons; no result changes.

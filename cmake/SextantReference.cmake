@@ -11,9 +11,11 @@ set(docs_dir ${PROJECT_BINARY_DIR}/docs)
 file(MAKE_DIRECTORY ${docs_dir})
 if(DOXYGEN_PROGRAM)
   file(READ ${PROJECT_SOURCE_DIR}/docs/reference.doxyfile text)
+  list(TRANSFORM SEXTANT_PUBLIC_HEADERS PREPEND ${PROJECT_BINARY_DIR}/headers/ OUTPUT_VARIABLE headers)
+  list(JOIN headers " " headers)
   file(WRITE ${docs_dir}/doxyfile "${text}
-INPUT = ${PROJECT_SOURCE_DIR}/lib ${PROJECT_SOURCE_DIR}/datasets ${PROJECT_SOURCE_DIR}/eval
-STRIP_FROM_PATH = ${PROJECT_SOURCE_DIR}
+INPUT = ${headers}
+STRIP_FROM_PATH = ${PROJECT_BINARY_DIR}/headers
 OUTPUT_DIRECTORY = ${docs_dir}/reference
 ")
   file(MAKE_DIRECTORY ${docs_dir}/reference)
