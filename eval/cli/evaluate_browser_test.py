@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
-from browser import Browser, browsing, expect, expect_equal, has_browser, overflowing, sextant  # noqa: E402
+from browser import Browser, browsing, check_layout, expect, expect_equal, has_browser, sextant  # noqa: E402
 
 POSES = 4541
 LONG_NAME = "a system with a name of eighty characters & <b> that no column is wide enough for 01"
@@ -49,18 +49,6 @@ def write_logs(folder):
 def rows_of(file):
     with file.open(newline="") as lines:
         return list(csv.DictReader(lines))
-
-
-def check_layout(browser, page, name, keep):
-    for width in (1400, 400):
-        for dark in (False, True):
-            browser.dark(dark)
-            browser.open(page.as_uri(), width, 1000, READY)
-            browser.settle()
-            expect_equal(overflowing(browser), [], f"{name} at {width} px: elements wider than what contains them")
-            if keep:
-                browser.screenshot(keep / f"{name}_{width}_{'dark' if dark else 'light'}.png")
-    browser.dark(False)
 
 
 def check_ego(browser, out, keep):
@@ -126,7 +114,7 @@ def check_ego(browser, out, keep):
     rate = browser.at("/execute/async", {"args": [60], "script":
                                          "walks[0].measurePanning(arguments[0]).then(arguments[1])"})
     print(f"ego report: {size / 1e6:.2f} MB, first drawn after {first_draw:.0f} ms, panning at {rate:.0f} frames/s")
-    check_layout(browser, page, "ego", keep)
+    check_layout(browser, page, "ego", keep, READY)
 
 
 def check_objects(browser, out, keep):
@@ -139,7 +127,7 @@ def check_objects(browser, out, keep):
     states = [(row["object"], row["state"]) for row in rows_of(next((out / "figures").glob("states_*.csv")))]
     expect_equal(states, [("1", "estimated"), ("2", "estimated"), ("2", "gap"), ("2", "estimated")], "states of the steps")
     print(f"object report: {page.stat().st_size / 1e6:.2f} MB")
-    check_layout(browser, page, "objects", keep)
+    check_layout(browser, page, "objects", keep, READY)
 
 
 def main():
@@ -164,7 +152,7 @@ def main():
     sextant(arguments.sextant, "evaluate", "objects", "--format", "poses", folder / "logs", "--out", objects)
     with browsing(Browser, folder, arguments.keep) as browser:
         check_ego(browser, folder / "ape", arguments.keep)
-        check_layout(browser, ego / "report.html", "lengths", arguments.keep)
+        check_layout(browser, ego / "report.html", "lengths", arguments.keep, READY)
         check_objects(browser, objects, arguments.keep)
     print("passed")
     return 0

@@ -251,7 +251,9 @@ struct ObjectFlags : CommonFlags {
 
 void print(const ObjectScores& scores, const ObjectFlags& flags) {
   for (const std::string& text : scores.warnings) tell("warning", text);
-  fmt::print("{}\n\n", scores.rate_text());
+  fmt::print("{}\n", scores.rate_text());
+  if (const std::string text = scores.frame_text(); !text.empty()) fmt::print("{}\n", wrapped(text, 100, "  "));
+  fmt::print("\n");
   const bool all = flags.preset == "all";
   const MetricPreset& one =
       flags.preset.empty() || all ? usual_preset(scores.records) : find_preset(flags.preset);

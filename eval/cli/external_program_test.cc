@@ -66,7 +66,6 @@ TEST(ExternalProgram, CtrlCEndsItAndTheSweepIsResumed) {
   EXPECT_FALSE(runs(program));
   EXPECT_TRUE(fs::exists(out / "journal.jsonl"));
   EXPECT_FALSE(fs::exists(out / "records.jsonl"));
-  EXPECT_FALSE(fs::exists(out / "external" / "case_000001" / "input"));
 
   write_file(temp.path() / "go", "");
   EXPECT_EQ(exit_code(start_program(command)), 0);
@@ -74,6 +73,8 @@ TEST(ExternalProgram, CtrlCEndsItAndTheSweepIsResumed) {
   EXPECT_EQ(
       std::ranges::count_if(records, [](const Record& r) { return r.is_ego() && r.status == Status::ok; }),
       6);  // 3 seeds x 2 pairs
+  // On a busy machine the interrupted process may end before it has removed the input; the next one does.
+  EXPECT_FALSE(fs::exists(out / "external" / "case_000001" / "input"));
 }
 
 /// Exit code of a shell line, and what it printed.

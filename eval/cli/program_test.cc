@@ -415,5 +415,16 @@ TEST(Overlay, WithoutFlagsDrawsTheFirstPairAndOverwritesNothing) {
   EXPECT_EQ(read_file(temp.path() / "overlay.png"), read_file(temp.path() / "first.png"));
 }
 
+TEST(Run, WithoutOutputFolderWritesANewOne) {
+  const TempFolder temp;
+  for (const char* folder : {"run-1", "run-2"}) {
+    const std::string command =
+        fmt::format("cd {} && {} run synthetic:s18@0-1 --quiet > out", temp.path().string(), SEXTANT_PROGRAM);
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    EXPECT_EQ(read_file(temp.path() / "out"), fmt::format("Results: {}\n", folder));
+    EXPECT_TRUE(fs::exists(temp.path() / folder / "records.jsonl"));
+  }
+}
+
 }  // namespace
 }  // namespace sextant

@@ -9,7 +9,7 @@ namespace {
 
 struct ReportFlags : CommonFlags {
   std::vector<std::string> folders;
-  std::string out;
+  std::string out, columns = "first";
   bool no_figures = false;
 };
 
@@ -27,8 +27,16 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
     fmt::print("{}", json_text(json));
     return;
   }
-  for (const NamedTable* named : tables_of(document))
-    for_each_part(*named, [](const Table& part) { fmt::print("{}\n", to_text(part)); });
+  for (const NamedTable* named : tables_of(document)) {
+    std::vector<std::string> keys = named->first;
+    std::erase(keys, "records");
+    const bool all = flags.columns == "all" || keys.empty();
+    if (flags.columns == "first" && named->name == "achieved_noise") continue;  // long, and seldom interesting
+    for_each_part(*named, [&](const Table& part) {
+      fmt::print("{}\n", to_text(all ? part : with_columns(part, keys)));
+    });
+  }
+  if (flags.columns == "first") fmt::print("More: --columns all\n");
   if (flags.out.empty()) fmt::print("Give --out DIR for figures and pages\n");
 }
 
@@ -50,6 +58,9 @@ void add_report_command(CLI::App& app) {
   add_value(*command, "--out", flags->out, "DIR", "Folder for report.html, report.md, tables and figures");
   command->add_flag("--no-figures", flags->no_figures, "Tables only");
   add_jobs_flag(*command, *flags);
+  add_value(*command, "--columns", flags->columns, "first|all",
+            "Columns that fit a terminal, or all columns and tables")
+      ->check(CLI::IsMember({"first", "all"}));
   command->add_flag("--quiet", flags->quiet, "Print nothing");
   command->add_flag("--json", flags->json, "Print as JSON: {\"noise_levels\": [..], \"trends\": [..], ..}");
   command->footer("Example:\n  sextant report results/runs/depth --out results/runs/depth/report");

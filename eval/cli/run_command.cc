@@ -30,16 +30,24 @@ struct RescoreFlags : OutputFlags {
   std::string folder, config, cache;
 };
 
-void add_run_output_flags(CLI::App& command, OutputFlags& flags) {
+/// Returns the first of run-1, run-2, .. that does not exist in the working folder.
+std::string new_run_folder() {
+  int n = 1;
+  while (std::filesystem::exists(fmt::format("run-{}", n))) ++n;
+  return fmt::format("run-{}", n);
+}
+
+/// Adds the flags of the output; `out_help` explains --out, which it returns.
+CLI::Option* add_run_output_flags(CLI::App& command, OutputFlags& flags, const std::string& out_help) {
   add_value(command, "--preset", flags.output.preset, "NAME", "Metric preset of the summary of a run")
       ->capture_default_str();
-  add_value(command, "--out", flags.output.out, "DIR", "Folder for the results; made if it does not exist")
-      ->required();
+  CLI::Option* out = add_value(command, "--out", flags.output.out, "DIR", out_help);
   add_value(command, "--columns", flags.columns, "first|all",
             "Columns of the printed summary: the six that matter first, or all")
       ->capture_default_str()
       ->check(CLI::IsMember({"first", "all"}));
   command.add_flag("--force", flags.output.force, "Replace the results of another run in --out");
+  return out;
 }
 
 void print_run(const WrittenRun& folder, const OutputFlags& flags) {
@@ -125,7 +133,8 @@ void add_run_command(CLI::App& app) {
       ->check(CLI::Range(1, 1000000));
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
-  add_run_output_flags(*command, *flags);
+  const CLI::Option* out = add_run_output_flags(
+      *command, *flags, "Folder for the results; made if it does not exist; default: a new folder run-N");
   command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   std::string presets;
@@ -141,7 +150,10 @@ void add_run_command(CLI::App& app) {
       "{}Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
       "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
       estimator_list(), presets, procedures));
-  command->callback([flags] { run_as_told(*flags); });
+  command->callback([flags, out] {
+    if (out->count() == 0) flags->output.out = new_run_folder();
+    run_as_told(*flags);
+  });
 }
 
 void add_rescore_command(CLI::App& app) {
@@ -155,7 +167,7 @@ void add_rescore_command(CLI::App& app) {
   add_cache_flag(*command, flags->cache);
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
-  add_run_output_flags(*command, *flags);
+  add_run_output_flags(*command, *flags, "Folder for the results; made if it does not exist")->required();
   command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   command->footer(

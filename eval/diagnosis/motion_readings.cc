@@ -281,6 +281,15 @@ std::optional<double> null_of_motions(MotionData data) {
   return motion_residual(without_motion(std::move(data)));
 }
 
+std::optional<double> stillness_residual(MotionData data) {
+  for (MotionSample& sample : data.samples) {
+    const auto still = change_frame(SE3(), MotionFrame::world, data.declared, sample);
+    if (!still) return std::nullopt;
+    sample.reference = *still;
+  }
+  return motion_residual(data);
+}
+
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   std::vector<Hypothesis<MotionData>> table;
   const auto add = [&](std::string code, std::string cause, std::string remedy, auto change,

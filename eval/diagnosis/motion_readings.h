@@ -88,6 +88,8 @@ std::optional<double> motion_residual(const MotionData& data);
 
 /// Residual of the null reading, objects that do not move.
 std::optional<double> null_of_motions(MotionData data);
+/// Residual of the given motions, as declared, if the objects stand still in the world.
+std::optional<double> stillness_residual(MotionData data);
 
 /// Every hypothesis about logged motions, for motions declared in `declared`:
 ///

@@ -176,6 +176,16 @@ ObjectLog moved(ObjectLog log, const SequenceTruth& truth) {
 size_t n_steps(const MotionData& data) { return data.samples.size(); }
 size_t n_steps(const PoseData& data) { return data.given.size(); }
 
+/// Motions of an object that stands still, read in another frame, are those of an object that follows the
+/// camera, so they say nothing about their frame.
+bool is_plausible(const MotionData& data, const Reading& reading, double times) {
+  if (reading.code.find("frame_") == std::string::npos) return true;
+  const auto still = stillness_residual(data);
+  return !still || times * reading.residual <= *still;
+}
+
+bool is_plausible(const PoseData&, const Reading&, double) { return true; }
+
 /// Explains each object of the log by comparing every reading with the true object that it fits best.
 template <typename Data, typename DataOf, typename Residual, typename NullOf>
 std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const std::set<int>& true_ids,
@@ -195,7 +205,7 @@ std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const
       if (id == true_id) declared_own = own;
       for (Reading& reading : read_as(table, data, residual)) {
         times = explains_times_of(n_steps(data));
-        if (times * reading.residual > *null) continue;
+        if (times * reading.residual > *null || !is_plausible(data, reading, times)) continue;
         if (id == true_id) own_best[reading.code] = reading;
         const auto known = best.find(reading.code);
         if (known == best.end() || reading.residual < known->second.residual)

@@ -278,6 +278,21 @@ TEST(DiagnosisByTruth, AnInvertedCameraIsNamedInAnyWorld) {
   EXPECT_EQ(found[0].code, "inverse") << found[0].text;
 }
 
+TEST(DiagnosisByTruth, AStaticObjectIsNotACarThatFollowsTheCamera) {
+  SequenceTruth truth;
+  ObjectLog log;
+  log.frame = MotionFrame::world;
+  for (int k = 0; k < 6; ++k) {
+    const SE3 C = about_y(0, {0, 0, 0.6 * k});
+    truth.camera.set(k, C);
+    log.camera.set(k, C);
+    truth.objects[k].push_back({.id = 1, .T_camera_object = about_y(0, {0, 0, 8})});
+    // Another object, 20 m away, stands still; its estimates move by some centimetres.
+    if (k > 0) log.motions[{6, k}] = {about_y(0.001 * (k % 2), {0.02 * (k % 3), 0, 0.03 * (k % 2)}), {}};
+  }
+  EXPECT_TRUE(diagnose_log(log, truth).empty()) << diagnose_log(log, truth)[0].text;
+}
+
 TEST(QuaternionOrder, ShowsInBothColumnsAtOnce) {
   const TempFolder folder;
   std::string motions;
@@ -325,6 +340,7 @@ TEST(PlainObjectFiles, AreReadInEveryLayoutAndScoredByTheirRate) {
     EXPECT_EQ(scores.records.size(), 2u * (Drive::n_frames - 1));
     EXPECT_EQ(scores.rate_text(), tum ? "Frame rate: 20 Hz (time stamps of the log)"
                                       : "Frame rate: 10 Hz (default, --rate changes it)");
+    EXPECT_THAT(scores.frame_text(), HasSubstr("world, which nothing in the log can confirm"));
     for (const Record& record : scores.records) EXPECT_EQ(record.status, Status::ok);
   }
 }

@@ -33,9 +33,13 @@ struct ObjectScores {
   std::vector<ObjectTracks> tracks;            ///< paths of the camera and the objects, one per log
   std::vector<ObjectPathErrors> paths;         ///< one per object of logs that hold true poses
   std::vector<ObjectConsistency> consistency;  ///< one per object of logs that hold covariances
-  bool is_comparison = false;                  ///< several folders or systems
+  /// Frames of the motions of systems whose logs hold no poses of objects that could contradict them.
+  std::map<std::string, MotionFrame> assumed_frames;
+  bool is_comparison = false;  ///< several folders or systems
 
   std::string rate_text() const;  ///< "Frame rate: 10 Hz (--rate)"; the rate of each system if they differ
+  /// "Frame of the motions of SYSTEM: world, which nothing in its log can confirm .."; empty if all are checked.
+  std::string frame_text() const;
 };
 
 /// {"schema":1,"rates":[{"system","hz","source"}],"presets":[{"preset","aggregate","rows":[..]}],"systems":[..],

@@ -253,6 +253,8 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       const FrameRate rate = frame_rate(files, log, source);
       scores.rates[log.estimator] = rate;
       camera_motions_to_world(log, source ? source->truth.camera : Trajectory());
+      if (!source && !log.motions.empty() && log.poses.empty() && log.true_poses.empty())
+        scores.assumed_frames.emplace(log.estimator, log.frame);
       std::vector<LogDiagnosis> found = source ? diagnose_log(log, source->truth) : diagnose_log(log);
       check_plausible(log, rate.hz, found);
       std::ranges::move(diagnose_speeds(log, rate.hz), std::back_inserter(found));

@@ -52,6 +52,25 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
 
 const std::vector<std::string> split_keys = {"parameter", "source", "dataset", "sequence"};
 
+/// Columns of the tables that matter first.
+std::vector<std::string> first_columns(const std::string& table) {
+  std::vector<std::string> keys = split_keys;
+  const auto add = [&](std::initializer_list<const char*> more) { keys.insert(keys.end(), more.begin(), more.end()); };
+  if (table == "comparisons") {
+    add({"first", "second", "body", "level", "n_pairs", "Et_difference_m", "Et_low_m", "Et_high_m",
+         "Et_difference_percent", "Et_verdict", "records"});
+  } else if (table == "noise_levels") {
+    add({"body", "estimator", "level", "coverage_percent", "Et_mean_m", "Et_mean_low_m", "Et_mean_high_m",
+         "Et_efficiency", "ER_mean_deg", "anees", "records"});
+  } else if (table == "trends") {
+    add({"body", "estimator", "lowest", "highest", "Et_lowest_m", "Et_highest_m", "Et_relative_slope",
+         "Et_relative_slope_low", "Et_relative_slope_high", "Et_rises", "records"});
+  } else {
+    return {};
+  }
+  return keys;
+}
+
 }  // namespace
 
 ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs, bool quiet,
@@ -76,7 +95,7 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
     if (table.rows.empty()) return;
     ReportSection& section = document.sections.emplace_back(
         ReportSection{std::string(name) + "-section", heading, {}, {}, std::move(figures), {}});
-    section.tables.push_back({name, std::move(table), split_keys});
+    section.tables.push_back({name, std::move(table), split_keys, first_columns(name)});
   };
   const auto linked = [&](Table table, const auto& rows) {
     add_record_links(rows, places, out, table);

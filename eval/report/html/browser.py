@@ -136,6 +136,19 @@ const page = document.documentElement;
 return page.scrollWidth > page.clientWidth ? [...wide, `page: ${page.scrollWidth} > ${page.clientWidth}`] : wide;""")
 
 
+def check_layout(browser, page, name, keep, ready="return document.readyState === 'complete'"):
+    """At 1400 and 400 px, light and dark, nothing of a page is wider than what contains it."""
+    for width in (1400, 400):
+        for dark in (False, True):
+            browser.dark(dark)
+            browser.open(page.as_uri(), width, 1000, ready)
+            browser.settle()
+            expect_equal(overflowing(browser), [], f"{name} at {width} px: elements wider than what contains them")
+            if keep:
+                browser.screenshot(keep / f"{name}_{width}_{'dark' if dark else 'light'}.png")
+    browser.dark(False)
+
+
 def sextant(program, *arguments, fails=False):
     done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
     expect((done.returncode != 0) == fails, f"sextant {' '.join(map(str, arguments))}: exit {done.returncode}\n{done.stderr}")

@@ -77,10 +77,21 @@ std::string contents(const ReportDocument& document, Page page) {
   return html + "</ul>\n</nav>\n";
 }
 
+std::string class_of(const Column& column, size_t length, bool is_first) {
+  constexpr size_t long_text = 24;  // characters from which a cell is kept from becoming narrow and high
+  std::string classes = column.align == Align::right ? "number" : length > long_text ? "long" : "";
+  if (!is_first) classes += classes.empty() ? "second" : " second";
+  return classes.empty() ? "" : fmt::format(" class=\"{}\"", classes);
+}
+
+bool is_first(const NamedTable& named, const Column& column) {
+  return named.first.empty() || std::ranges::find(named.first, column.key) != named.first.end();
+}
+
 /// One cell; numbers carry their exact value for sorting. `address` may be null.
-std::string table_cell(const Cell& cell, const Column& column, const std::string* address) {
+std::string table_cell(const Cell& cell, const Column& column, const std::string* address, bool is_first) {
   const std::string text = shown(cell, column);
-  std::string attributes = column.align == Align::right ? " class=\"number\"" : "";
+  std::string attributes = class_of(column, text.size(), is_first);
   if (const auto* number = std::get_if<double>(&cell))
     attributes += fmt::format(" data-value=\"{}\"", *number);
   const bool is_verdict = column.key.ends_with("verdict") && text != "-";
@@ -94,7 +105,8 @@ std::string table_cell(const Cell& cell, const Column& column, const std::string
 }
 
 /// HTML of rows that share the values stated above them; `id` is the anchor of the part, or empty.
-std::string part_html(const Table& part, const std::string& label, const std::string& id) {
+std::string part_html(const NamedTable& named, const Table& part, const std::string& id) {
+  const std::string& label = named.table.title.empty() ? named.name : named.table.title;
   const auto [table, folded] = fold_columns(for_people(part));
   std::string html = id.empty() ? "" : fmt::format("<div id=\"{}\"></div>\n", id);
   html += paragraph(folded, "folded");
@@ -102,8 +114,8 @@ std::string part_html(const Table& part, const std::string& label, const std::st
                       html_escaped(folded.empty() ? label : label + ": " + folded));
   html += "<thead><tr>";
   for (const Column& column : table.columns) {
-    html += fmt::format("<th scope=\"col\"{}>{}</th>",
-                        column.align == Align::right ? " class=\"number\"" : "", html_escaped(column.title));
+    html += fmt::format("<th scope=\"col\"{}>{}</th>", class_of(column, 0, is_first(named, column)),
+                        html_escaped(column.title));
   }
   html += "</tr></thead>\n<tbody>\n";
   for (size_t i = 0; i < table.rows.size(); ++i) {
@@ -112,7 +124,8 @@ std::string part_html(const Table& part, const std::string& label, const std::st
       const std::string& key = table.columns[j].leads_to;
       const Cell* address = key.empty() ? nullptr : &part.rows[i][part.place(key)];
       html += table_cell(table.rows[i][j], table.columns[j],
-                         address ? std::get_if<std::string>(address) : nullptr);
+                         address ? std::get_if<std::string>(address) : nullptr,
+                         is_first(named, table.columns[j]));
     }
     html += "</tr>\n";
   }
@@ -122,7 +135,10 @@ std::string part_html(const Table& part, const std::string& label, const std::st
 size_t n_columns(const NamedTable& named) {
   size_t n = 0;
   for_each_part(named, [&](const Table& part) {
-    n = std::max(n, fold_columns(for_people(part)).table.columns.size());
+    const Table shown = fold_columns(for_people(part)).table;
+    n = std::max<size_t>(n, std::ranges::count_if(shown.columns, [&](const Column& column) {
+                           return is_first(named, column);
+                         }));
   });
   return n;
 }
@@ -139,10 +155,12 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
   if (!table.title.empty() && table.title != heading)
     html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
+  if (!named.first.empty())
+    html += fmt::format("<input type=\"checkbox\" class=\"more\" id=\"all-{0}\"><label for=\"all-{0}\">all columns</label>\n",
+                        named.name);
   size_t i = 0;
   for_each_part(named, [&](const Table& part) {
-    html += part_html(part, table.title.empty() ? named.name : table.title,
-                      named.split_by.empty() ? "" : part_anchor(named.name, i++));
+    html += part_html(named, part, named.split_by.empty() ? "" : part_anchor(named.name, i++));
   });
   for (const std::string& note : table.notes) html += paragraph(note, "note");
   return html + "</section>\n";

@@ -120,7 +120,7 @@ TEST(Html, RecordsAreLinkedFromTheReportsFolder) {
   EXPECT_THAT(
       report_folder(document_of(table), {}).at("report.html"),
       HasSubstr(
-          "<td><a href=\"../parts/sets_replay/records.jsonl\">parts/sets_replay/records.jsonl</a></td>"));
+          "<td class=\"long\"><a href=\"../parts/sets_replay/records.jsonl\">parts/sets_replay/records.jsonl</a></td>"));
 }
 
 TEST(Html, Base64IsThatOfRfc4648) {
