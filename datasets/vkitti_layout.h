@@ -1,8 +1,6 @@
 #pragma once
 
-// Both releases of Virtual KITTI: files that their adapters share, and the layouts that write them.
-//
-// Common part of the adapters of both releases.
+// Both releases of Virtual KITTI: what their adapters share, and the layouts that write them.
 
 #include <map>
 #include <optional>

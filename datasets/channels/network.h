@@ -33,9 +33,10 @@ OnnxHeader read_onnx_header(std::string_view bytes, const std::string& name);
 //
 //   flow    input   one of 1x6xHxW (previous, next) or two of 1x3xHxW, in this order: RGB, float, 0..255
 //           output  the first: 1x2xhxw, (u, v) in pixels of the network's input
-//   masks   input   one of 1x3xHxW: RGB, float, 0..255 output  the first: 1x1xhxw or 1xhxw instance ids
-//           (whole numbers 0..65535), or class scores, 1xCxhxw, C > 1, class 0 the background: each
-//           8-connected region of one best class is an instance, numbered from 1 in order of its first pixel
+//   masks   input   one of 1x3xHxW: RGB, float, 0..255
+//           output  the first: 1x1xhxw or 1xhxw instance ids (whole numbers 0..65535), or class scores,
+//                   1xCxhxw, C > 1, class 0 the background: each 8-connected region of one best class is an
+//                   instance, numbered from 1 in order of its first pixel
 //
 // If H or W is not fixed in the file, it is that of the image. Images are resized to H x W bilinearly; flow
 // is resized back bilinearly and its vectors are scaled, ids are taken from the nearest pixel.

@@ -94,8 +94,8 @@ std::string encode_kitti_labels(const std::vector<KittiLabel>& labels);
 //     t = (s r lon pi/180,  s r ln tan((90 + lat) pi/360),  alt)   (m; Mercator, x east, y north, z up)
 //     r = 6378137 m, s = cos(latitude of the sequence's first sample)
 //   imu: x ahead, y left, z up
-//   velocity: vn, ve, vu along north, east, up; vf, vl ahead and left, also parallel to the ground instead of
-//     the imu
+//   velocity: vn, ve, vu along north, east, up; vf, vl ahead and left in the horizontal plane, that is,
+//     rotated by yaw only and not by the roll and pitch of the imu
 //
 // Source: the raw data development kit (Geiger et al., IJRR 2013).
 

@@ -5,9 +5,9 @@
 //   gray, rgb      textures filtered analytically; light: a sun with shadows, and the sky; see painter.h
 //   rgb_right      colour from the right camera, bf / fx along x
 //   depth_m        z-depth of the visible surface at the pixel centre; NaN = sky
-//   flow           position of this point (at the stored depth) in the next frame under the true motion of
-//                  its body, also if it is occluded there or outside the image; NaN = sky, or behind the next
-//                  camera, or the body does not exist then. The last frame has none
+//   flow           displacement of this point (at the stored depth) to its position in the next frame under
+//                  the true motion of its body, px, also if it is occluded there or outside the image; NaN =
+//                  sky, or behind the next camera, or the body does not exist then. The last frame has none
 //   backward_flow  likewise to the previous frame. The first frame has none
 //   occlusion      visible: in the next frame, this point is visible at the end of its flow (at one of the
 //                  four pixels around it: same body, depth within 3 cm or 0.5 %); hidden: something else is

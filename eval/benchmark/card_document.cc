@@ -267,7 +267,8 @@ OutputFiles page_files(const std::vector<fs::path>& folders, const fs::path& out
   if (cards.empty()) fail("no cards: expected folders with a card.json");
   const Suite suite = find_suite(cards.front().card.suite);
   if (suite.sha256 != cards.front().card.suite_sha256)
-    fail("{}: SHA-256 of the suite is not that of this program", (folders.front() / "card.json").string());
+    fail("{}: the card belongs to another version of its suite than this program has: make it again",
+         (folders.front() / "card.json").string());
   return {{"index.html", report_page(page_document(cards, suite), jobs)}};
 }
 

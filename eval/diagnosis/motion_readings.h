@@ -105,8 +105,8 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
 /// reading.
 std::vector<ObjectExplanation> explain_motions(const MotionData& data);
 
-/// Detects by frame_shift.h a shift of the frame numbers of all objects; for data about which
-/// explain_motions() finds nothing.
+/// Detects a common shift of the frame numbers of all objects by the method of frame_shift.h, for data for
+/// which explain_motions() finds no explanation.
 std::optional<Explanation> explain_hidden_shift(const MotionData& data);
 
 /// Explains the rotations of the motions alone, without a reference: motions between successive frames turn

@@ -69,7 +69,6 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 // ---- Checks of the motions of a third-party estimator against the truth of its case: centimetres, inverse
 // motions, another frame than the declared one (eval/diagnosis). The estimator never sees the truth or these
 // messages.
-//
 
 /// Returns one line for each diagnosis, beginning with `estimator`. `recorded_camera`: the poses behind the
 /// camera's motions, if there are any; another order of quaternion components is visible in poses only.

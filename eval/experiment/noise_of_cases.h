@@ -51,7 +51,6 @@ class NoiseOfCases {
 
 // ---- Exact sums of the added noise (NoiseVerification::sums()), which have the same bits for any order of
 // addition: every sum of a case is rounded to a multiple of 2^-60 and added as an integer of 128 bits.
-//
 
 class ExactNoise {
  public:

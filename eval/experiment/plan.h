@@ -104,7 +104,6 @@ Plan parse_plan(std::string_view text, const std::string& name, const std::strin
 // without sources and seeds (plan.h): estimators with their front ends, options, and the noise used.
 // Procedures are compiled into the program from eval/procedures/NAME.json, each with a "description" of its
 // origin. To add one, add a file.
-//
 
 /// Returns the names in alphabetical order.
 std::vector<std::string> procedure_names();

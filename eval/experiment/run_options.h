@@ -2,7 +2,6 @@
 
 // The options of a run as one tree: "extraction", "pipeline", "estimator", "source" and, on the command line,
 // "noise".
-//
 
 #include <span>
 #include <string>

@@ -54,7 +54,6 @@ void remove_temporaries(const std::filesystem::path& folder);
 // ---- Versions of external estimators behind the cases of a sweep (records/fingerprint.h). A finished case
 // is stale if another version than the present one computed it, or if the version is unknown. Cases of
 // Sextant's own estimators are never stale here: plan.json names the program.
-//
 
 /// Returns Plan::json() without the options of estimators of a kind, which are part of their fingerprints.
 /// Sweeps with equal keys differ at most by versions of their estimators.

@@ -23,7 +23,7 @@ struct Supervised {
   char* const* environment = nullptr;
   const posix_spawn_file_actions_t* files = nullptr;  ///< puts `streams` in place
   const posix_spawnattr_t* attributes = nullptr;
-  int alive = -1;                                    ///< the other end is closed to have everything killed
+  int alive = -1;                                    ///< end of a pipe; closing the other end kills all
   int report = -1;                                   ///< receives one SupervisorReport at the end
   int sources[2] = {-1, -1}, streams[2] = {-1, -1};  ///< pipes behind stdout and stderr
   int logs[2] = {-1, -1};

@@ -2,7 +2,6 @@
 
 // Random access to binary files that does not trust any length in them: a length is compared with the bytes
 // that exist before memory is allocated.
-//
 
 #include <cstdint>
 #include <cstring>

@@ -2,7 +2,6 @@
 
 // Pictures of frames and of estimates. The colours are those of Okabe and Ito, which are distinguishable for
 // colour-blind readers.
-//
 
 #include <optional>
 #include <string>
@@ -16,7 +15,6 @@ namespace sextant {
 
 // ---- one frame pair: the previous image with the static features and flow behind the ego motion, and every
 // moving object with its points, contour and speed
-//
 
 /// Returns PNG bytes. `frame` is the previous frame of the pair with rgb and mask; `records` are those of the
 /// pair. The picture is twice as wide as the frame; `width_px` > 0 reduces it to that width.
@@ -56,7 +54,6 @@ OutputFiles showcase_files(const ShowcaseRequest& request);
 // ---- strip: a picture of the content of a source. One row per frame, with columns for the image, depth
 // (near = red), flow (hue = direction, saturation = length; colour wheel in the corner) and instance masks
 // over the image.
-//
 
 /// Returns PNG bytes. Frames are evenly spaced; missing channels are dark tiles; `tile_px` is the width of
 /// one tile.

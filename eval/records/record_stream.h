@@ -2,7 +2,6 @@
 
 // records.jsonl, one record per line: written, read completely, or streamed from the first line to the last
 // with a few MB in memory.
-//
 
 #include <filesystem>
 #include <functional>
@@ -35,7 +34,6 @@ void for_each_record(std::string_view text, const std::string& name, const Recor
 // line only in the exact form in which write_records() writes it (keys in order, no spaces, no escapes) and
 // is several times as fast as a general JSON parser. Every other line is left to record_from_json(), which
 // also reports errors. Compiled for any x86-64, simdjson is not faster (bench/records_bench.cc).
-//
 
 /// Sets `record` to the result of record_from_json(). Returns false, with `record` undefined, if the line is
 /// not in the writer's form.

@@ -84,22 +84,23 @@ const std::vector<MetricDefinition>& table() {
       {"step_gt_m", values, "ego", "true step", "m", 4, neither, "length of the true translation of the pair",
        truth_only},
       {"step_floor_m", values, "ego", "floor of the truth", "m", 4, neither,
-       "RMS error of the true steps themselves along the way, where the data set tells; one number a "
+       "RMS error of the lengths of the true steps, where the data set allows to compute it; one number per "
        "sequence"},
       {"lateral_floor_m", values, "ego", "lateral floor of the truth", "m", 4, neither,
-       "the same across the heading: RMS of what of the true steps goes sideways, less a lever arm"},
+       "RMS of the component of the true steps across the heading, without the part that a lever arm "
+       "explains"},
       {"rotation_floor_deg", values, "ego", "rotation floor of the truth", "deg", 4, neither,
-       "RMS difference of the true rotations to the measured turn rates: the truth errs by at most that"},
+       "RMS difference between the true rotations and the measured turn rates: an upper bound of the truth's "
+       "error"},
       {"rotation_timing_floor_deg", values, "ego", "rotation floor of the truth, timing", "deg", 4, neither,
-       "RMS error of the true rotations because samples are not taken exactly at their images: at least "
-       "that"},
+       "RMS error of the true rotations because samples are not taken exactly at the time of their images: a "
+       "lower bound of the truth's error"},
       {"step_error_x_m", values, "ego", "step error, right", "m", 4, neither,
        "estimated minus true translation of the pair, `T_prev_curr`, to the right in the previous camera"},
       {"step_error_y_m", values, "ego", "step error, down", "m", 4, neither, "the same, down"},
       {"step_error_z_m", values, "ego", "step error, ahead", "m", 4, neither,
-       "the same, ahead. The three together are as long as `Et_m`; their mean over pairs is the systematic "
-       "part, "
-       "printed below a run's summary where it is beyond three standard errors"},
+       "the same, ahead. The three components together have the length `Et_m`; their mean over pairs is the "
+       "systematic error, printed below a run's summary if it exceeds three standard errors"},
       {"rotation_gt_deg", values, "ego", "true rotation", "deg", 4, neither,
        "angle of the true rotation of the pair", truth_only},
       {"start_propagated", values, "both", "start propagated", "0/1", 0, neither,
@@ -155,7 +156,7 @@ const std::vector<MetricDefinition>& table() {
        "the smallest speed, in standard deviations of its covariance; dynamic above the quantile of the "
        "false alarm rate"},
       {"detectable_kmh", values, "object", "detectable", "km/h", 2, neither,
-       "speed that this test finds in half of the cases, along the direction that it sees worst"},
+       "speed that this test detects in half of the cases, along its least observable direction"},
       {"dynamic_gt", values, "object", "truly dynamic", "0/1", 0, neither,
        "the data set's own flag where it has one, else `v_gt_origin_kmh` > 3.6 (1 m/s)", truth_only},
       {"interpolated_gt", values, "object", "interpolated truth", "0/1", 0, neither,
@@ -163,19 +164,18 @@ const std::vector<MetricDefinition>& table() {
       {"track", values, "object", "track", "label", 0, neither,
        "label of the pipeline's tracker, 0 = static or none"},
       // Consistency of the estimator's covariance.
-      {"split_nees", values, "both", "split NEES", "1", 2, neither, "mean of the two below"},
+      {"split_nees", values, "both", "split NEES", "1", 2, neither,
+       "mean of `split_nees_sides` and `split_nees_cells`"},
       {"split_nees_sides", values, "both", "split NEES, sides", "1", 2, neither,
        "with `--consistency`: normalised square of the difference of two estimates from the left and the "
-       "right half "
-       "of the inliers, parted at their median pixel: `e^T (C1 + C2 - C12 - C21)⁻¹ e`, `exp(e) = X̂1 X̂2⁻¹`; "
-       "C12: what "
-       "both have in common where errors correlate. Needs no truth; 6 on average where covariances are "
-       "right"},
+       "right half of the inliers, split at their median pixel: `e^T (C1 + C2 - C12 - C21)⁻¹ e`, `exp(e) = "
+       "X̂1 X̂2⁻¹`; C12: their cross-covariance, from errors that correlate over the image. Needs no truth; "
+       "its mean is 6 if the covariances are right"},
       {"split_nees_cells", values, "both", "split NEES, cells", "1", 2, neither,
        "the same from odd and even squares of 80 px"},
       {"nees", values, "both", "NEES", "1", 2, neither,
        "normalised error squared of the estimate: `e^T C⁻¹ e`, `exp(e) = X̂ X⁻¹`, C the estimator's own "
-       "covariance; see The limit"},
+       "covariance"},
       {"condition", values, "both", "condition", "1", 0, neither,
        "condition number of the estimator's covariance of the twist (m, rad): largest over smallest "
        "eigenvalue; "
@@ -186,27 +186,29 @@ const std::vector<MetricDefinition>& table() {
       // Cramer-Rao lower bounds.
       {"Et_m", bound, "both", "E_t bound", "m", 4, neither,
        "bounds the RMS of `errors.Et_m`, from flow and the **previous** frame's depth"},
-      {"ER_deg", bound, "both", "E_R bound", "deg", 4, neither, "the same of `errors.ER_deg`"},
+      {"ER_deg", bound, "both", "E_R bound", "deg", 4, neither,
+       "bounds the RMS of `errors.ER_deg`, from the same measurements"},
       {"Et_both_m", bound, "both", "E_t bound, both depths", "m", 4, neither,
        "as `Et_m`, if the current frame's depth were a measurement of the same point with the same noise"},
-      {"ER_both_deg", bound, "both", "E_R bound, both depths", "deg", 4, neither, "the same of `ER_deg`"},
+      {"ER_both_deg", bound, "both", "E_R bound, both depths", "deg", 4, neither,
+       "as `ER_deg`, under the same assumption"},
       {"Et_body_m", bound, "object", "E_t bound, body", "m", 4, neither,
-       "bounds the RMS of `errors.Et_body_m`; holds the camera's part too"},
+       "bounds the RMS of `errors.Et_body_m`; includes the error of the camera"},
       {"ER_body_deg", bound, "object", "E_R bound, body", "deg", 4, neither,
-       "the same of `errors.ER_body_deg`"},
+       "bounds the RMS of `errors.ER_body_deg`, likewise"},
       // Wall-clock times.
       {"start", time_ms, "both", "start", "ms", 2, lower, "robust start"},
       {"refine", time_ms, "both", "refine", "ms", 2, lower, "the estimator"},
       {"total", time_ms, "both", "total", "ms", 2, lower,
-       "these two and what lies between; objects: gates and classification too"},
+       "from the robust start to the end of the refinement; objects: gates and classification too"},
       {"extraction", time_ms, "ego", "extraction", "ms", 2, lower,
        "images to points, which the bodies of a pair share"},
       {"decode", time_ms, "ego", "decode", "ms", 2, lower,
        "reading the **previous** frame; each frame is decoded once"},
       {"cpu", time_ms, "ego", "cpu", "ms", 2, lower,
-       "external programs: their processor time, spread over the pairs"},
+       "external programs: their processor time, divided by the number of pairs"},
       {"program", time_ms, "ego", "program", "ms", 2, lower,
-       "external programs that tell it: their own time of the pair"},
+       "external programs that report it: their own time of the pair"},
   };
   return definitions;
 }

@@ -4,7 +4,7 @@ Files                  read_trajectory, write_trajectory, read_flow, read_depth
 Errors of paths        evaluate_trajectory, absolute_errors, relative_errors, align, statistics, kitti_odometry, associate
 Noise on arrays        Noise, Camera
 Errors of motions      pose_change_errors, object_errors
-The limit              motion_bound
+Cramér-Rao              motion_bound
 Records as a table     read
 The program            run, sweep, compare, evaluate_ego, evaluate_objects, export
 Estimators in Python   Problem, Estimate; given to run and sweep

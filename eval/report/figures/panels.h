@@ -48,7 +48,7 @@ std::string estimator_colour(const std::string& estimator);
 /// Colour of an estimator in a figure of several, in which no two share a colour as long as there are enough.
 std::string distinct_colour(const std::string& estimator, const std::vector<std::string>& shown);
 int estimator_point(const std::string& estimator);
-/// Lines and points of an estimator, in plots and legends.
+/// Returns the gnuplot style of an estimator's lines and points, for plots and legends.
 std::string estimator_style(const std::string& estimator);
 std::string estimator_style(const std::string& estimator, const std::string& colour);
 /// Draws the interval between two columns as a line at x; error bars would blank a disc around each point.

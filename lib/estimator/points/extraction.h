@@ -16,7 +16,7 @@
 namespace sextant {
 
 // FAST-9 corners (Rosten & Drummond, ECCV 2006): 9 contiguous pixels of the 16 on a circle of radius 3 are
-// are all brighter than the centre by more than the threshold, or all darker. The response is the largest
+// all brighter than the centre by more than the threshold, or all darker. The response is the largest
 // threshold at which the pixel is still a corner; a corner must exceed its 8 neighbours. Corners and
 // responses are equal to those of OpenCV's cv::FAST; 32 pixels are processed at a time.
 
