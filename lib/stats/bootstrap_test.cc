@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "sextant/base/philox.h"
@@ -114,6 +115,31 @@ TEST(Bootstrap, CoversTheTrueMean) {
     });
     EXPECT_GE(share, 0.93) << to_string(method);
     EXPECT_LE(share, 0.97) << to_string(method);
+  }
+}
+
+/// Lengths of n normal 3-vectors, such as E_t, less their true mean.
+std::vector<double> centred_lengths(int n, unsigned seed) {
+  const std::vector<double> x = normals(3 * n, seed);
+  std::vector<double> lengths(static_cast<size_t>(n));
+  for (size_t i = 0; i < lengths.size(); ++i)
+    lengths[i] = std::hypot(x[3 * i], x[3 * i + 1], x[3 * i + 2]) - std::sqrt(8 / std::numbers::pi);
+  return lengths;
+}
+
+TEST(Bootstrap, CoverageIsRightFromTenClustersOn) {
+  for (const int n : {5, 10, 20, 60}) {
+    for (const BootstrapMethod method : {BootstrapMethod::percentile, BootstrapMethod::bca}) {
+      const BootstrapOptions options{.replicates = 600, .method = method};
+      const double normal =
+          coverage([&](unsigned seed) { return bootstrap(normals(n, seed), mean, options); });
+      const double length =
+          coverage([&](unsigned seed) { return bootstrap(centred_lengths(n, seed), mean, options); });
+      fmt::print("{} clusters, {}: {:.1f} % for normal values, {:.1f} % for lengths\n", n, to_string(method),
+                 100 * normal, 100 * length);
+      EXPECT_GE(std::min(normal, length), n < 10 ? 0.86 : 0.92);
+      EXPECT_LE(std::max(normal, length), 0.975);
+    }
   }
 }
 

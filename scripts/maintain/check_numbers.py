@@ -1,0 +1,207 @@
+#!/usr/bin/env python3
+"""usage: scripts/maintain/check_numbers.py [--run|--update] SEXTANT [NAME.md ...]
+
+Every decimal number and every percentage in the sentences and tables of a document has to stand in its evidence:
+
+- a block of the document, whose commands the test docs/commands runs;
+- a file of `results` that the document names below the same heading: results/profiles/pwc_net_kitti03.json;
+- `sextant options`, for defaults;
+- results/documents/NAME.txt, by heading of the document:
+
+      = errors() { ...; }           a function of the shell for the commands, before the first heading
+      ## Heading
+      @ lib/measurement/x.h         numbers that this file contains (constants, published values)
+      $ command                     what it prints, below; compared by --run
+      % command                     times, which differ from run to run, below; never compared
+
+A number agrees with its evidence if the evidence, rounded to as many digits, is the same number; a percentage also agrees with
+a share. Not looked at are `code`, links, headings, numbers of versions, the levels 95 % and 5 %, and integers without a percent sign.
+
+  --run       also runs the commands of results/documents and compares; those that need $SEXTANT_DATA only with it
+  --update    writes what they print into the files instead
+
+Exit codes: 0 good, 1 not (each problem a line), 2 usage.
+"""
+
+import collections
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+from check_docs import BLOCK, ROOT, fits
+
+EVIDENCE = ROOT / "results" / "documents"
+# Documents whose numbers are not all traced yet.
+NOT_YET = {"datasets.md", "derivations.md"}
+CONVENTIONAL = {"95 %", "5 %", "100 %", "50 %", "0 %"}
+NUMBER = re.compile(r"(?<![\w.,/@#-])[-+]?(?P<digits>\d[\d,]*(?:\.\d+)?(?:e-?\d+)?)(?P<percent> ?\\?%)?(?![\w.]*\d)")
+PRINTED = re.compile(r"(?<![A-Za-z0-9_.])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+NEEDS_DATA = re.compile(r"SEXTANT_DATA|vdo:kitti|kitti:|vkitti1:|sceneflow:|tartanair:|with_data")
+# Names followed by a version or a number of their own.
+VERSION = re.compile(r"\b(Ubuntu|Debian|Python|numpy|scipy|pandas|OpenCV|Slurm|arXiv|BY-NC-SA|Virtual KITTI|vkitti|version|Boost|"
+                     r"simdjson|Embree|cmake|CMake|glibc|schema) v?\d+(\.\d+)*( (and|or|to) \d+(\.\d+)*)?|\d+\.\d+\.\d+")
+
+
+def prose(text):
+    """(line, heading, text of the line) outside blocks, without code, links and versions."""
+    text = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), text)
+    heading = ""
+    for line, content in enumerate(text.split("\n"), 1):
+        if content.startswith("#"):
+            heading = content.lstrip("#").strip()
+            continue
+        content = re.sub(r"``[^`]*``|`[^`]*`|\]\([^)]*\)", " ` ", content)
+        yield line, heading, VERSION.sub(" ", content)
+
+
+def quoted(content):
+    """Numbers of a line that need evidence: (text, value, half of the last digit)."""
+    for match in NUMBER.finditer(content):
+        digits, percent = match["digits"].rstrip(",").replace(",", ""), match["percent"] is not None
+        if (percent or "." in digits) and f"{digits} %" not in (CONVENTIONAL if percent else ()):
+            mantissa, _, exponent = digits.partition("e")
+            decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
+            yield digits + (" %" if percent else ""), float(digits), 0.5000001 * 10.0 ** -decimals
+
+
+def numbers_in(text):
+    return sorted({abs(float(number)) for number in PRINTED.findall(text)})
+
+
+def is_in(value, half, percent, numbers):
+    for scale in (1, 100) if percent else (1,):
+        if any(abs(scale * number - value) <= half for number in numbers):
+            return True
+    return False
+
+
+class Evidence:
+    """Sections of results/documents/NAME.txt: heading -> [(kind, command, printed lines)]."""
+
+    def __init__(self, document):
+        self.path = EVIDENCE / (document.stem + ".txt")
+        self.head, self.sections = [], collections.OrderedDict()
+        entries = None
+        for line in self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else ():
+            if line.startswith("## "):
+                entries = self.sections.setdefault(line[3:], [])
+            elif entries is None:
+                self.head.append(line)
+            elif line[:2] in ("$ ", "% ", "@ "):
+                entries.append((line[0], line[2:], []))
+            elif entries:
+                entries[-1][2].append(line)
+
+    def numbers(self, heading):
+        text = ""
+        for kind, command, printed in self.sections.get(heading, ()):
+            if kind == "@":
+                text += (ROOT / command.split(" ")[0]).read_text(encoding="utf-8")
+            text += "\n".join(printed) + "\n"
+        return numbers_in(text)
+
+    def write(self):
+        lines = list(self.head)
+        for heading, entries in self.sections.items():
+            lines.append("## " + heading)
+            for kind, command, printed in entries:
+                lines += [f"{kind} {command}", *printed]
+        self.path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def result_files(text):
+    """Text of the files of `results` that a section names."""
+    for name in re.findall(r"results/[\w./-]+", text):
+        path = ROOT / name.rstrip("/.")
+        for file in [path] if path.is_file() else sorted(path.glob("*.json")):
+            if file.suffix in (".json", ".csv", ".md") and "documents" not in file.parts:
+                yield file.read_text(encoding="utf-8")
+
+
+def sections_of(text):
+    """heading -> text, with blocks."""
+    sections, heading, in_block = collections.defaultdict(str), "", False
+    for line in text.split("\n"):
+        in_block ^= line.startswith("```")
+        if line.startswith("#") and not in_block:
+            heading = line.lstrip("#").strip()
+        sections[heading] += line + "\n"
+    return sections
+
+
+def definitions(sextant):
+    return numbers_in(subprocess.run([sextant, "options"], stdout=subprocess.PIPE, text=True, check=True).stdout)
+
+
+def problems(document, defined):
+    text = document.read_text(encoding="utf-8")
+    evidence = Evidence(document)
+    blocks = numbers_in("\n".join(match[2] for match in BLOCK.finditer(text)))
+    for heading in set(evidence.sections) - set(sections_of(text)):
+        yield f"{evidence.path.name}: {document.name} has no heading '{heading}'"
+    known = {heading: numbers_in("\n".join(result_files(section))) + evidence.numbers(heading)
+             for heading, section in sections_of(text).items()}
+    for line, heading, content in prose(text):
+        for shown, value, half in quoted(content):
+            percent = shown.endswith("%")
+            if not is_in(value, half, percent, blocks + known[heading]) and not is_in(value, 1e-9 * value, percent, defined):
+                yield f"{document.name}:{line}: {shown} stands in no evidence ({heading})"
+
+
+def run_problems(document, sextant, update):
+    evidence = Evidence(document)
+    functions = "".join(line[2:] + "\n" for line in evidence.head if line.startswith("= "))
+    programs = pathlib.Path(sextant).resolve().parent
+    environment = dict(os.environ, PATH=f"{programs}:{programs.parent / 'test'}:{os.environ['PATH']}", LC_ALL="C.UTF-8", COLUMNS="200")
+    with tempfile.TemporaryDirectory() as folder:
+        environment.update(SEXTANT_CACHE="", HOME=folder, ROOT=str(ROOT))
+        for heading, entries in evidence.sections.items():
+            for i, (kind, command, printed) in enumerate(entries):
+                if kind != "$" or (NEEDS_DATA.search(command) and "SEXTANT_DATA" not in os.environ):
+                    continue
+                done = subprocess.run(["bash", "-c", functions + command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                                      stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+                now = [line.rstrip() for line in done.stdout.splitlines()]
+                if done.returncode != 0 or not fits(printed, now):
+                    yield f"{evidence.path.name}: {heading}: `{command}` prints something else:\n    " + "\n    ".join(now)
+                    if update and done.returncode == 0:
+                        entries[i] = (kind, command, now)
+    if update and evidence.path.exists():
+        evidence.write()
+
+
+def self_test():
+    assert [q[0] for q in quoted("| 0.064 m | 18 to 79 %, 5 %, 300, -2.4 to 4.6 % | 1,000.5 | x0.5 |")] == \
+        ["0.064", "79 %", "2.4", "4.6 %", "1000.5"], list(quoted("| 0.064 m | 18 to 79 %, 5 %, 300, -2.4 to 4.6 % | 1,000.5 | x0.5 |"))
+    assert is_in(0.064, 0.0005, False, [0.0642]) and not is_in(0.064, 0.0005, False, [0.0648])
+    assert is_in(18, 0.5, True, [0.183]) and not is_in(18, 0.5, False, [0.183])
+    assert numbers_in("a1.5 -2.5 3e-2") == [0.03, 2.5]
+    assert [p[2].split() for p in prose("a `1.5` [b](2.5) 3.5 Ubuntu 22.04")] == [["a", "`", "[b", "`", "3.5"]]
+
+
+def main():
+    flags = [word for word in sys.argv[1:] if word.startswith("--")]
+    words = [word for word in sys.argv[1:] if not word.startswith("--")]
+    if "--help" in flags or set(flags) - {"--run", "--update"} or not words:
+        print(__doc__)
+        return 0 if "--help" in flags else 2
+    self_test()
+    documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+    documents = [d for d in documents if d.name in words[1:] or len(words) == 1 and d.name not in NOT_YET]
+    found = []
+    if flags:
+        found = [problem for d in documents for problem in run_problems(d, words[0], "--update" in flags)]
+        if "--update" in flags:
+            print("\n".join(found))
+            found = []
+    defined = definitions(words[0])
+    found += [problem for d in documents for problem in problems(d, defined)]
+    print("\n".join(found) or f"{len(documents)} documents: every decimal number and percentage has its evidence")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
