@@ -20,7 +20,7 @@
 
 namespace sextant {
 
-/// Decode depth; `bf` = focal length times baseline, px m.
+/// Decode images of depth (to m) and of flow (to px); `bf` = focal length times baseline, px m.
 Image<float> depth_from_disparity256(const Image<uint16_t>& disparity, double bf);
 Image<float> depth_from_depth256(const Image<uint16_t>& depth);
 Image<float> depth_from_cm(const Image<uint16_t>& depth_cm);

@@ -40,7 +40,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses();
 /// Explains wrong poses of all bodies together, or of single bodies, by the rule of hypothesis.h.
 std::vector<ObjectExplanation> explain_poses(const PoseData& data);
 
-/// Detects by frame_shift.h a shift of the frame numbers of all bodies; for data about which
+/// Detects a common shift of the frame numbers of all bodies by the method of frame_shift.h, for data about which
 /// explain_poses() finds nothing.
 std::optional<Explanation> explain_hidden_shift(const PoseData& data);
 

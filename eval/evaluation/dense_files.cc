@@ -48,7 +48,8 @@ std::vector<std::string> names_in(const std::string& folder, const std::vector<s
     if (std::ranges::find(extensions, entry.path().extension().string()) == extensions.end()) continue;
     const std::string name = entry.path().stem().string();
     if (!names.insert(name).second)
-      fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", folder, name, name, flag);
+      fail("{}: holds {}.png and {}.flo: choose one with {} flo, or with the format of the PNG file", folder,
+           name, name, flag);
   }
   if (names.empty()) fail("{}: holds no {}", folder, fmt::join(extensions, " or "));
   return {names.begin(), names.end()};
@@ -72,7 +73,8 @@ std::string file_of(const std::string& path, const std::string& name,
     std::error_code ignored;
     if (!fs::exists(file, ignored)) continue;
     if (!found.empty())
-      fail("{}: holds {}.png and {}.flo: give {} flo, or that of the PNG files", path, name, name, flag);
+      fail("{}: holds {}.png and {}.flo: choose one with {} flo, or with the format of the PNG file", path,
+           name, name, flag);
     found = file.string();
   }
   if (found.empty())
