@@ -40,8 +40,8 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses();
 /// Explains wrong poses of all bodies together, or of single bodies, by the rule of hypothesis.h.
 std::vector<ObjectExplanation> explain_poses(const PoseData& data);
 
-/// Detects a common shift of the frame numbers of all bodies by the method of frame_shift.h, for data about which
-/// explain_poses() finds nothing.
+/// Detects a common shift of the frame numbers of all bodies by the method of frame_shift.h, for data for
+/// which explain_poses() finds no explanation.
 std::optional<Explanation> explain_hidden_shift(const PoseData& data);
 
 }  // namespace sextant
