@@ -75,7 +75,8 @@ void print_status(const StatusFlags& flags) {
 
 void add_sweep_status_command(CLI::App& sweep) {
   const auto flags = std::make_shared<StatusFlags>();
-  CLI::App* command = sweep.add_subcommand("status", "How far a sweep in shards is, and what is missing");
+  CLI::App* command =
+      sweep.add_subcommand("status", "Show the progress of a sweep in shards, and its missing shards");
   command->add_option("dir", flags->folder, "Folder with the shards' folders, or with shards/")
       ->required()
       ->type_name("DIR");

@@ -161,8 +161,9 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
       "Errors by noise level",
       "Over the estimated pairs of all seeds. Interval of the mean: bootstrap with a seed's pairs as one "
       "cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: Cramer-Rao bound "
-      "(RMS) / RMSE, 1 at best but for bias and current depths; ANEES: mean normalised error squared, within "
-      "its interval for an estimator that knows its own error. CSV and JSON have more quantiles and every "
+      "(RMS) / RMSE, at most 1 except for a biased estimator or one that uses current depths; ANEES: mean "
+      "normalised error squared, within its interval if the estimator's covariance is right. CSV and JSON "
+      "have more quantiles and every "
       "interval.",
       fields, rows);
 }

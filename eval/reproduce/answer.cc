@@ -48,7 +48,8 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
   std::string text =
       sentence("Holds", holds) + sentence("Holds in part", partly) + sentence("Does not hold", differs);
   if (!why.empty()) text += fmt::format("Why Table III differs: {}. ", why);
-  text += fmt::format("{} of {} comparable published values lie among single runs. ", n_within, n_judged);
+  text += fmt::format("{} of {} comparable published values lie within the range of single runs. ", n_within,
+                      n_judged);
   if (!missing.empty())
     text += fmt::format("Not measured: tables {}: {}, then sextant reproduce --data ROOT.",
                         fmt::join(missing, ", "), fmt::join(fetch, " and "));

@@ -170,7 +170,8 @@ PRIVATE_WORDS = {
     r"tells?|told": "report, print; determine", r"said": "given, requested", r"anew": "again; resampled",
 }
 NO_SUBJECT = re.compile(r"(?:that|those|what|whether|the same|of)\b", re.IGNORECASE)
-# Words that stay: the houses of synthetic streets, the content of a file that marks a folder, and the command `data pack` and the key `packs` of run.json.
+# Words that stay: the houses of synthetic streets, the content of a file that marks a folder, the command `data pack` and the
+# key `packs` of run.json.
 ORDINARY_WORDS = {"datasets/synthetic/*": r"houses?", "eval/experiment/pack.cc": r"packs?",
                   "eval/cli/*": r"packs?", "eval/fuzz/fault_test.py": r"packs?", "eval/gate/sameness.cc": r"packs?"}
 _WORDS = re.compile("|".join(rf"(?<![\w./-])(?:{word})(?![\w-])" for word in PRIVATE_WORDS), re.IGNORECASE)
