@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """usage: scripts/maintain/check_numbers.py [--run|--update] SEXTANT [NAME.md ...]
 
-Every decimal number and every percentage in the sentences and tables of a document has to stand in its evidence:
+Every decimal number, every percentage and every integer of three or more digits in the sentences and tables of a document has to
+stand in its evidence:
 
 - a block of the document, whose commands the test docs/commands runs;
 - a file of `results` that the document names below the same heading: results/profiles/pwc_net_kitti03.json;
@@ -15,7 +16,7 @@ Every decimal number and every percentage in the sentences and tables of a docum
       % command                     times, which differ from run to run, below; never compared
 
 A number agrees with its evidence if the evidence, rounded to as many digits, is the same number; a percentage also agrees with
-a share. Not looked at are `code`, links, headings, numbers of versions, the levels 95 % and 5 %, and integers without a percent sign.
+a share. Not looked at are `code`, links, headings, numbers of versions, years, names of sequences (0018) and the levels 95 % and 5 %.
 
   --run       also runs the commands of results/documents and compares; those that need $SEXTANT_DATA only with it
   --update    writes what they print into the files instead
@@ -40,7 +41,7 @@ PRINTED = re.compile(r"(?<![A-Za-z0-9_.])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 NEEDS_DATA = re.compile(r"SEXTANT_DATA|vdo:kitti|kitti:|vkitti1:|sceneflow:|tartanair:|with_data")
 # Names followed by a version or a number of their own.
 VERSION = re.compile(r"\b(Ubuntu|Debian|Python|numpy|scipy|pandas|OpenCV|Slurm|arXiv|BY-NC-SA|Virtual KITTI|vkitti|version|Boost|"
-                     r"simdjson|Embree|cmake|CMake|glibc|schema) v?\d+(\.\d+)*( (and|or|to) \d+(\.\d+)*)?|\d+\.\d+\.\d+")
+                     r"simdjson|Embree|cmake|CMake|glibc|schema|RFC) v?\d+(\.\d+)*( (and|or|to) \d+(\.\d+)*)?|\d+\.\d+\.\d+")
 
 
 def prose(text):
@@ -59,13 +60,15 @@ def quoted(content):
     """Numbers of a line that need evidence: (text, value, half of the last digit)."""
     for match in NUMBER.finditer(content):
         digits, percent = match["digits"].rstrip(",").replace(",", ""), match["percent"] is not None
-        if (percent or "." in digits) and f"{digits} %" not in (CONVENTIONAL if percent else ()):
+        is_large = len(digits) > 2 and "e" not in digits and digits[0] != "0" and not 1900 <= float(digits) < 2100
+        if (percent or "." in digits or is_large) and f"{digits} %" not in (CONVENTIONAL if percent else ()):
             mantissa, _, exponent = digits.partition("e")
             decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
             yield digits + (" %" if percent else ""), float(digits), 0.5000001 * 10.0 ** -decimals
 
 
 def numbers_in(text):
+    text = re.sub(r"(?<=\d)[',](?=\d{3}(?!\d))", "", text)  # 10'000 or 10,000
     return sorted({abs(float(number)) for number in PRINTED.findall(text)})
 
 
@@ -173,10 +176,10 @@ def run_problems(document, sextant, update):
 
 def self_test():
     assert [q[0] for q in quoted("| 0.064 m | 18 to 79 %, 5 %, 300, -2.4 to 4.6 % | 1,000.5 | x0.5 |")] == \
-        ["0.064", "79 %", "2.4", "4.6 %", "1000.5"], list(quoted("| 0.064 m | 18 to 79 %, 5 %, 300, -2.4 to 4.6 % | 1,000.5 | x0.5 |"))
+        ["0.064", "79 %", "300", "2.4", "4.6 %", "1000.5"]
     assert is_in(0.064, 0.0005, False, [0.0642]) and not is_in(0.064, 0.0005, False, [0.0648])
     assert is_in(18, 0.5, True, [0.183]) and not is_in(18, 0.5, False, [0.183])
-    assert numbers_in("a1.5 -2.5 3e-2") == [0.03, 2.5]
+    assert numbers_in("a1.5 -2.5 3e-2 10'000") == [0.03, 2.5, 10000]
     assert [p[2].split() for p in prose("a `1.5` [b](2.5) 3.5 Ubuntu 22.04")] == [["a", "`", "[b", "`", "3.5"]]
 
 
@@ -197,7 +200,7 @@ def main():
             found = []
     defined = definitions(words[0])
     found += [problem for d in documents for problem in problems(d, defined)]
-    print("\n".join(found) or f"{len(documents)} documents: every decimal number and percentage has its evidence")
+    print("\n".join(found) or f"{len(documents)} documents: every decimal number, percentage and large integer has its evidence")
     return 1 if found else 0
 
 
