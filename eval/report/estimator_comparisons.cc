@@ -211,6 +211,9 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
     for (auto& [name, comparison] : row.errors) family.push_back(&comparison);
   }
   correct_by_holm(family);
+  const auto n_tests = std::ranges::count_if(family, [](const auto* test) { return test->p.has_value(); });
+  for (ErrorComparison* test : family)  // all clusters differ in the same direction
+    test->smallest_p = static_cast<double>(n_tests) * std::ldexp(1.0, 1 - test->n_clusters);
   if (n_left_out != nullptr) *n_left_out = std::accumulate(left_out.begin(), left_out.end(), size_t{0});
   return rows;
 }
@@ -219,9 +222,9 @@ std::string verdict(const ErrorComparison& comparison, const ComparisonRow& row)
   if (comparison.identical) return "identical";
   const std::optional<Interval>& interval = comparison.interval;
   if (!comparison.p_corrected || !interval) return "too few clusters";
-  if (*comparison.p_corrected > alpha || (interval->low <= 0 && interval->high >= 0)) {
-    return "no difference seen";
-  }
+  if (interval->low <= 0 && interval->high >= 0) return "no difference seen";
+  if (*comparison.p_corrected > alpha)
+    return comparison.smallest_p > alpha ? "too few clusters" : "no difference seen";
   return (comparison.difference < 0 ? row.second : row.first) + " lower";
 }
 
@@ -243,7 +246,8 @@ Table comparison_table(const std::vector<ComparisonRow>& rows) {
       "Estimators compared pair by pair",
       "Difference of the mean errors, second - first, over the pairs that both have estimated. Clusters "
       "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
-      "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %.",
+      "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %. Too few clusters: "
+      "the interval excludes 0, but so many comparisons of so few seeds cannot reach 5 %.",
       fields, rows);
 }
 

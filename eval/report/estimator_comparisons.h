@@ -8,7 +8,8 @@
 //   p_corrected  Holm's correction over all rows and both errors of the table
 //   detectable   smallest difference that this number of clusters detects at 5 % with probability 80 %
 //   verdict      the estimator with the lower error, if p_corrected <= 0.05 and the interval excludes 0;
-//                "identical" if no pair differs by more than 1e-9; otherwise "no difference seen"
+//                "identical" if no pair differs by more than 1e-9; "too few clusters" if the interval excludes
+//                0, but so few clusters cannot give p_corrected <= 0.05; otherwise "no difference seen"
 
 #include <map>
 #include <string>
@@ -24,6 +25,7 @@ namespace sextant {
 struct ErrorComparison : PairedComparison {
   double mean_first = 0;
   bool identical = false;
+  double smallest_p = 0;  ///< smallest p_corrected that its number of clusters allows
 };
 
 struct ComparisonRow {

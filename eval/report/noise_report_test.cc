@@ -83,6 +83,13 @@ TEST(Comparisons, FindADifferenceOfTheSizeThatIsThere) {
   EXPECT_EQ(verdict(rows[2].errors.at("Et_m"), rows[2]), "b lower");  // of b and c
 }
 
+TEST(Comparisons, FewSeedsThatAgreeAreTooFewForATest) {
+  for (const auto& [n_seeds, expected] : {std::pair(5, "too few clusters"), std::pair(20, "a lower")}) {
+    for (const ComparisonRow& row : compare_estimators({sweep_of(records_of({{"a", 0}, {"b", 0.01}}, n_seeds))}))
+      EXPECT_EQ(verdict(row.errors.at("Et_m"), row), expected) << n_seeds;
+  }
+}
+
 TEST(Comparisons, NoiseAloneIsNoDifference) {
   std::vector<Record> records = records_of({{"a", 0}}, 30);
   const size_t n = records.size();
