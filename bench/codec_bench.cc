@@ -135,7 +135,8 @@ std::string poses_xml() {
       text += fmt::format("<rot{0}{1}>{2:.17e}</rot{0}{1}>\n", i / 3 + 1, i % 3 + 1, i % 4 == 0 ? 1.0 : 0.0);
     return text +
            fmt::format(
-               "</R_>\n<t_>\n<data>\n<item>{:.17e}</item>\n<item>0</item>\n<item>0</item>\n</data>\n</t_>\n</{}>\n",
+               "</R_>\n<t_>\n<data>\n<item>{:.17e}</item>\n<item>0</item>\n<item>0</item>\n</data>\n</t_>\n"
+               "</{}>\n",
                x, name);
   };
   std::string text = "<?xml version=\"1.0\"?>\n<boost_serialization>\n<val>\n";

@@ -1,4 +1,5 @@
-// Our own implementations compared with OpenCV's: corners of one image, and motions through three points (P3P).
+// Our own implementations compared with OpenCV's: corners of one image, and motions through three points
+// (P3P).
 
 #include <benchmark/benchmark.h>
 

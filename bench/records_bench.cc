@@ -14,7 +14,6 @@
 
 #include "sextant/base/files.h"
 #include "sextant/eval/records/record.h"
-#include "sextant/eval/records/record_fields.h"
 #include "sextant/eval/records/record_stream.h"
 
 #ifdef SEXTANT_SIMDJSON

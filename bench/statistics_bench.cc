@@ -8,8 +8,8 @@
 #include <random>
 
 #include "sextant/stats/bootstrap.h"
-#include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {

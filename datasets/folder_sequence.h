@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "sextant/datasets/channels/channel_source.h"
-#include "sextant/datasets/channels/frame_files.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/truth/truth.h"
 
@@ -57,7 +56,7 @@ template <typename T>
 struct FolderChannel {
   std::string option = "auto";  ///< option value: auto, none, or a choice of channels/channel_source.h
   std::string kind;             ///< kind of the data set's files: "cm"
-  std::string files;            ///< the files, as in channels/frame_files.h, or one FILE; empty: none
+  std::string files;            ///< the files, as in channels/channel_source.h, or one FILE; empty: none
   std::string computed;         ///< choice of auto if there are no files: "dis"; empty: none
   bool exact = false;           ///< the files are the ground truth of the data set
   std::string provenance;       ///< text for files; empty: "depth: KIND:FILES"
@@ -67,7 +66,7 @@ struct FolderChannel {
 };
 
 struct FolderFiles {
-  std::string left, right;  ///< images, .png or .jpg, as in channels/frame_files.h; empty: none
+  std::string left, right;  ///< images, .png or .jpg, as in channels/channel_source.h; empty: none
   FolderChannel<float> depth;
   FolderChannel<Flow> flow, backward_flow;
   FolderChannel<uint16_t> masks;

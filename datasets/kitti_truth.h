@@ -124,7 +124,8 @@ struct KittiTruthOptions {
       "velocity_vector = lengths and directions from the measured velocity; velocity_heading = that "
       "velocity, rotated into the heading of the car");
     v("heading", heading, "",
-      "yaw = the attitude as measured; course = its heading rotated slowly into the direction of the velocity");
+      "yaw = the attitude as measured; course = its heading rotated slowly into the direction of the "
+      "velocity");
     v("velocity_lag_s", velocity_lag_s, "s",
       "how much older a sample's velocity is than its position, for heading = course and velocity = "
       "velocity_heading");

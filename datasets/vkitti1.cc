@@ -1,13 +1,13 @@
 #include "sextant/datasets/vkitti1.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/ranges.h>
 #include <functional>
 #include <limits>
 #include <unordered_map>
 
-#include "sextant/datasets/channels/frame_files.h"
+#include "sextant/datasets/channels/channel_source.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/vkitti_text.h"
 #include "sextant/datasets/vkitti_layout.h"

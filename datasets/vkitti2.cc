@@ -51,8 +51,8 @@ class Vkitti2Reader {
       if (row.camera == camera_) out_.truth.camera.set(row.frame, row.T_camera_world.inverse());
     }
     if (!all.empty() && !cameras.contains(camera_)) {
-      fail("{}: no rows of camera {}; available: {}: take the option camera = {}", path("extrinsic.txt").string(),
-           camera_, fmt::join(cameras, ", "), *cameras.begin());
+      fail("{}: no rows of camera {}; available: {}: take the option camera = {}",
+           path("extrinsic.txt").string(), camera_, fmt::join(cameras, ", "), *cameras.begin());
     }
     for (const auto& [frame, poses] : by_frame) check_baseline(frame, poses);
   }
@@ -192,8 +192,8 @@ class Place {
       fail("{}: no Virtual KITTI 2 in it: expected folders such as Scene01/clone", root_.string());
     }
     if (source.sequence.empty()) {
-      fail("source '{}': choose a scene: {}:{}#<scene>/<variation>; available: {}", source.text, source.adapter,
-           source.path, fmt::join(scenes, ", "));
+      fail("source '{}': choose a scene: {}:{}#<scene>/<variation>; available: {}", source.text,
+           source.adapter, source.path, fmt::join(scenes, ", "));
     }
     if (!scenes.contains(name_.group)) {
       fail("{}: no scene '{}' in it; available: {}", root_.string(), name_.group, fmt::join(scenes, ", "));

@@ -3,9 +3,41 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 say() { printf '\033[1m==> %s\033[0m\n' "$*" | if [[ -t 1 ]]; then cat; else sed 's/\x1b\[[0-9]*m//g'; fi; }
+own_name() { realpath --relative-to="$root" "$0"; }
 die() {
-  printf '%s: %s\n' "$(realpath --relative-to="$root" "$0")" "$*" >&2
+  printf '%s: %s\n' "$(own_name)" "$*" >&2
   exit 2
+}
+
+# arguments NAME... -- "$@": reads the flags of the calling script. Of the NAMEs, `out=` sets the variable out to the value
+# of --out, `keep` sets keep to true, `bench+` appends to an array (a '-' becomes '_'); `words` lets other arguments go to
+# the array words, and `rest` those after `--` to the array rest. --help prints the help text.
+arguments() {
+  local known=" " flag name
+  while [[ $1 != -- ]]; do known+="$1 "; shift; done
+  shift
+  words=() rest=()
+  while (($# > 0)); do
+    flag=$1 name=${1#--}
+    shift
+    if [[ $flag == -h || $flag == --help ]]; then
+      usage
+      exit 0
+    elif [[ $flag == -- && $known == *" rest "* ]]; then
+      rest=("$@")
+      return
+    elif [[ $flag == --* && $known == *" $name"[=+]" "* ]]; then
+      [[ -n ${1:-} ]] || die "$flag needs a value; see $(own_name) --help"
+      if [[ $known == *" $name= "* ]]; then printf -v "${name//-/_}" %s "$1"; else eval "${name//-/_}+=(\"\$1\")"; fi
+      shift
+    elif [[ $flag == --* && $known == *" $name "* ]]; then
+      printf -v "${name//-/_}" true
+    elif [[ $flag != -* && $known == *" words "* ]]; then
+      words+=("$flag")
+    else
+      die "unknown argument '$flag'; see $(own_name) --help"
+    fi
+  done
 }
 
 # Prints the comment block at the top of the calling script, which is its help text.

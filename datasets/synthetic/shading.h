@@ -106,7 +106,8 @@ class Shader {
     float normal_y = 0;                ///< normal in world axes
     float sky_light[3] = {}, sun_light[3] = {};
   };
-  /// Directions of the rays: (x, y, 1) in camera axes, whose norm is the length of a ray per depth, and in world axes.
+  /// Directions of the rays: (x, y, 1) in camera axes, whose norm is the length of a ray per depth, and in
+  /// world axes.
   struct Rays {
     Linear x, y, world_x, world_y, world_z;
   };

@@ -4,7 +4,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
 #include "sextant/eval/records/output.h"

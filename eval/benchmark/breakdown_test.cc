@@ -19,8 +19,8 @@ LevelCounts level_of(double level, const std::vector<std::optional<double>>& err
 }
 
 TEST(Breakdown, IsInterpolatedBetweenLevels) {
-  const std::vector<LevelCounts> levels = {level_of(0.1, {1, 1}), level_of(0.2, {1, 1}), level_of(0.4, {1.5, 1.5}),
-                                           level_of(0.8, {2.5, 2.5})};
+  const std::vector<LevelCounts> levels = {level_of(0.1, {1, 1}), level_of(0.2, {1, 1}),
+                                           level_of(0.4, {1.5, 1.5}), level_of(0.8, {2.5, 2.5})};
   const BreakdownLevel found = breakdown_of(levels, 0.2, 2, 0.9);
   EXPECT_EQ(found.cause, BreakdownCause::error);
   EXPECT_NEAR(found.level, 0.6, 1e-12);
@@ -30,7 +30,8 @@ TEST(Breakdown, IsInterpolatedBetweenLevels) {
 }
 
 TEST(Breakdown, LevelsBelowTheNominalOneDoNotCount) {
-  const std::vector<LevelCounts> levels = {level_of(0.1, {100, 100}), level_of(0.2, {1, 1}), level_of(0.4, {1.1, 1.1})};
+  const std::vector<LevelCounts> levels = {level_of(0.1, {100, 100}), level_of(0.2, {1, 1}),
+                                           level_of(0.4, {1.1, 1.1})};
   EXPECT_EQ(breakdown_of(levels, 0.2, 2, 0.9).text(), "> 0.4");
 }
 
@@ -43,7 +44,8 @@ TEST(Breakdown, LostCoverageBreaksDownBeforeTheError) {
 }
 
 TEST(Breakdown, NothingEstimatedAtTheNominalLevelIsAtNominal) {
-  const BreakdownLevel found = breakdown_of({level_of(1, {std::nullopt, 1.0}), level_of(2, {1, 1})}, 1, 2, 0.9);
+  const BreakdownLevel found =
+      breakdown_of({level_of(1, {std::nullopt, 1.0}), level_of(2, {1, 1})}, 1, 2, 0.9);
   EXPECT_EQ(found.cause, BreakdownCause::nominal);
   EXPECT_EQ(found.text(), "at nominal");
 }

@@ -54,15 +54,17 @@ std::vector<std::string> shown_names(const TrackPoints& of) {
 Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoints& of) {
   Panel panel{body == "camera" ? "camera" : "objects", "", {}};
   panel.settings = fmt::format(
-      "set logscale y\nset format y \"%g\"\nset ylabel \"mean E_t [mm]\" noenhanced\nset xlabel {} noenhanced offset 0,0.4\n"
+      "set logscale y\nset format y \"%g\"\nset ylabel \"mean E_t [mm]\" noenhanced\n"
+      "set xlabel {} noenhanced offset 0,0.4\n"
       "set arrow from first {},graph 0 to first {},graph 1 nohead lc rgb \"#404040\" dt 3 lw 0.7\n",
       gp_text(track.level_title), gp_number(track.nominal), gp_number(track.nominal));
   const std::vector<std::string> names = shown_names(of);
   for (const Series& series : of.series) {
     const std::string x =
         only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
-    const std::string style = series.is_reference ? fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)
-                                                  : estimator_style(series.name, distinct_colour(series.name, names));
+    const std::string style = series.is_reference
+                                  ? fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)
+                                  : estimator_style(series.name, distinct_colour(series.name, names));
     if (!series.is_reference)
       panel.plots.push_back(interval_plot(x, "low", "high", distinct_colour(series.name, names), 1));
     panel.plots.push_back(fmt::format("data using {}:(column(\"error_mm\")) {}", x, style));
@@ -87,14 +89,16 @@ Figure figure_of(const SuiteTrack& track, const TrackPoints& of) {
   bool has_references = false;
   for (const Series& series : of.series) {
     has_references |= series.is_reference;
-    if (!series.is_reference) legend.push_back({estimator_title(series.name), estimator_style(series.name, distinct_colour(series.name, shown_names(of)))});
+    if (!series.is_reference)
+      legend.push_back({estimator_title(series.name),
+                        estimator_style(series.name, distinct_colour(series.name, shown_names(of)))});
   }
   if (has_references) legend.push_back({"references", fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)});
   set_panels({.columns = panels.size(), .width_cm = 9.0 * static_cast<double>(panels.size())}, legend, panels,
              figure);
   figure.caption = fmt::format(
-      "{}: mean E_t with 95 % intervals; the dotted line is the nominal level. A point is missing where nothing was "
-      "estimated.",
+      "{}: mean E_t with 95 % intervals; the dotted line is the nominal level. A point is missing where "
+      "nothing was estimated.",
       track.title);
   return figure;
 }
@@ -159,8 +163,8 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
   }
   set_panels({.columns = 1, .width_cm = 16, .panel_height_cm = 7}, legend, {panel}, figure);
   figure.caption =
-      "Performance profile: the share of cases (track, kind of body, level) in which the error of an estimator is at "
-      "most tau times that of the best one.";
+      "Performance profile: the share of cases (track, kind of body, level) in which the error of an "
+      "estimator is at most tau times that of the best one.";
   return figure;
 }
 

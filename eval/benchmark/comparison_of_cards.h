@@ -25,7 +25,8 @@ struct CardComparison {
   std::optional<double> p, p_corrected;
 };
 
-/// Compares two folders of sweeps (card.h), each with one result. Throws Error if they have no case in common.
+/// Compares two folders of sweeps (card.h), each with one result. Throws Error if they have no case in
+/// common.
 std::vector<CardComparison> compare_benchmarks(const Suite& suite, const std::filesystem::path& folder,
                                                const std::filesystem::path& reference);
 

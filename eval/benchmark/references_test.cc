@@ -55,7 +55,8 @@ TEST(References, DepthsOfBothFramesMakeEstimatesRobustAgainstDepthNoise) {
   const Card own = card_of("joint_flow_depth");
   for (const char* other : {"joint_flow", "motion_only", "opencv_pnp", "multimot_track", "vdo_slam_front"}) {
     // At four times the nominal noise of depth.
-    EXPECT_LT(error_of(own, "depth", "object", 0.8), error_of(card_of(other), "depth", "object", 0.8)) << other;
+    EXPECT_LT(error_of(own, "depth", "object", 0.8), error_of(card_of(other), "depth", "object", 0.8))
+        << other;
   }
   const auto level_of = [](const Card& card) {
     for (const Breakdown& row : card.breakdowns)

@@ -1,8 +1,8 @@
 #pragma once
 
-// A benchmark suite: a frozen set of tracks, each of which is one or more ordinary sweeps (docs/benchmark.md).
-// A suite is data, eval/suites/NAME.json; suite_test.cc pins the SHA-256 of each. A change of a suite is a new
-// file with a new name, so that two cards of one suite always mean the same cases.
+// A benchmark suite: a frozen set of tracks, each of which is one or more ordinary sweeps
+// (docs/benchmark.md). A suite is data, eval/suites/NAME.json; suite_test.cc pins the SHA-256 of each. A
+// change of a suite is a new file with a new name, so that two cards of one suite always mean the same cases.
 //
 //   { "name": "sextant-1", "title": "..",
 //     "metric": "Et_m",                                    // the error that the breakdown level is of
@@ -10,8 +10,10 @@
 //     "tracks": [
 //       { "name": "depth", "title": "Depth noise",
 //         "level": "disparity noise delta_d [px]",         // meaning of the numbers of its levels
-//         "nominal": 0.2,                                  // level that the errors of the others are relative to
-//         "quick": [0.2, 0.8],                             // levels of a quick run, which has the first seed only
+//         "nominal": 0.2,                                  // level that the errors of the others are
+//                                                          relative to
+//         "quick": [0.2, 0.8],                             // levels of a quick run, which has the first seed
+//                                                          only
 //         "objects": {"s18": [1, 2]},                      // objects that count, by sequence; without: all
 //         "needs_data": false,                             // true: left out where the data are not there
 //         "plans": {"depth": {"sources": [..], "noise": {..}, "seeds": 5, "options": {..}}} } ] }
@@ -49,7 +51,8 @@ struct SuiteTrack {
       objects;  ///< objects that count, by sequence; empty: all that have truth
   std::vector<SuiteSweep> sweeps;
 
-  /// Returns true if the track counts the record: it has truth, and its body is the camera or one of `objects`.
+  /// Returns true if the track counts the record: it has truth, and its body is the camera or one of
+  /// `objects`.
   bool counts(const Record& record) const;
 };
 

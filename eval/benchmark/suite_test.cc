@@ -13,7 +13,8 @@ using ::testing::HasSubstr;
 
 TEST(Suite, IsFrozen) {
   // Another hash means another benchmark: write a new suite, sextant-2, and leave this one as it is.
-  EXPECT_EQ(find_suite("sextant-1").sha256, "25ffb58272be2fd238f315ed3908a0c89ab060ee43a2987b2aab1c769203ff76");
+  EXPECT_EQ(find_suite("sextant-1").sha256,
+            "25ffb58272be2fd238f315ed3908a0c89ab060ee43a2987b2aab1c769203ff76");
 }
 
 TEST(Suite, ExpandsIntoPlansThatSweepTakes) {
@@ -57,7 +58,8 @@ std::string message_of(const std::string& text) {
 }
 
 TEST(Suite, NamesWhatIsWrong) {
-  EXPECT_THAT(message_of(R"({"name": "a", "titel": "b"})"), HasSubstr("unknown key 'titel': did you mean 'title'"));
+  EXPECT_THAT(message_of(R"({"name": "a", "titel": "b"})"),
+              HasSubstr("unknown key 'titel': did you mean 'title'"));
   EXPECT_THAT(message_of(R"({"name": "a/b"})"), HasSubstr("name 'a/b'"));
   EXPECT_THAT(message_of(R"({"name": "a", "title": "t", "metric": "Et_m",
     "breakdown": {"error_ratio": 1, "min_coverage": 0.9}})"), HasSubstr("error_ratio"));

@@ -171,8 +171,8 @@ void check_card(const Suite& suite, const Json& stored, const fs::path& folder) 
          first_difference(given, computed));
 }
 
-/// Every number that the stored record has is that of the record of the same pair and body, to nine digits: records may be
-/// stored without numbers that no card needs.
+/// Every number that the stored record has is that of the record of the same pair and body, to nine digits:
+/// records may be stored without numbers that no card needs.
 bool agrees(const Record& stored, const Record& again) {
   constexpr double digits = 1e-8;
   const auto agree = [&](const Record::Numbers& a, const Record::Numbers& b) {
@@ -182,15 +182,20 @@ bool agrees(const Record& stored, const Record& again) {
     });
   };
   return stored.frame == again.frame && stored.body == again.body && stored.status == again.status &&
-         agree(stored.errors, again.errors) && agree(stored.bound, again.bound) && agree(stored.values, again.values);
+         agree(stored.errors, again.errors) && agree(stored.bound, again.bound) &&
+         agree(stored.values, again.values);
 }
 
-/// Compares the stored records of a case with those of a run. Only bodies that the track counts must be stored.
+/// Compares the stored records of a case with those of a run. Only bodies that the track counts must be
+/// stored.
 bool agree(const std::vector<Record>& stored, const std::vector<Record>& again, const SuiteTrack& track) {
-  const auto has_each = [](const std::vector<Record>& all, const auto& same) { return std::ranges::any_of(all, same); };
+  const auto has_each = [](const std::vector<Record>& all, const auto& same) {
+    return std::ranges::any_of(all, same);
+  };
   return std::ranges::all_of(stored,
                              [&](const Record& record) {
-                               return has_each(again, [&](const Record& other) { return agrees(record, other); });
+                               return has_each(again,
+                                               [&](const Record& other) { return agrees(record, other); });
                              }) &&
          std::ranges::all_of(again, [&](const Record& record) {
            return !track.counts(record) || has_each(stored, [&](const Record& other) {

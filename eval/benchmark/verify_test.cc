@@ -22,7 +22,8 @@ using ::testing::HasSubstr;
 constexpr const char* small_suite = R"({
   "name": "small-1", "title": "A small suite for tests", "metric": "Et_m",
   "breakdown": {"error_ratio": 2, "min_coverage": 0.9},
-  "tracks": [{"name": "depth", "title": "Depth noise", "level": "delta_d [px]", "nominal": 0.2, "quick": [0.2],
+  "tracks": [{"name": "depth", "title": "Depth noise", "level": "delta_d [px]", "nominal": 0.2,
+              "quick": [0.2],
     "objects": {"s18": [1]},
     "plans": {"depth": {"sources": ["synthetic:s18@0-3"], "seeds": 2,
       "noise": {"parameter": "depth.delta_d_px", "levels": [0.2, 0.8], "base": {"flow": {"epe_px": 0.5}}}}}}]

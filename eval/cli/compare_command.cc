@@ -96,7 +96,8 @@ void add_compare_command(CLI::App& app) {
       ->check(CLI::IsMember({"accuracy", "speed"}));
   add_value(
       *command, "--allow", flags->allowed, "WHAT",
-      "Report a difference of this kind without refusing to compare: cases, new_cases, data, configuration, definitions, machine")
+      "Report a difference of this kind without refusing to compare: cases, new_cases, data, configuration, "
+      "definitions, machine")
       ->expected(1)
       ->take_all()
       ->check(CLI::IsMember({"cases", "new_cases", "data", "configuration", "definitions", "machine"}));

@@ -203,9 +203,9 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
   add_option_flags(*command, *flags);
   add_value(
       *command, "--covariance", flags->covariance, "CONVENTION",
-      "Convention of covariances behind TUM lines: ros (position first, world axes), openvins (rotation first, in the "
-      "body) or gtsam (rotation first, both in the body); without it openvins for 12 numbers, ros for 21 or "
-      "36");
+      "Convention of covariances behind TUM lines: ros (position first, world axes), openvins (rotation "
+      "first, in the body) or gtsam (rotation first, both in the body); without it openvins for 12 numbers, "
+      "ros for 21 or 36");
   command
       ->add_option("--max-speed", flags->options.max_speed_m_s,
                    "A true step that is faster is an error, m/s (without time stamps: 50 m a frame)")
@@ -316,7 +316,8 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
              "Exact identities as estimates of an object that moves: count them as estimates or as lost");
   add_value(
       *command, "--covariance", flags->covariance, "CONVENTION",
-      "motions, poses: convention of covariances behind TUM rows: ros, openvins or gtsam, as in evaluate ego");
+      "motions, poses: convention of covariances behind TUM rows: ros, openvins or gtsam, as in evaluate "
+      "ego");
   add_data_flag(*command, *flags);
   add_option_flags(*command, *flags);
   add_value(*command, "--save-tum", flags->files.tum, "DIR",

@@ -27,7 +27,8 @@ void add_source_argument(CLI::App& command, std::string& source) {
 void add_cache_flag(CLI::App& command, std::string& folder) {
   add_value(
       command, "--cache", folder, "DIR",
-      "Folder of correspondence caches, writable by this user only (default: $SEXTANT_CACHE or ~/.cache/sextant)");
+      "Folder of correspondence caches, writable by this user only (default: $SEXTANT_CACHE or "
+      "~/.cache/sextant)");
 }
 
 void add_data_flag(CLI::App& command, CommonFlags& flags) {

@@ -8,11 +8,11 @@
 #include "sextant/eval/gate/comparison.h"
 #include "sextant/eval/gate/outputs.h"
 #include "sextant/eval/gate/testing.h"
-#include "sextant/eval/workflow/noise_document.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/run_summary.h"
+#include "sextant/eval/workflow/report_output.h"
 
 namespace sextant {
 namespace {

@@ -36,7 +36,8 @@ constexpr Place places[] = {
     {"sextant run", "--out", "run vdo:IN/a --estimator external:IN/program.json --jobs 1 --quiet --out OUT"},
     {"sextant sweep", "--out", "sweep IN/plan.json --cache IN/cache --jobs 1 --quiet --out OUT"},
     {"sextant merge", "--out", "merge IN/shard1 IN/shard2 --quiet --out OUT"},
-    {"sextant benchmark", "--out", "benchmark joint_flow --quick --tracks exact --cache IN/cache --jobs 1 --quiet --out OUT"},
+    {"sextant benchmark", "--out",
+     "benchmark joint_flow --quick --tracks exact --cache IN/cache --jobs 1 --quiet --out OUT"},
     {"sextant rescore", "--out", "rescore IN/external_run --jobs 1 --quiet --out OUT"},
     {"sextant report", "--out", "report IN/sweep --jobs 1 --quiet --out OUT"},
     {"sextant compare", "--out", "compare IN/sweep IN/sweep --jobs 1 --quiet --out OUT"},
@@ -292,7 +293,8 @@ TEST(Cache, OfAnotherUserIsRefused) {
   make_vdo_fixture(temp.path() / "a", {.n_frames = 3, .width = 160, .height = 48});
   temp.write("plan.json", json_text({{"sources", {"vdo:" + temp / "a"}}, {"estimators", {"motion_only"}}}));
   fs::create_directory(temp / "shared");
-  // Without a home folder correspondence caches lie in a folder of the user's own below the system's temporary folder.
+  // Without a home folder correspondence caches lie in a folder of the user's own below the system's
+  // temporary folder.
   const std::string words =
       fmt::format("sweep {0}/plan.json --jobs 1 --quiet --out {0}/", temp.path().string());
   const std::string bare =

@@ -61,7 +61,8 @@ void add_reproduce_command(CLI::App& app) {
   command->add_flag("--quiet", flags->quiet, "No progress; only where the report is");
   command->add_flag("--json", flags->json, "Print the verdicts as JSON");
   command->footer(
-      "Without data the embedded scenarios are measured; docs/reproduction.md lists the data of every experiment.\n"
+      "Without data the embedded scenarios are measured; docs/reproduction.md lists the data of every "
+      "experiment.\n"
       "Ctrl-C or a crash loses nothing: give the same command again.\n"
       "Example:\n  sextant reproduce --data $SEXTANT_DATA --out results/runs/reproduce");
   command->callback([flags] { reproduce_as_told(*flags); });

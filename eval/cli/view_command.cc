@@ -74,7 +74,8 @@ void add_view_command(CLI::App& app) {
   add_case_flags(*command, flags->request.choice);
   add_value(
       *command, "--images,--truth", flags->request.images, "SOURCE",
-      "For folders of `evaluate objects`: the SOURCE that the logs belong to, for images, true boxes and masks");
+      "For folders of `evaluate objects`: the SOURCE that the logs belong to, for images, true boxes and "
+      "masks");
   command->add_option("--quality", flags->request.page.jpeg_quality, "JPEG quality of the images")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));

@@ -100,7 +100,8 @@ Vector6d step_numbers(const SE3& error) {
 
 Explanation FrameShift::explanation(Reading read, double declared) const {
   read.cause += fmt::format(
-      "; the errors contain {:.2f} +- {:.2f} of the change over these frames (1 for shifted, 0 for right frame numbers)",
+      "; the errors contain {:.2f} +- {:.2f} of the change over these frames (1 for shifted, 0 for right "
+      "frame numbers)",
       share, standard_error);
   return {std::move(read), {}, declared};
 }

@@ -444,9 +444,10 @@ std::set<int> ids_of(const MotionData& data) {
 
 using Residual = std::optional<double>(const MotionData&);
 
-/// Explains the motions of all objects, or of single ones, by the hypotheses of the table. In the null reading
-/// no object moves.
-std::vector<ObjectExplanation> explain_by(const MotionData& data, const std::vector<Hypothesis<MotionData>>& table,
+/// Explains the motions of all objects, or of single ones, by the hypotheses of the table. In the null
+/// reading no object moves.
+std::vector<ObjectExplanation> explain_by(const MotionData& data,
+                                          const std::vector<Hypothesis<MotionData>>& table,
                                           Residual residual) {
   return explain_objects(ids_of(data), [&](const std::set<int>& of) -> std::optional<Explanation> {
     const MotionData some = of_objects(data, of);

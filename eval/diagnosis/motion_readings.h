@@ -77,9 +77,10 @@ std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame
 /// Returns the motion of a sample in the world frame; empty if a pose that this needs is not known.
 using WorldMotion = std::function<std::optional<SE3>(const MotionSample&)>;
 
-/// Fits poses of objects that are not known to motions H in the world and B in the body frame, in least squares over each
-/// stretch of ten steps or more: L_0 with H_k L_{k-1} = L_{k-1} B_k. The reference carries L_0 from frame to frame, as
-/// L_k = L_{k-1} B_k where it is in the body frame and as L_k = H_k L_{k-1} where it is in the world. Other samples keep no pose.
+/// Fits poses of objects that are not known to motions H in the world and B in the body frame, in least
+/// squares over each stretch of ten steps or more: L_0 with H_k L_{k-1} = L_{k-1} B_k. The reference carries
+/// L_0 from frame to frame, as L_k = L_{k-1} B_k where it is in the body frame and as L_k = H_k L_{k-1} where
+/// it is in the world. Other samples keep no pose.
 void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world);
 void fit_poses_to_world_reference(MotionData& data);  ///< `given` is B
 

@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/distribution_figures.h"
+#include "sextant/eval/evaluation/run_statistics.h"
 
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/report/hostile_testing.h"

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <numeric>
 
-#include "sextant/eval/evaluation/trajectory_checks.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
+#include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/geometry/trajectory.h"
 
 namespace sextant {

@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/evo_result.h"
+#include "sextant/eval/evaluation/recorded_files.h"
 
 #include <minizip/unzip.h>
 

@@ -161,7 +161,8 @@ std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions
       {"backwards",
        fmt::format(
            "{}, motions of object{} {}: backwards (-x or -z of their own axes) in all of the log: if x or z "
-           "points forward, the motions are inverted, from frame k to k-1: invert each motion; --truth decides",
+           "points forward, the motions are inverted, from frame k to k-1: invert each motion; --truth "
+           "decides",
            log.estimator, backwards.size() > 1 ? "s" : "", fmt::join(backwards, ", "))}};
 }
 

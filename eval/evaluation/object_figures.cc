@@ -5,7 +5,6 @@
 #include <map>
 #include <set>
 
-#include "sextant/eval/report/figures/equal_axes.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
 

@@ -9,7 +9,7 @@
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
-#include "sextant/eval/report/explorer.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/figure.h"
 
 namespace sextant {

@@ -1,12 +1,12 @@
-#include "sextant/eval/evaluation/object_scores.h"
+#include "sextant/eval/evaluation/object_report.h"
 
 #include <algorithm>
 #include <array>
 #include <map>
 #include <set>
 
-#include "sextant/eval/evaluation/distribution_figures.h"
 #include "sextant/eval/evaluation/object_figures.h"
+#include "sextant/eval/evaluation/run_statistics.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/figures/record_figures.h"
@@ -125,8 +125,8 @@ Table object_system_table(const std::vector<Record>& records, std::span<const Me
 Table object_comparison_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
   Table table{
       "Comparison of systems: difference of mean error",
-      "Over the steps that both have. Sign-flip test over blocks of successive steps, two-sided, p adjusted after "
-      "Holm within each error.",
+      "Over the steps that both have. Sign-flip test over blocks of successive steps, two-sided, p adjusted "
+      "after Holm within each error.",
       {Column::text("error"), Column::text("a"), Column::text("b"), Column::count("n_common", "steps"),
        Column::count("stretches", "blocks"), Column::number("mean_difference", "a - b", 5),
        Column::p_value("p")}};

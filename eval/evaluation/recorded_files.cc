@@ -2,17 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <future>
 #include <limits>
 
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
+#include "sextant/base/options.h"
+#include "sextant/datasets/dataset.h"
+#include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
-#include "sextant/eval/evaluation/trajectory_checks.h"
+#include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/object_logs.h"
+#include "sextant/eval/records/zip_file.h"
 
 namespace sextant {
+
 namespace {
 
 /// An estimate "NAME=PATH" of the system NAME; the system of a plain path is empty.
@@ -165,8 +171,8 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
   for (const auto& [id, steps] : identity_steps(log)) {
     const bool lost = identity == IdentityMotions::lost;
     log.warnings.push_back(fmt::format(
-        "{}, object {}: {} estimates are exactly the identity while the object moves, frames {}: motions that were "
-        "never estimated? They count as {}",
+        "{}, object {}: {} estimates are exactly the identity while the object moves, frames {}: motions "
+        "that were never estimated? They count as {}",
         log.estimator, id, steps.size(), ranges_text(steps),
         lost ? "lost steps" : "estimates; --identity lost counts them as lost"));
     for (const int k : steps) {
@@ -277,6 +283,119 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   }
   scores.is_comparison = files.folders.size() > 1 || runs.size() > 1;
   return scores;
+}
+
+namespace {
+
+std::unique_ptr<Sequence> open(const std::string& source, const std::string& data_root, const Json& options) {
+  for (const auto& group : options.items()) {
+    if (group.key() != "source")
+      fail("unknown option group '{}': a reference has options under 'source'", group.key());
+  }
+  SourceSpec spec = find_source(source, data_root);
+  spec.add_options(options.value("source", Json::object()));
+  return open_source(spec);
+}
+
+}  // namespace
+
+EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
+                              bool every_pose) {
+  const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
+  const SequenceInfo& info = sequence->info();
+  EgoReference reference;
+  reference.side.name = source;
+  reference.side.format = "source";
+  reference.warnings = info.warnings;
+  reference.step_floor_m = sequence->truth().camera_step_floor_m;
+  reference.floors = truth_floor(*sequence).numbers();
+  for (const auto& [frame, pose] : sequence->truth().camera.poses()) {
+    if (!every_pose && (frame < info.first_frame || frame > info.last_frame)) continue;
+    const auto time = info.times_s.find(frame);
+    reference.poses.frames.push_back(frame);
+    reference.poses.stamps_s.push_back(time != info.times_s.end() ? time->second : frame / info.rate_hz);
+    reference.poses.add(pose.rotation().toRotationMatrix(), pose.translation());
+  }
+  if (reference.poses.empty()) fail("{}: has no true camera poses to compare with", source);
+  if (!std::is_sorted(reference.poses.stamps_s.begin(), reference.poses.stamps_s.end()))
+    fail("{}: its time stamps do not ascend with its frames", source);
+  return reference;
+}
+
+SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options) {
+  const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
+  SequenceTruth truth = sequence->truth();
+  std::erase_if(truth.objects, [&](const auto& at) {
+    return at.first < sequence->info().first_frame || at.first > sequence->info().last_frame;
+  });
+  if (truth.objects.empty()) fail("{}: has no true objects to compare with", source);
+  return {std::move(truth), sequence->info().rate_hz};
+}
+
+namespace {
+
+std::vector<double> distances_of(const PoseSeries& poses, const std::vector<int>& rows) {
+  std::vector<double> path(poses.size(), 0.0), out;
+  for (size_t i = 1; i < poses.size(); ++i)
+    path[i] = path[i - 1] + (poses.positions_m[i] - poses.positions_m[i - 1]).norm();
+  for (const int row : rows) out.push_back(path[static_cast<size_t>(row)]);
+  return out;
+}
+
+std::string title_of(const EgoResult& result, const EgoOptions& options) {
+  std::string title = fmt::format("{} w.r.t. {} ({})", options.rpe ? "RPE" : "APE",
+                                  to_string(options.relation), unit_of(options.relation));
+  if (options.rpe) {
+    title += fmt::format("\nfor delta = {} using {} pairs", options.rpe->text(),
+                         options.rpe->all_pairs ? "all" : "consecutive");
+  }
+  return title +
+         fmt::format("\n(alignment: {}, {} poses)", to_string(options.alignment), result.estimate.size());
+}
+
+}  // namespace
+
+std::string encode_npy(std::span<const double> values, size_t columns) {
+  const std::string shape = columns == 0 ? fmt::format("({},)", values.size())
+                                         : fmt::format("({}, {})", values.size() / columns, columns);
+  std::string out = npy_header("<f8", shape);
+  const size_t at = out.size();
+  out.resize(at + values.size_bytes());
+  std::memcpy(out.data() + at, values.data(), values.size_bytes());
+  return out;
+}
+
+void write_evo_result(const std::filesystem::path& path, const EgoResult& result, const EgoOptions& options,
+                      const std::string& reference_name) {
+  ZipFile zip(path);
+  const Json info = {
+      {"title", title_of(result, options)},
+      {"ref_name", reference_name},
+      {"est_name", result.name},
+      {"label", fmt::format("{} ({})", options.rpe ? "RPE" : "APE", unit_of(options.relation))}};
+  zip.add("info.json", json_line(info));
+  zip.add("stats.json", json_line(to_json(result.statistics)));
+  zip.add("error_array.npy", encode_npy(result.errors));
+  std::vector<int>
+      rows;  // matched rows that the errors belong to; a relative error belongs to its second pose
+  for (size_t i = 0; i < result.errors.size(); ++i)
+    rows.push_back(result.pairs.empty() ? static_cast<int>(i) : result.pairs[i].second);
+  if (!result.estimate.stamps_s.empty()) {
+    std::vector<double> stamps, seconds;
+    for (const int row : rows) {
+      stamps.push_back(result.estimate.stamps_s[static_cast<size_t>(row)]);
+      seconds.push_back(stamps.back() - result.estimate.stamps_s[0]);
+    }
+    zip.add("timestamps.npy", encode_npy(stamps));
+    zip.add("seconds_from_start.npy", encode_npy(seconds));
+    zip.add("distances_from_start.npy", encode_npy(distances_of(result.reference, rows)));
+    zip.add("distances.npy", encode_npy(distances_of(result.estimate, rows)));
+  }
+  if (options.alignment != Alignment::none) {
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = result.alignment.ref_from_est.matrix();
+    zip.add("alignment_transformation_sim3.npy", encode_npy({m.data(), 16}, 4));
+  }
+  zip.finish();
 }
 
 }  // namespace sextant

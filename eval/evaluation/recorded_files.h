@@ -3,13 +3,14 @@
 // Evaluates files of recorded results against a reference, for `evaluate ego` and `evaluate objects`. An
 // estimate is PATH or SYSTEM=PATH, one run of that system; the reference is a file or a SOURCE of a data set.
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sextant/base/options.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
-#include "sextant/eval/evaluation/object_scores.h"
+#include "sextant/eval/evaluation/object_report.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/truth/truth.h"
@@ -83,5 +84,20 @@ struct SourceObjects {
 
 /// Reads the truth of the frames that SOURCE@first-last requests. Throws Error if it has no objects.
 SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options);
+
+// ---- The result file of evo (evo_ape --save_results, read by evo_res): a zip of
+//
+//   info.json     title, ref_name, est_name, label       stats.json    the seven statistics
+//   error_array.npy and, as they exist, timestamps.npy, seconds_from_start.npy, distances.npy (estimate),
+//   distances_from_start.npy (reference), alignment_transformation_sim3.npy
+//
+// .npy: numpy's format version 1.0, little-endian doubles, C order.
+
+/// Writes the zip under a temporary name, then renames it. Throws Error if it cannot be written.
+void write_evo_result(const std::filesystem::path& path, const EgoResult& result, const EgoOptions& options,
+                      const std::string& reference_name);
+
+/// Encodes an .npy file of `rows` x `columns` doubles; with `columns` 0 the array is one-dimensional.
+std::string encode_npy(std::span<const double> values, size_t columns = 0);
 
 }  // namespace sextant

@@ -5,9 +5,12 @@
 #include <map>
 
 #include "sextant/base/error.h"
+#include "sextant/base/quantile.h"
+#include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
+
 namespace {
 
 struct System {
@@ -121,6 +124,149 @@ std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs
   for (SystemComparison& comparison : comparisons) family.push_back(&comparison);
   correct_by_holm(family);
   return comparisons;
+}
+
+std::vector<Distribution> by_system(const std::vector<RunErrors>& runs) {
+  std::vector<Distribution> samples;
+  for (const RunErrors& run : runs) {
+    if (run.errors.empty()) continue;
+    auto sample = std::ranges::find(samples, run.system, &Distribution::title);
+    if (sample == samples.end()) sample = samples.insert(samples.end(), {run.system, {}});
+    sample->values.insert(sample->values.end(), run.errors.begin(), run.errors.end());
+  }
+  return samples;
+}
+
+std::vector<Distribution> by_run(const std::vector<RunErrors>& runs) {
+  std::vector<Distribution> samples;
+  for (const RunErrors& run : runs) {
+    if (!run.errors.empty()) samples.push_back({run.run, run.errors});
+  }
+  return samples;
+}
+
+Figure cumulative_figure(const std::string& name, const std::string& axis,
+                         const std::vector<Distribution>& samples) {
+  constexpr int n_steps = 100;
+  Figure figure;
+  figure.name = name;
+  figure.caption = fmt::format("Cumulative distribution: the share of errors that are at most x. {}.", axis);
+  figure.data.columns = {{"share", "share"}};
+  std::vector<std::vector<double>> values;
+  std::vector<std::string> plots;
+  std::vector<LegendEntry> legend;
+  double end = 0;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    values.push_back(samples[i].values);
+    SEXTANT_CHECK(!values.back().empty());
+    std::ranges::sort(values.back());
+    figure.data.columns.push_back({fmt::format("quantile_{}", i + 1), samples[i].title});
+    const std::string line =
+        fmt::format("with lines lc rgb \"{}\" dt {} lw 1.5", line_colour(i + 1), i % 5 + 1);
+    plots.push_back(fmt::format("data using (column(\"quantile_{}\")):(column(\"share\")) {}", i + 1, line));
+    legend.push_back({samples[i].title, line});
+    end = std::max(end, values.back().back());
+  }
+  end = end > 0 ? 1.05 * end : 1;
+  for (int k = 0; k <= n_steps; ++k) {
+    const double share = static_cast<double>(k) / n_steps;
+    std::vector<Cell> row = {share};
+    for (const std::vector<double>& of_sample : values)
+      row.emplace_back(quantile_of_sorted(of_sample, share));
+    figure.data.add_row(std::move(row));
+  }
+  Panel panel{
+      "",
+      fmt::format("set xlabel {} noenhanced offset 0,0.4\nset ylabel \"share of errors\" offset 0.6,0\n"
+                  "set yrange [0:1]\nset xrange [0:{}]\nset xtics {}\n",
+                  gp_text(axis), gp_number(end), gp_number(tic_step(end, 5))),
+      std::move(plots)};
+  set_panels({.panel_height_cm = 5.8}, legend, {panel}, figure);
+  return figure;
+}
+
+Figure box_figure(const std::string& name, const std::string& axis,
+                  const std::vector<Distribution>& samples) {
+  Figure figure;
+  figure.name = name;
+  figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
+  struct Box {
+    double position;
+    const Distribution* sample;
+  };
+  std::vector<Box> boxes;
+  std::vector<LegendEntry> legend;
+  Panel panel{"",
+              fmt::format("set xrange [0.4:{}]\nset yrange [0:*]\nunset xtics\nset ylabel {} noenhanced "
+                          "offset 0.6,0\n",
+                          static_cast<double>(samples.size()) + 0.6, gp_text(axis)),
+              {}};
+  for (const Distribution& sample : samples) {
+    const std::string colour = line_colour(boxes.size() + 1);
+    boxes.push_back({static_cast<double>(boxes.size() + 1), &sample});
+    const std::string x =
+        fmt::format("(column(\"position\") == {0} ? {0} : NaN)", gp_number(boxes.back().position));
+    std::ranges::move(box_plots(x, 0.5, colour), std::back_inserter(panel.plots));
+    legend.push_back({sample.title, fmt::format("with boxes lc rgb \"{}\" fs solid 0.35", colour)});
+  }
+  Fields<Box> fields = {{Column::text("position"), &Box::position},
+                        {Column::text("title"), [](const Box& box) { return box.sample->title; }}};
+  fields.add(box_fields(), [](const Box& box) { return &box.sample->values; });
+  figure.data = table_of("", "", fields, boxes);
+  set_panels({.panel_height_cm = 5.8, .bottom_cm = 0.3}, legend, {panel}, figure);
+  return figure;
+}
+
+Figure grouped_box_figure(const std::string& name, const std::string& axis,
+                          const std::vector<BoxGroup>& groups) {
+  Figure figure;
+  figure.name = name;
+  figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
+  std::vector<std::string> titles;
+  for (const BoxGroup& group : groups) {
+    for (const Distribution& sample : group.samples) {
+      if (std::ranges::find(titles, sample.title) == titles.end()) titles.push_back(sample.title);
+    }
+  }
+  struct Box {
+    double position;
+    size_t series;
+    std::string group;
+    const Distribution* sample;
+  };
+  std::vector<Box> boxes;
+  std::string tics;
+  const double pitch = 0.8 / static_cast<double>(std::max<size_t>(titles.size(), 1));
+  for (size_t g = 0; g < groups.size(); ++g) {
+    const auto place = static_cast<double>(g + 1);
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gp_tic(groups[g].title), place);
+    for (const Distribution& sample : groups[g].samples) {
+      const auto series = static_cast<size_t>(std::ranges::find(titles, sample.title) - titles.begin());
+      boxes.push_back(
+          {place - 0.4 + pitch * (static_cast<double>(series) + 0.5), series, groups[g].title, &sample});
+    }
+  }
+  Fields<Box> fields = {{Column::text("position"), &Box::position},
+                        {Column::count("series"), &Box::series},
+                        {Column::text("group"), &Box::group},
+                        {Column::text("title"), [](const Box& box) { return box.sample->title; }}};
+  fields.add(box_fields(), [](const Box& box) { return &box.sample->values; });
+  figure.data = table_of("", "", fields, boxes);
+  Panel panel{
+      "",
+      fmt::format(
+          "set xrange [0.4:{}]\nset yrange [0:*]\nset xtics ({}) noenhanced\nset ylabel {} noenhanced\n",
+          static_cast<double>(groups.size()) + 0.6, tics, gp_text(axis)),
+      {}};
+  std::vector<LegendEntry> legend;
+  for (size_t series = 0; series < titles.size(); ++series) {
+    const std::string x = fmt::format("(column(\"series\") == {} ? column(\"position\") : NaN)", series);
+    const std::string colour = line_colour(series + 1);
+    std::ranges::move(box_plots(x, 0.85 * pitch, colour), std::back_inserter(panel.plots));
+    legend.push_back({titles[series], fmt::format("with boxes lc rgb \"{}\" fs solid 0.35", colour)});
+  }
+  set_panels({.width_cm = 14, .panel_height_cm = 6, .left_cm = 1.7}, legend, {panel}, figure);
+  return figure;
 }
 
 }  // namespace sextant

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sextant/base/safe_paths.h"
-#include "sextant/eval/report/figures/equal_axes.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
+
 namespace {
 
 constexpr const char* interrupted = "NaN";  // gnuplot interrupts the line here
@@ -40,25 +40,25 @@ constexpr const char* error_palette =
     "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", "
     "5 \"#e3440a\", 6 \"#7a0403\")\n";
 
-using PoseColumns = Fields<std::pair<const TrajectoryCurve*, size_t>>;
+using CurveColumns = Fields<std::pair<const TrajectoryCurve*, size_t>>;
 
 /// Adds a column with one value per pose; it is "NaN" for a curve whose `list` is empty.
 template <typename List, typename Number>
 void add_column(const std::string& key, List TrajectoryCurve::*list, const Number& number,
-                PoseColumns& columns) {
+                CurveColumns& columns) {
   columns.add(Column::text(key), [list, number](const auto& pose) {
     const List& values = pose.first->*list;
     return values.empty() ? Cell(interrupted) : number_cell(number(values[pose.second]));
   });
 }
 
-void add_number(const std::string& key, std::vector<double> TrajectoryCurve::*list, PoseColumns& columns) {
+void add_number(const std::string& key, std::vector<double> TrajectoryCurve::*list, CurveColumns& columns) {
   add_column(
       key, list, [](double value) { return value; }, columns);
 }
 
 void add_vector(const std::array<std::string, 3>& keys, std::vector<Eigen::Vector3d> TrajectoryCurve::*list,
-                PoseColumns& columns) {
+                CurveColumns& columns) {
   for (int k = 0; k < 3; ++k)
     add_column(
         keys[static_cast<size_t>(k)], list, [k](const Eigen::Vector3d& v) { return v[k]; }, columns);
@@ -67,7 +67,7 @@ void add_vector(const std::array<std::string, 3>& keys, std::vector<Eigen::Vecto
 /// Fills the data of a figure: a row for each drawn pose of each curve, and a row without numbers before each
 /// gap; the column "curve" holds the number of the curve. The caption says how many poses are drawn if not
 /// all are.
-void set_data(const EgoCurves& curves, const PoseColumns& columns, Figure& figure) {
+void set_data(const EgoCurves& curves, const CurveColumns& columns, Figure& figure) {
   const size_t most = std::min(drawn_poses, std::max<size_t>(60, 4 * drawn_poses / (curves.runs.size() + 1)));
   figure.data.columns = {Column::count("curve"), Column::text("name")};
   for (const auto& field : columns) figure.data.columns.push_back(field.column);
@@ -143,8 +143,8 @@ EqualAxes equal_axes(const EgoCurves& curves) {
   return axes;
 }
 
-PoseColumns path_columns(const ViewAxes& axes) {
-  PoseColumns columns;
+CurveColumns path_columns(const ViewAxes& axes) {
+  CurveColumns columns;
   const std::vector<Eigen::Vector3d> TrajectoryCurve::*position = &TrajectoryCurve::position_m;
   add_column(
       "right_m", position, [axis = axes.right](const Eigen::Vector3d& p) { return p[axis]; }, columns);
@@ -203,7 +203,7 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
   if (layout.columns == 1) layout.width_cm = 14;
   const double room_cm = axes.height_cm(layout.plot_width_cm(), false, layout.columns == 1 ? 12 : 8);
   layout.panel_height_cm = layout.bottom_cm + layout.top_cm + room_cm;
-  PoseColumns columns = path_columns(curves.axes);
+  CurveColumns columns = path_columns(curves.axes);
   add_number("error", &TrajectoryCurve::error, columns);
   std::vector<Panel> panels;
   for (size_t k = 1; k <= curves.runs.size(); ++k) {
@@ -264,8 +264,8 @@ void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t c
   set_panels(layout, legend_of(curves, with_reference), panels, figure);
 }
 
-PoseColumns along_columns() {
-  PoseColumns columns;
+CurveColumns along_columns() {
+  CurveColumns columns;
   add_number("time", &TrajectoryCurve::time, columns);
   return columns;
 }
@@ -277,7 +277,7 @@ Figure error_figure(const EgoCurves& curves) {
       fmt::format("{} over {}{}.", curves.error_title, curves.has_time ? "time" : "the frames",
                   curves.reference.path_m.back() > 0 ? " and over the length of the reference's path"
                                                      : "; the reference does not move");
-  PoseColumns columns = along_columns();
+  CurveColumns columns = along_columns();
   add_number("path_m", &TrajectoryCurve::path_m, columns);
   add_number("error", &TrajectoryCurve::error, columns);
   set_data(curves, columns, figure);
@@ -303,7 +303,7 @@ Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::
     upper.push_back({"time", keys[k], fmt::format("{} [{}]", names[k], unit), true});
     lower.push_back({"time", error_keys[k], fmt::format("error of {} [{}]", names[k], unit)});
   }
-  PoseColumns columns = along_columns();
+  CurveColumns columns = along_columns();
   add_vector(keys, values, columns);
   add_vector(error_keys, errors, columns);
   set_data(curves, columns, figure);
@@ -314,7 +314,7 @@ Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::
 
 /// Table of every pose of a curve, with a column for each quantity that the curve has.
 Table curve_table(const TrajectoryCurve& curve, const EgoCurves& curves) {
-  PoseColumns columns;
+  CurveColumns columns;
   add_number(curves.has_time ? "time_s" : "time_frames", &TrajectoryCurve::time, columns);
   add_column(
       "frame", &TrajectoryCurve::frame, [](int frame) { return static_cast<double>(frame); }, columns);
@@ -359,7 +359,7 @@ std::vector<Figure> along_figures(const EgoCurves& curves) {
   Figure speed;
   speed.name = "speed";
   speed.caption = "Distance between neighbouring poses divided by the time between them.";
-  PoseColumns columns = along_columns();
+  CurveColumns columns = along_columns();
   add_number("speed", &TrajectoryCurve::speed, columns);
   set_data(curves, columns, speed);
   set_along(curves, {{"time", "speed", curves.speed_title(), true}}, 1, 5, speed);
@@ -375,6 +375,63 @@ OutputFiles curve_files(const EgoCurves& curves) {
   for (size_t k = 0; k < names.size(); ++k)
     files[fmt::format("curves/{}.csv", names[k])] = to_csv(curve_table(curve_of(curves, k), curves));
   return files;
+}
+
+namespace {
+
+std::vector<double> kept_coordinates(const std::vector<Eigen::Vector3d>& vectors, int axis,
+                                     const std::vector<size_t>& kept) {
+  std::vector<double> list;
+  for (const size_t i : kept) {
+    if (!vectors.empty()) list.push_back(vectors[i][axis]);
+  }
+  return list;
+}
+
+template <typename Value>
+std::vector<Value> of_kept(const std::vector<Value>& all, const std::vector<size_t>& kept) {
+  std::vector<Value> list;
+  for (const size_t i : kept) {
+    if (!all.empty()) list.push_back(all[i]);
+  }
+  return list;
+}
+
+ExploredPath explored(const TrajectoryCurve& curve, int colour, size_t most) {
+  const std::vector<size_t> kept = thinned(curve, most);
+  return {.label = curve.name,
+          .is_reference = colour == 0,
+          .colour = colour,
+          .time = of_kept(curve.time, kept),
+          .frame = of_kept(curve.frame, kept),
+          .position_m = of_kept(curve.position_m, kept),
+          .begins = of_kept(curve.begins, kept),
+          .values = {of_kept(curve.error, kept), kept_coordinates(curve.angles_deg, 0, kept),
+                     kept_coordinates(curve.angles_deg, 1, kept), kept_coordinates(curve.angles_deg, 2, kept),
+                     of_kept(curve.speed, kept)}};
+}
+
+}  // namespace
+
+Explorer ego_explorer(const EgoCurves& curves) {
+  Explorer explorer{
+      .name = "walk",
+      .time_title = curves.time_title(),
+      .axes = {curves.axes.right, curves.axes.up, curves.axes.out},
+      .curves = {curves.error_title, "roll [deg]", "pitch [deg]", "yaw [deg]", curves.speed_title()}};
+  size_t n_poses = curves.reference.size();
+  for (const TrajectoryCurve& run : curves.runs) n_poses += run.size();
+  const size_t most = n_poses <= explored_poses ? n_poses : explored_poses / (curves.runs.size() + 1);
+  explorer.paths.push_back(explored(curves.reference, 0, most));
+  for (const TrajectoryCurve& run : curves.runs)
+    explorer.paths.push_back(explored(run, static_cast<int>(explorer.paths.size()), most));
+  size_t n_shown = 0;
+  for (const ExploredPath& path : explorer.paths) n_shown += path.time.size();
+  if (n_shown < n_poses)
+    explorer.note = fmt::format(
+        "{} of {} poses are shown here, among them those of the largest errors; curves/ holds all.", n_shown,
+        n_poses);
+  return explorer;
 }
 
 }  // namespace sextant

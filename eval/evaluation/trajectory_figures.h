@@ -4,7 +4,7 @@
 
 #include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/records/output.h"
-#include "sextant/eval/report/explorer.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/figure.h"
 
 namespace sextant {

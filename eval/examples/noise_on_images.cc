@@ -1,7 +1,8 @@
 // noise_on_images DEPTH.png FLOW.flo SEED OUT.flo
 //
-// Noise on one's own images: depth of a 16-bit PNG in centimetres, flow of a .flo file. The numbers are those that a sweep would
-// draw for frame 0 of sequence "1" of the data set "mine", so a method outside can be tried on the noise of the reports.
+// Noise on one's own images: depth of a 16-bit PNG in centimetres, flow of a .flo file. The numbers are those
+// that a sweep would draw for frame 0 of sequence "1" of the data set "mine", so a method outside can be
+// tried on the noise of the reports.
 
 #include <cstdio>
 #include <string>
@@ -13,7 +14,8 @@
 
 namespace {
 
-void corrupt(const std::string& depth_file, const std::string& flow_file, const std::string& seed, const std::string& out) {
+void corrupt(const std::string& depth_file, const std::string& flow_file, const std::string& seed,
+             const std::string& out) {
   const auto number = sextant::number_in(seed);
   if (!number || *number < 0) sextant::fail("SEED '{}': expected a whole number from 0", seed);
   sextant::Frame frame;

@@ -1,7 +1,8 @@
 // score_trajectory ESTIMATE REFERENCE
 //
-// The absolute error of a path (ATE) after alignment, pose by pose: `sextant evaluate ego REFERENCE ESTIMATE --align se3` in a
-// program of one's own. Both files are of any format that sextant reads, with equally many poses.
+// The absolute error of a path (ATE) after alignment, pose by pose: `sextant evaluate ego REFERENCE ESTIMATE
+// --align se3` in a program of one's own. Both files are of any format that sextant reads, with equally many
+// poses.
 
 #include <cstdio>
 
@@ -15,12 +16,13 @@ void score(const char* estimate_file, const char* reference_file) {
   sextant::PoseSeries estimate = sextant::read_trajectory(estimate_file).poses;
   const sextant::PoseSeries reference = sextant::read_trajectory(reference_file).poses;
   if (estimate.size() != reference.size())
-    sextant::fail("{} has {} poses, {} has {}: expected as many", estimate_file, estimate.size(), reference_file,
-                  reference.size());
+    sextant::fail("{} has {} poses, {} has {}: expected as many", estimate_file, estimate.size(),
+                  reference_file, reference.size());
   sextant::align(estimate, reference, sextant::Alignment::se3);
   const sextant::ErrorStatistics e = sextant::error_statistics(
       sextant::absolute_errors(estimate, reference, sextant::PoseRelation::trans_part));
-  std::printf("%zu poses, ATE rmse %.4f m, mean %.4f m, max %.4f m\n", estimate.size(), e.rmse, e.mean, e.max);
+  std::printf("%zu poses, ATE rmse %.4f m, mean %.4f m, max %.4f m\n", estimate.size(), e.rmse, e.mean,
+              e.max);
 }
 
 }  // namespace

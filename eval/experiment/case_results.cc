@@ -5,7 +5,7 @@
 #include "sextant/base/byte_stream.h"
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 namespace {

@@ -16,7 +16,7 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/experiment/run_options.h"
 
 namespace sextant {

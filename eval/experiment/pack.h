@@ -11,7 +11,7 @@
 //
 // Damaged, foreign or outdated files are computed again. Files are written completely or not at all, so
 // several processes may share the folder. It belongs to one user: a folder of another user, or in which
-// others may write, is rejected (base/safe_paths.h), because results depend on its content. CACHEDIR.TAG
+// others may write, is rejected (base/new_file.h), because results depend on its content. CACHEDIR.TAG
 // marks it; only files with the names above are ever removed, and only if the mark exists.
 
 #include <cstdint>

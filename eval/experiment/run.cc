@@ -9,7 +9,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/progress.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/sweep_folder.h"

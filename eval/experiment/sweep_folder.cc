@@ -101,9 +101,8 @@ Json join_claim(const fs::path& folder, Json present, const Json& wanted, bool a
   if (std::ranges::find(programs, program) == programs.end()) {
     if (!allow_mixed) {
       fail(
-          "{}: was begun by Sextant {}, this is {}; continue with that version, choose another folder, or pass "
-          "--allow-mixed "
-          "or --force",
+          "{}: was begun by Sextant {}, this is {}; continue with that version, choose another folder, or "
+          "pass --allow-mixed or --force",
           folder.string(), program_text(programs), program_text(wanted["programs"]));
     }
     programs.push_back(program);

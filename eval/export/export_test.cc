@@ -47,7 +47,8 @@ class Export : public testing::Test {
 TEST_F(Export, CsvQuotesUntrustedTexts) {
   EXPECT_EQ(
       read_file(exported(ExportFormat::csv)),
-      "dataset,sequence,estimator,noise,level,seed,frame,body,status,gate,n_points,n_inliers,flow_truth,errors_Et_m,"
+      "dataset,sequence,estimator,noise,level,seed,frame,body,status,gate,n_points,n_inliers,flow_truth,"
+      "errors_Et_m,"
       "\"errors_x\"\"y,../z\"\n"
       "d,,,none,0,0,0,ego,ok,,0,0,,0.1,\n"
       "\"a,\"\"b\"\"\n'); DROP TABLE records; "

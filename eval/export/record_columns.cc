@@ -6,7 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
-#include "sextant/eval/records/record_fields.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/records/record_stream.h"
 
 namespace sextant {

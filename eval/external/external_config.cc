@@ -11,7 +11,9 @@
 namespace sextant {
 
 const char* read_value(const Json& value, FilePatterns& field) {
-  const auto is_pattern = [](const Json& entry) { return entry.is_string() && !entry.get<std::string>().empty(); };
+  const auto is_pattern = [](const Json& entry) {
+    return entry.is_string() && !entry.get<std::string>().empty();
+  };
   if (!value.is_array() || !std::ranges::all_of(value, is_pattern)) return "a list of names of files";
   field.assign(value.begin(), value.end());
   return nullptr;

@@ -13,7 +13,6 @@
 #include "sextant/datasets/layout.h"
 #include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_results.h"
-#include "sextant/eval/external/noisy_sequence.h"
 #include "sextant/eval/external/process.h"
 #include "sextant/eval/external/program_fingerprint.h"
 #include "sextant/geometry/object_motion.h"

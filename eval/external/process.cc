@@ -9,11 +9,11 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <utility>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/external/supervisor.h"
 
 namespace sextant {
@@ -39,33 +39,13 @@ std::vector<std::string> environment_with(const std::vector<std::string>& settin
   return all;
 }
 
-/// A file descriptor that is closed by its destructor, and in started programs.
-class Descriptor {
- public:
-  Descriptor() = default;
-  /// Takes ownership, and moves the descriptor away from the numbers of the standard streams, which may have
-  /// been closed.
-  explicit Descriptor(int fd) : fd_(fd) {
-    if (fd < 0 || fd > 2) return;
-    fd_ = ::fcntl(fd, F_DUPFD_CLOEXEC, 3);
-    ::close(fd);
-  }
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  int get() const { return fd_; }
-  void close() {
-    if (fd_ >= 0) ::close(std::exchange(fd_, -1));
-  }
-
- private:
-  int fd_ = -1;
-};
+/// Takes ownership of a descriptor, and moves it away from the numbers of the standard streams, which may
+/// have been closed.
+Descriptor owned(int fd) {
+  if (fd < 0 || fd > 2) return Descriptor(fd);
+  const Descriptor low(fd);
+  return Descriptor(::fcntl(fd, F_DUPFD_CLOEXEC, 3));
+}
 
 [[noreturn]] void fail_to_start(const ProcessRequest& request, int error) {
   const bool is_limit = error == EAGAIN || error == ENOMEM;
@@ -80,13 +60,13 @@ struct Pipe {
   explicit Pipe(const ProcessRequest& request) {
     int ends[2] = {-1, -1};
     if (::pipe2(ends, O_CLOEXEC) != 0) fail_to_start(request, errno);
-    read = Descriptor(ends[0]);
-    write = Descriptor(ends[1]);
+    read = owned(ends[0]);
+    write = owned(ends[1]);
   }
 };
 
 Descriptor new_file(const fs::path& path) {
-  Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  Descriptor file = owned(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
   if (file.get() < 0) fail("{}: cannot create: {}", path.string(), std::strerror(errno));
   return file;
 }
@@ -182,7 +162,8 @@ class Running {
     // Without a report read() returns 0 at once, since all writers have ended.
     if (::poll(&wake, 1, 0) <= 0 || ::read(report_.read.get(), &report, sizeof report) != sizeof report)
       fail(
-          "the process that supervises the program was killed or stopped, so the program's exit status is unknown");
+          "the process that supervises the program was killed or stopped, so the program's exit status is "
+          "unknown");
     return report;
   }
 

@@ -4,7 +4,6 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
-#include "sextant/eval/external/dependencies.h"
 
 namespace sextant {
 namespace {

@@ -40,7 +40,6 @@
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/rescore.h"
 #include "sextant/eval/fuzz/folder.h"
-#include "sextant/eval/gate/benchmark_file.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/side.h"

@@ -5,15 +5,37 @@
 //   a JSON file of Google Benchmark, or a folder with benchmark*.json files,
 //   a folder of such folders: repetitions, in order of their names.
 
+#include <fmt/format.h>
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <map>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "sextant/eval/gate/benchmark_file.h"
+#include "sextant/base/json.h"
+#include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/subject_cases.h"
 #include "sextant/eval/records/output.h"
 
 namespace sextant {
+
+// ---- Results of Google Benchmark (--benchmark_format=json or --benchmark_out). Every repetition is a
+// sample; aggregates (mean, median, ..) are used only if the file holds nothing else.
+
+struct BenchmarkFile {
+  std::string path;
+  Json context;
+  /// By name of the benchmark; samples in the order of the file
+  std::map<std::string, std::vector<double>> cpu_ns;
+  std::map<std::string, std::vector<double>> real_ns;  ///< with the same names
+};
+
+/// Parses a file; throws Error "NAME: ..." on anything that is not such a file, on a benchmark that failed,
+/// and on a time that is not a number above 0.
+BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& name);
 
 /// Results of one folder.
 struct RunFolder {
@@ -45,5 +67,52 @@ bool is_benchmark_file(const std::filesystem::directory_entry& entry);
 /// Returns the files that make the results in `run` a baseline. Throws Error on bad results and on more than
 /// one run.
 OutputFiles baseline_files(const std::filesystem::path& run);
+
+// ---- Checks that two sides are comparable: same data, definitions, configuration and machine, and the same
+// cases. Every difference is reported, including those that the policy accepts.
+
+/// A difference between the two sides.
+struct Mismatch {
+  /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program"
+  std::string what;
+  std::string subject;
+  std::string base;
+  std::string fresh;  ///< value in NEW
+  bool invalidates = true;
+};
+
+/// Compares the provenance (run.json); cases are compared where they are paired (accuracy.h, speed.h).
+std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy);
+
+/// Makes a mismatch that invalidates the comparison if the rule is Strictness::must.
+Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base,
+                  std::string fresh);
+
+/// Collects findings of one kind, and lists only the first few of them individually.
+class Tally {
+ public:
+  Tally(std::string what, Strictness rule) : what_(std::move(what)), rule_(rule) {}
+
+  void add(const std::string& subject, const std::string& base, const std::string& fresh) {
+    if (n_++ < shown) findings_.push_back(mismatch(rule_, what_, subject, base, fresh));
+  }
+
+  void move_told(std::vector<Mismatch>& all) {
+    std::ranges::move(std::exchange(findings_, {}), std::back_inserter(all));
+  }
+
+  /// Moves the listed findings to `all`, with the number of further ones.
+  void move_to(std::vector<Mismatch>& all) {
+    if (n_ > shown) findings_.push_back(mismatch(rule_, what_, fmt::format("{} more", n_ - shown), "", ""));
+    move_told(all);
+  }
+
+ private:
+  static constexpr size_t shown = 5;
+  std::string what_;
+  Strictness rule_;
+  std::vector<Mismatch> findings_;
+  size_t n_ = 0;
+};
 
 }  // namespace sextant

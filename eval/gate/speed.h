@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "sextant/eval/gate/policy.h"
-#include "sextant/eval/gate/sameness.h"
+#include "sextant/eval/gate/side.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <tuple>
 
-#include "sextant/eval/records/record_fields.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {

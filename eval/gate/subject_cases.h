@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "sextant/eval/records/record.h"
-#include "sextant/eval/report/case_columns.h"
 #include "sextant/eval/report/noise_level.h"
 
 namespace sextant {

@@ -1,9 +1,14 @@
 #include "sextant/eval/logs/number_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <vector>
+
+#include "sextant/base/error.h"
 
 namespace sextant {
+
 namespace {
 
 constexpr size_t most_comment_bytes = 4096;
@@ -67,6 +72,189 @@ double NumberFile::parse(std::string_view field) const {
         column, shown(field));
   }
   fail_here("expected a number for value {}, got '{}'", column, shown(field));
+}
+
+namespace {
+
+struct Name {
+  std::vector<std::string> words;  ///< lower case
+  std::string unit;                ///< in brackets; may be empty
+};
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+/// Splits names at commas, or at blanks if there is no comma; a bracket belongs to the name before it.
+std::vector<Name> names_of(std::string_view header) {
+  while (!header.empty() && (header.front() == '#' || header.front() == '%' || is_blank(header.front())))
+    header.remove_prefix(1);
+  while (!header.empty() && (is_blank(header.back()) || header.back() == ',')) header.remove_suffix(1);
+  const bool commas = header.find(',') != std::string_view::npos;
+  std::vector<Name> names;
+  std::string word;
+  bool open = false, ended = true;  // inside brackets; the next letter begins a name
+  const auto end_word = [&] {
+    if (!word.empty()) names.back().words.push_back(std::move(word));
+    word.clear();
+  };
+  for (const char raw : header) {
+    const char c = static_cast<char>(std::tolower(static_cast<unsigned char>(raw)));
+    if (open) {
+      if (c == ']' || c == ')') {
+        open = false;
+      } else if (!is_blank(c)) {
+        names.back().unit.push_back(c);
+      }
+    } else if (c == ',' || (!commas && is_blank(c))) {
+      if (!names.empty()) end_word();
+      if (c == ',' && ended) names.emplace_back();
+      ended = true;
+    } else if (c == '[' || c == '(') {
+      if (names.empty()) names.emplace_back();
+      end_word();
+      open = true;
+    } else if (is_blank(c) || c == '_' || c == '.' || c == '-' || c == '/' || c == '"') {
+      if (!names.empty()) end_word();
+    } else {
+      if (ended) names.emplace_back();
+      ended = false;
+      word.push_back(c);
+    }
+  }
+  if (!names.empty()) end_word();
+  return names;
+}
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+double seconds_in(std::string_view unit) {
+  if (is_one_of(unit, {"s", "sec", "secs", "second", "seconds"})) return 1;
+  if (is_one_of(unit, {"ms", "msec", "milliseconds"})) return 1e-3;
+  if (is_one_of(unit, {"us", "usec", "microseconds"})) return 1e-6;
+  if (is_one_of(unit, {"ns", "nsec", "nanosec", "nanoseconds"})) return 1e-9;
+  return 0;
+}
+
+/// Returns the unit of a time column, 0 if it is not given; nullopt for other columns.
+std::optional<double> time_unit(const Name& name) {
+  std::vector<std::string> words = name.words;
+  double unit = seconds_in(name.unit);
+  if (words.size() > 1 && seconds_in(words.back()) > 0) {
+    unit = seconds_in(words.back());
+    words.pop_back();
+  }
+  if (words.empty()) return std::nullopt;
+  if (words.size() == 1 && is_one_of(words[0], {"t", "ts"})) return unit;
+  if (is_one_of(words.back(), {"time", "stamp", "timestamp", "timestamps"})) return unit;
+  return std::nullopt;
+}
+
+/// Returns 0 .. 2 for x y z of a position, 3 .. 6 for x y z w of a quaternion, -1 for others.
+int component(const Name& name) {
+  if (name.words.empty()) return -1;
+  std::vector<std::string> words = name.words;
+  const size_t axis = std::string_view("xyzw").find(words.back().back());
+  if (axis == std::string_view::npos) return -1;
+  words.back().pop_back();
+  if (words.back().empty()) words.pop_back();
+  const auto any = [&](std::initializer_list<std::string_view> known) {
+    return std::any_of(words.begin(), words.end(), [&](const std::string& w) { return is_one_of(w, known); });
+  };
+  // Other quantities with x, y and z components: truth next to an estimate, velocities, biases, covariances.
+  if (any({"gt", "truth", "v", "vel", "velocity", "linear", "angular", "twist", "w", "a", "acc", "b", "bias",
+           "bw", "ba", "cov", "covariance", "std", "sigma"}))
+    return -1;
+  if (any({"q", "quat", "quaternion", "orientation", "ori", "rot", "rotation"}))
+    return 3 + static_cast<int>(axis);
+  if (axis < 3 && (words.empty() || any({"t", "p", "pos", "position", "trans", "translation"})))
+    return static_cast<int>(axis);
+  return -1;
+}
+
+/// Returns the columns of the twelve names of OpenVINS; nullopt if one is missing.
+std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>& names) {
+  constexpr std::array<std::string_view, 12> expected = {"pr11", "pr12", "pr13", "pr22", "pr23", "pr33",
+                                                         "pt11", "pt12", "pt13", "pt22", "pt23", "pt33"};
+  std::array<size_t, 12> out{};
+  for (size_t k = 0; k < expected.size(); ++k) {
+    const auto at = std::ranges::find_if(
+        names, [&](const Name& name) { return name.words.size() == 1 && name.words[0] == expected[k]; });
+    if (at == names.end()) return std::nullopt;
+    out[k] = static_cast<size_t>(at - names.begin());
+  }
+  return out;
+}
+
+}  // namespace
+
+bool PoseColumns::in_order(bool w_first) const {
+  const std::array<size_t, 4> last = {4, 5, 6, 7}, first = {5, 6, 7, 4};
+  return has_quaternion && time == 0 && position == std::array<size_t, 3>{1, 2, 3} &&
+         quaternion == (w_first ? first : last);
+}
+
+std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place) {
+  const std::vector<Name> names = names_of(header);
+  if (names.size() != n_columns) return std::nullopt;
+  PoseColumns out;
+  std::array<int, 8> found{};
+  std::string unit;
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (const auto seconds = time_unit(names[i])) {
+      out.time = i;
+      out.seconds_per_unit = *seconds;
+      ++found[7];
+      continue;
+    }
+    const int k = component(names[i]);
+    if (k < 0) continue;
+    ++found[static_cast<size_t>(k)];
+    if (k < 3) {
+      out.position[static_cast<size_t>(k)] = i;
+      if (!is_one_of(names[i].unit, {"", "m", "meter", "meters", "metre", "metres"})) unit = names[i].unit;
+    } else {
+      out.quaternion[static_cast<size_t>(k - 3)] = i;
+    }
+  }
+  const auto once = [](int n) { return n == 1; };
+  const auto none = [](int n) { return n == 0; };
+  out.has_quaternion = !std::all_of(found.begin() + 3, found.begin() + 7, none);
+  if (out.has_quaternion && !std::all_of(found.begin(), found.end(), once)) return std::nullopt;
+  if (!std::all_of(found.begin(), found.begin() + 3, once) || !once(found[7])) return std::nullopt;
+  out.covariance = covariance_columns(names);
+  if (!unit.empty()) fail("{}: the header gives positions in [{}]: expected metres", place, unit);
+  return out;
+}
+
+bool header_contradicts(std::string_view header, std::string_view names) {
+  std::string plain;
+  for (const char c : header) {
+    if (!is_blank(c) && c != '"' && c != '#')
+      plain.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+  }
+  while (plain.ends_with(',')) plain.pop_back();
+  return plain != names && std::ranges::count(plain, ',') == std::ranges::count(names, ',');
+}
+
+bool header_reorders(std::string_view header, std::string_view names) {
+  const auto words_of = [](std::string_view text) {
+    std::vector<std::string> words(1);
+    for (const char c : text) {
+      if (c == ',' || is_blank(c) || c == '#' || c == '"') {
+        if (!words.back().empty()) words.emplace_back();
+      } else {
+        words.back().push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+      }
+    }
+    if (words.back().empty()) words.pop_back();
+    return words;
+  };
+  std::vector<std::string> given = words_of(header), expected = words_of(names);
+  if (given == expected) return false;
+  std::ranges::sort(given);
+  std::ranges::sort(expected);
+  return given == expected;
 }
 
 }  // namespace sextant

@@ -105,4 +105,9 @@ inline SE3 matrix_pose(const NumberFile& file, size_t first, RepairLog& log) {
   return one.pose(0);
 }
 
+// ---- The formats `motions` and `poses` of object_logs.h: one file per object.
+
+/// Returns one log with all objects of the folder. Throws Error on a folder without such files.
+std::vector<ObjectLog> read_plain(const LogFolder& folder);
+
 }  // namespace sextant

@@ -6,8 +6,7 @@
 #include <tuple>
 
 #include "sextant/eval/logs/object_log_files.h"
-#include "sextant/eval/logs/plain_object_logs.h"
-#include "sextant/eval/logs/trajectory_columns.h"
+#include "sextant/eval/logs/number_file.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pair_errors.h"
 
@@ -306,7 +305,8 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
   }
   if (motions.empty())
     fail(
-        "--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are none");
+        "--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are "
+        "none");
   std::map<ObjectFrame, SE3> lost;
   for (const auto& [key, X] : log.lost_truth) {
     if (const auto H = in_world(X, of_truth, key.second)) lost.emplace(key, *H);

@@ -15,7 +15,7 @@
 //            from frame k-1 to k in the frame given by the request (default: the world). Truth: the same name
 //            with _gt before the extension. Lines "k" and 12 or 16 values (rows of [R|t]), or "t x y z qx qy
 //            qz qw" with the time or the frame k, optionally followed by 12, 21 or 36 values of a covariance
-//            (pose_covariance.h)
+//            (pose_collector.h)
 //   poses    a file per object, obj_<id>_pose.* or obj_<id>.*, with the same lines: T_world_object
 //
 // Cameras of `motions` and `poses`: est_camera_tum.txt or camera.*, true ones gt_camera_tum.txt or

@@ -1,4 +1,4 @@
-#include "sextant/eval/logs/trajectory_columns.h"
+#include "sextant/eval/logs/number_file.h"
 
 #include <gmock/gmock.h>
 

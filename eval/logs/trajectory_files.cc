@@ -9,9 +9,8 @@
 
 #include "sextant/base/names.h"
 #include "sextant/eval/logs/pose_collector.h"
-#include "sextant/eval/logs/pose_covariance.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
-#include "sextant/eval/logs/trajectory_columns.h"
+#include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/trajectory_message.h"
 #include "sextant/eval/logs/trajectory_recordings.h"
 #include "sextant/eval/logs/vdo_xml.h"

@@ -5,12 +5,12 @@
 //
 //   tum      t tx ty tz qx qy qz qw                                  s, m; blanks or commas between them
 //   tum_ns   as tum with t in ns, as written by ORB-SLAM3 for EuRoC
-//            both optionally followed by 12, 21 or 36 numbers of a covariance (pose_covariance.h)
+//            both optionally followed by 12, 21 or 36 numbers of a covariance (pose_collector.h)
 //   positions  t x y z                                             s, m; no rotations: GNSS, a prism
 //   kitti    r11 r12 r13 tx r21 .. tz, or a frame number before them
 //   euroc    t[ns],px,py,pz,qw,qx,qy,qz[,...]                        ground truth and state estimates
 //   table    the eight columns, or the four of positions only, by the names in the header
-//            (trajectory_columns.h), among any others
+//            (number_file.h), among any others
 //   tartanair  tx ty tz qx qy qz qw                                no time: the row number, or --rate
 //   vdo      frame and 16 values of T_world_camera
 //   dynosam  <m>_camera_pose_log.csv: frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw; also contains the truth

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "sextant/base/json.h"
-#include "sextant/eval/logs/pose_covariance.h"
+#include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 
 namespace sextant {

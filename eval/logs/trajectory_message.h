@@ -10,7 +10,7 @@
 //
 // ROS messages are in the serialisation of ROS 1 or in CDR (ROS 2; either byte order). The stamp is that of
 // the header, not the time of recording. A topic with changing frame ids contains poses of several bodies,
-// which is an Error, as are two poses without a stamp (0). Covariances follow pose_covariance.h; if some
+// which is an Error, as are two poses without a stamp (0). Covariances follow pose_collector.h; if some
 // of a topic are all zeros or begin with -1 (unknown), none is used. Limits and repairs are those of
 // trajectory_files.h, with the message's number in the topic (from 1) instead of the line.
 

@@ -124,7 +124,7 @@ class SummaryDecoder {
  private:
   double finite() {
     const auto value = in_.get<double>();
-    constexpr double smallest = 1e-210, largest = 1e210;  // sums of squares of record_fields.h's numbers
+    constexpr double smallest = 1e-210, largest = 1e210;  // sums of squares of record.h's numbers
     const double size = std::abs(value);
     if (!(size == 0 || (size >= smallest && size <= largest)))
       wrong("a number that is neither 0 nor of a size from 1e-210 to 1e210");
@@ -288,7 +288,8 @@ void check_keeps_records(const std::filesystem::path& records) {
   std::error_code ignored;
   if (std::filesystem::exists(records, ignored) || !has_results(records.parent_path())) return;
   fail(
-      "{}: does not exist: the sweep kept summaries (\"keep\": \"summary\"), which only `sextant report` reads",
+      "{}: does not exist: the sweep kept summaries (\"keep\": \"summary\"), which only `sextant report` "
+      "reads",
       records.string());
 }
 

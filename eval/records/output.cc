@@ -10,7 +10,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/provenance.h"
 

@@ -31,7 +31,7 @@ void check_output_folder(const std::filesystem::path& folder, const Json& config
 /// A folder into which files are written under temporary names: write NAME to path(NAME); commit() moves the
 /// files into place in the given order. Without commit() all of them are removed, and the folder too if it
 /// was created for them and is empty. Holds the lock of the folder, and writes no file through a link below
-/// it (base/file_lock.h, base/safe_paths.h).
+/// it (base/file_lock.h, base/new_file.h).
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path folder);

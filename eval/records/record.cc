@@ -10,7 +10,6 @@
 #include "sextant/base/error.h"
 #include "sextant/base/names.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/records/record_fields.h"
 
 namespace sextant {
 namespace {
@@ -189,7 +188,8 @@ bool has_truth(const Record& record) {
   if (record.is_ego()) return record.values.contains("step_gt_m");
   const auto dynamic = record.values.find("dynamic_gt");
   if (dynamic != record.values.end() && dynamic->second == 0) return false;
-  return record.values.contains("distance_gt_m") || record.values.contains("v_gt_kmh") || !record.errors.empty();
+  return record.values.contains("distance_gt_m") || record.values.contains("v_gt_kmh") ||
+         !record.errors.empty();
 }
 
 int body_order(Interned body) {

@@ -8,7 +8,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/records/case_summary.h"
-#include "sextant/eval/records/record_fields.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {

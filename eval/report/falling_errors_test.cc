@@ -1,4 +1,4 @@
-#include "sextant/eval/report/falling_errors.h"
+#include "sextant/eval/report/trends.h"
 
 #include "sextant/base/testing.h"
 #include "sextant/eval/records/testing.h"

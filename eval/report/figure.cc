@@ -198,8 +198,8 @@ OutputFiles drawn(const Figure& figure, bool svg_alone) {
     files[figure.name + extension] = fs::exists(picture) ? read_file(picture) : "";
     if (!ends_with(files[figure.name + extension], end)) {
       fail(
-          "gnuplot wrote only a part of {}{}: is the disk of {} full? Free some space, or choose another folder "
-          "with TMPDIR",
+          "gnuplot wrote only a part of {}{}: is the disk of {} full? Free some space, or choose another "
+          "folder with TMPDIR",
           figure.name, extension, scratch.path().parent_path().string());
     }
   }
@@ -256,7 +256,8 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 }
 
 /// Returns the read end of a pipe that holds the script for gnuplot. The script is written before gnuplot
-/// starts, so a gnuplot that ends early cannot break the pipe. gnuplot-iostream would start it through a shell.
+/// starts, so a gnuplot that ends early cannot break the pipe. gnuplot-iostream would start it through a
+/// shell.
 int commands(const std::string& script) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) fail("cannot start gnuplot: {}", std::strerror(errno));

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/latex.h"
+#include "sextant/eval/report/table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,7 +6,7 @@
 #include <set>
 #include <tuple>
 
-#include "sextant/eval/records/record_fields.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {
@@ -111,7 +111,8 @@ void NoiseLevel::add(uint64_t seed, const BodySums& body) {
 
 void NoiseLevel::fail_mixed() const {
   fail(
-      "{} of {} {}, {}: occurs in a folder of records and in a folder of summaries: give folders that do not share estimators",
+      "{} of {} {}, {}: occurs in a folder of records and in a folder of summaries: give folders that do not "
+      "share estimators",
       key_.body, key_.dataset, key_.sequence, key_.estimator);
 }
 

@@ -10,8 +10,10 @@
 //
 // All numbers below refer to estimated records, except n_seeds(), which refers to all records.
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <unordered_map>

@@ -1,18 +1,18 @@
 #include "sextant/eval/report/run_summary.h"
 
+#include <fmt/format.h>
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <tuple>
 
-#include <fmt/format.h>
-#include <Eigen/Core>
-#include <array>
-
-#include "sextant/eval/report/step_errors.h"
+#include "sextant/base/error.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
+
 namespace {
 
 BodySummary summarize_body(const RecordRefs& records, const MetricPreset& preset) {
@@ -156,8 +156,8 @@ Table body_table(const std::vector<BodySummary>& rows, const MetricPreset& prese
 std::vector<std::string> summary_notes(const std::vector<Record>& records, bool all) {
   const ClassificationCounts c = count_classification(records);
   std::vector<std::string> notes = {
-      "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status ok; "
-      "coverage = estimated / truth; errors are over estimated.",
+      "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status "
+      "ok; coverage = estimated / truth; errors are over estimated.",
       fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = "
                   "dynamic).",
                   c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
@@ -275,6 +275,38 @@ std::string consistency_text(const std::vector<Record>& records) {
         "--set estimator.covariance=correlated, unless the estimator models that itself.\n";
   }
   return text;
+}
+
+std::string StepErrors::text() const {
+  return fmt::format(
+      "mean {:.4f} m (right {:.4f}, down {:.4f}, ahead {:.4f}), scatter {:.4f}, {:.4f}, {:.4f} m; drift to "
+      "the right {:.2f} mm a frame",
+      mean_m.norm(), mean_m.x(), mean_m.y(), mean_m.z(), scatter_m.x(), scatter_m.y(), scatter_m.z(),
+      1000 * drift_m);
+}
+
+std::optional<StepErrors> step_errors(const std::vector<int>& frames,
+                                      const std::vector<Eigen::Vector3d>& errors_m) {
+  SEXTANT_CHECK(frames.size() == errors_m.size());
+  if (errors_m.size() < 2) return std::nullopt;
+  StepErrors out;
+  out.n = static_cast<int>(errors_m.size());
+  double mean_frame = 0;
+  for (size_t i = 0; i < errors_m.size(); ++i) {
+    out.mean_m += errors_m[i] / out.n;
+    mean_frame += static_cast<double>(frames[i]) / out.n;
+  }
+  double squares = 0, products = 0;
+  for (size_t i = 0; i < errors_m.size(); ++i) {
+    const Eigen::Vector3d e = errors_m[i] - out.mean_m;
+    const double along = frames[i] - mean_frame;
+    out.scatter_m += e.cwiseAbs2() / (out.n - 1);
+    squares += along * along;
+    products += along * e.x();
+  }
+  out.scatter_m = out.scatter_m.cwiseSqrt();
+  if (squares > 0) out.drift_m = products / squares;
+  return out;
 }
 
 }  // namespace sextant

@@ -173,7 +173,8 @@ struct RowRange {
 };
 /// Returns the ranges of rows between changes of the values in these columns.
 std::vector<RowRange> row_ranges(const Table& table, const std::vector<std::string>& keys);
-/// Returns some rows, with title, caption and notes of the whole; `fold` then states their common values once.
+/// Returns some rows, with title, caption and notes of the whole; `fold` then states their common values
+/// once.
 Table rows_of(const Table& table, RowRange rows);
 /// Splits a table at each change of the values in these columns.
 std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys);
@@ -186,7 +187,8 @@ std::string markdown_text(const std::string& text);
 std::string to_csv(const Table& table);
 /// An array with one object per row.
 Json rows_to_json(const Table& table);
-/// json_text(rows_to_json(table)), made row by row: the object of all rows takes ten times the memory of its text.
+/// json_text(rows_to_json(table)), made row by row: the object of all rows takes ten times the memory of its
+/// text.
 std::string rows_to_json_text(const Table& table);
 
 // ---- Common parts of the renderings for readers (text, Markdown, LaTeX, HTML).
@@ -210,5 +212,17 @@ std::string wrapped(const std::string& text, size_t width, const std::string& in
 
 /// Keeps only the columns with these keys, in the table's order.
 Table with_columns(const Table& table, const std::vector<std::string>& keys);
+
+// ---- A table as LaTeX: \begin{table} with booktabs' rules, caption, label and notes, in a font size that
+// fits its columns. Needs \usepackage{booktabs, amsmath, textcomp} and \usepackage[utf8]{inputenc} with
+// pdflatex. Columns with the same value in every row are stated once in the caption; details are left out, as
+// in to_text.
+
+/// `name` gives the label "tab:<name>".
+std::string to_latex(const Table& table, const std::string& name);
+
+/// Escapes special characters; formats E_t, E_R, E_v as symbols, and Greek letters and signs outside ASCII as
+/// commands. An unknown character becomes "?".
+std::string latex_escaped(const std::string& text);
 
 }  // namespace sextant

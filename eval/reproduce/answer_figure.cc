@@ -118,9 +118,11 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
   figure.data = table_of("", "", fields, marks);
   Panel panel;
   panel.settings = fmt::format(
-      "set logscale x\nset xrange [{}:{}]\nset yrange [{}:-0.7]\nset ytics ({}) noenhanced\nset y2range [{}:-0.7]\n"
-      "set y2tics ({}) noenhanced scale 0\nset xtics (0.02,0.05,0.1,0.2,0.5,1,2,5,10,20,50)\nset xlabel \"measured / published\" "
-      "offset 0,0.4\nset arrow 1 from 1, graph 0 to 1, graph 1 nohead lc rgb \"#000000\" lw 1\n",
+      "set logscale x\nset xrange [{}:{}]\nset yrange [{}:-0.7]\nset ytics ({}) noenhanced\n"
+      "set y2range [{}:-0.7]\n"
+      "set y2tics ({}) noenhanced scale 0\nset xtics (0.02,0.05,0.1,0.2,0.5,1,2,5,10,20,50)\n"
+      "set xlabel \"measured / published\" offset 0,0.4\nset arrow 1 from 1, graph 0 to 1, graph 1 nohead lc "
+      "rgb \"#000000\" lw 1\n",
       gp_number(from / 1.15), gp_number(to * 1.15), gp_number(static_cast<double>(lines.size()) - 0.3), tics,
       gp_number(static_cast<double>(lines.size()) - 0.3), words);
   for (const auto& [series, colour] : drawn) {
@@ -150,7 +152,8 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
   set_panels(layout, legend, {panel}, figure);
   figure.script += "unset y2tics\nset y2range [*:*]\n";
   figure.caption = fmt::format(
-      "{}: published value (1), our mean with its 95 % interval (thin) and where 95 % of single runs lie (broad).{}",
+      "{}: published value (1), our mean with its 95 % interval (thin) and where 95 % of single runs lie "
+      "(broad).{}",
       paper().table(table.number).title,
       n_all > lines.size() ? fmt::format(" {} of {} values; the table has all.", lines.size(), n_all) : "");
   return figure;

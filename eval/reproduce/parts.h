@@ -84,8 +84,8 @@ Json recorded_inputs(const std::string& data_root);
 /// <system>_<sequence>_{reference,estimate}.tum.
 OutputFiles evaluate_recorded(const std::string& data_root);
 
-// ---- recorded object motions: DynOSAM's logs of a sequence of KITTI tracking, in ROOT/dynosam_kitti_0000. The
-// truth is the data set's own; errors as `evaluate objects` gives them.
+// ---- recorded object motions: DynOSAM's logs of a sequence of KITTI tracking, in ROOT/dynosam_kitti_0000.
+// The truth is the data set's own; errors as `evaluate objects` gives them.
 
 /// Files that evaluate_recorded_objects() would read, as path -> SHA-256.
 Json recorded_object_inputs(const std::string& data_root);

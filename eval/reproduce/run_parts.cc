@@ -4,7 +4,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/progress.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/pictures/pictures.h"

@@ -144,8 +144,8 @@ Json records_json(const ViewedRun& run) {
   return json;
 }
 
-/// Projects the corners of the true boxes, (+-w/2, 0 or -h, +-l/2), x fastest. An object of unknown size or with
-/// a corner behind the camera has its 2-D box.
+/// Projects the corners of the true boxes, (+-w/2, 0 or -h, +-l/2), x fastest. An object of unknown size or
+/// with a corner behind the camera has its 2-D box.
 Json boxes_json(const Sequence& sequence) {
   constexpr double least_depth_m = 0.1, steps_per_px = 10;
   const auto& camera = sequence.info().camera.left;

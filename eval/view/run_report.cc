@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "sextant/base/files.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/pictures/pictures.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"

@@ -18,7 +18,7 @@
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/crlb.h"
 #include "sextant/metrics/pair_errors.h"
-#include "sextant/stats/distributions.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {
@@ -156,9 +156,8 @@ void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int 
   }
   if (without_times(outcome.records) != without_times(run.records)) {
     run.notes.push_back(
-        "Its records differ from those of the current program: points, covariances and paths are computed by the "
-        "current program, "
-        "numbers are those of the folder.");
+        "Its records differ from those of the current program: points, covariances and paths are computed by "
+        "the current program, numbers are those of the folder.");
   }
 }
 

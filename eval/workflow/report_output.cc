@@ -1,14 +1,23 @@
 #include "sextant/eval/workflow/report_output.h"
 
+#include <algorithm>
+
 #include "sextant/base/error.h"
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/progress.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/evaluation/ego_json.h"
-#include "sextant/eval/evaluation/evo_result.h"
+#include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/evaluation/trajectory_figures.h"
 #include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/tracks.h"
+#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/estimator_comparisons.h"
+#include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/html/html.h"
+#include "sextant/eval/report/record_places.h"
+#include "sextant/eval/report/trends.h"
 
 namespace sextant {
 
@@ -55,6 +64,136 @@ Reproduction reproduce(const ReproduceConfig& config, bool report_only) {
   write_output_folder(folder, files);
   made.report = folder / "report.html";
   return made;
+}
+
+namespace {
+
+std::string joined(const std::vector<std::filesystem::path>& folders) {
+  std::string text;
+  for (const std::filesystem::path& folder : folders) text += (text.empty() ? "" : ", ") + folder.string();
+  return text;
+}
+
+/// Lists what sweeps that kept summaries cannot report, one row each; no rows for sweeps with records.
+Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<ComparisonRow>& comparisons,
+                     size_t n_left_out) {
+  struct Limit {
+    std::string what, why;
+  };
+  std::vector<Limit> limits;
+  bool any = false, one_seed = false;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (const NoiseLevelRef& level : sweep.levels) {
+      any = any || level->is_summed();
+      one_seed = one_seed || (level->is_summed() && level->n_seeds() < 2);
+    }
+  }
+  if (any)
+    limits.push_back(
+        {"quantiles", "exact within 0.5 %, the width of the histogram bins; everything else is exact"});
+  if (one_seed) limits.push_back({"intervals of one seed", "need frames, which only records have"});
+  if (any && n_left_out > 0) {
+    limits.push_back(
+        {fmt::format("{} of {} comparisons of estimators", n_left_out, n_left_out + comparisons.size()),
+         "the two estimated different pairs; only records show which"});
+  }
+  return table_of<Limit>("What summaries leave open",
+                         "These sweeps kept summaries of their cases, not records (\"keep\": \"summary\").",
+                         {{Column::text("what"), &Limit::what}, {Column::text("why"), &Limit::why}}, limits);
+}
+
+const std::vector<std::string> split_keys = {"parameter", "source", "dataset", "sequence"};
+
+/// Columns of the tables that matter first.
+std::vector<std::string> first_columns(const std::string& table) {
+  std::vector<std::string> keys = split_keys;
+  const auto add = [&](std::initializer_list<const char*> more) {
+    keys.insert(keys.end(), more.begin(), more.end());
+  };
+  if (table == "comparisons") {
+    add({"first", "second", "body", "level", "n_pairs", "Et_difference_m", "Et_low_m", "Et_high_m",
+         "Et_difference_percent", "Et_verdict", "records"});
+  } else if (table == "noise_levels") {
+    add({"body", "estimator", "level", "coverage_percent", "Et_mean_m", "Et_mean_low_m", "Et_mean_high_m",
+         "Et_efficiency", "ER_mean_deg", "anees", "records"});
+  } else if (table == "trends") {
+    add({"body", "estimator", "lowest", "highest", "Et_lowest_m", "Et_highest_m", "Et_relative_slope",
+         "Et_relative_slope_low", "Et_relative_slope_high", "Et_rises", "records"});
+  } else {
+    return {};
+  }
+  return keys;
+}
+
+}  // namespace
+
+ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs, bool quiet,
+                              const std::filesystem::path& out) {
+  constexpr int n_steps = 4;
+  Progress progress("parts of the report", n_steps, quiet);
+  const std::vector<NoiseSweep> sweeps = read_noise_sweeps(folders);
+  progress.advance();
+  std::vector<NoiseLevelRow> levels;
+  std::vector<AchievedNoiseRow> achieved;
+  for (const NoiseSweep& sweep : sweeps) {
+    for (NoiseLevelRow& row : noise_levels(sweep, jobs)) levels.push_back(std::move(row));
+    for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
+  }
+  progress.advance();
+  ReportDocument document;
+  document.title = "Noise and errors";
+  document.abstract = "Errors of camera and objects by noise level, from the records of " + joined(folders) +
+                      ". Intervals are 95 %, bootstrapped over seeds.";
+  const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders, sweeps);
+  const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
+    if (table.rows.empty()) return;
+    ReportSection& section = document.sections.emplace_back(
+        ReportSection{std::string(name) + "-section", heading, {}, {}, std::move(figures), {}});
+    section.tables.push_back({name, std::move(table), split_keys, first_columns(name)});
+  };
+  const auto linked = [&](Table table, const auto& rows) {
+    add_record_links(rows, places, out, table);
+    return table;
+  };
+  std::vector<Figure> of_bodies = noise_level_figures(levels);
+  const auto of_estimators = std::ranges::stable_partition(
+      of_bodies, [](const Figure& figure) { return !figure.name.starts_with("estimators_"); });
+  size_t n_left_out = 0;
+  const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
+  add("comparisons", "Estimators compared", linked(comparison_table(comparisons), comparisons),
+      {of_estimators.begin(), of_estimators.end()});
+  of_bodies.erase(of_estimators.begin(), of_estimators.end());
+  progress.advance();
+  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels), levels),
+      std::move(of_bodies));
+  add("falling_errors", "Errors that fall", falling_error_table(falling_errors(sweeps)));
+  const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
+  add("trends", "Growth", linked(trend_table(trends), trends));
+  add("summaries", "Summaries", summary_limits(sweeps, comparisons, n_left_out));
+  Table achieved_table = achieved_noise_table(achieved);
+  if (!out.empty()) {
+    std::vector<std::string> addresses;
+    for (const AchievedNoiseRow& row : achieved) addresses.push_back(address_from(out, row.file));
+    add_addresses("achieved_px", addresses, achieved_table);
+  }
+  add("achieved_noise", "Achieved noise", std::move(achieved_table), achieved_noise_figures(achieved));
+  progress.advance();
+  document.provenance = {{"records", joined(folders)}, {"report by", "sextant " + version()}};
+  document.citation = citation();
+  return document;
+}
+
+ReportDocument report_sweeps(const std::vector<std::filesystem::path>& folders,
+                             const std::filesystem::path& out, const ReportFolderOptions& options) {
+  const auto lock = lock_folder(out);
+  ReportDocument document = noise_document(folders, options.jobs, options.quiet, out);
+  if (document.sections.empty())
+    fail("no pair with truth in any of the {} folders: nothing to report", folders.size());
+  if (!out.empty()) {
+    write_output_folder(out,
+                        [&](const FileWriter& write) { make_report_folder(document, options, write); });
+  }
+  return document;
 }
 
 }  // namespace sextant

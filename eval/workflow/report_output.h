@@ -4,11 +4,14 @@
 // objects` and `reproduce` call these and print what they return. An output folder is locked before
 // anything is read.
 
+#include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/evaluation/trajectory_series.h"
+#include "sextant/eval/report/html/html.h"
 #include "sextant/eval/reproduce/reproduce.h"
 
 namespace sextant {
@@ -37,5 +40,18 @@ struct Reproduction {
   std::filesystem::path report;     ///< report.html
 };
 Reproduction reproduce(const ReproduceConfig& config, bool report_only);
+
+// ---- The report of `sextant report`: statements of the paper, errors by noise level and their growth,
+// comparisons of estimators, and the noise that was achieved.
+
+/// Makes the report of runs and sweeps together. It has no sections if no pair has truth. Throws Error on
+/// bad folders.
+ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs, bool quiet = true,
+                              const std::filesystem::path& out = {});
+
+/// Makes the report and writes it as a report folder into `out`, unless `out` is empty. Throws Error on bad
+/// folders and if no pair has truth.
+ReportDocument report_sweeps(const std::vector<std::filesystem::path>& folders,
+                             const std::filesystem::path& out, const ReportFolderOptions& options);
 
 }  // namespace sextant

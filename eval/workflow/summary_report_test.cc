@@ -13,7 +13,7 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/workflow/noise_document.h"
+#include "sextant/eval/workflow/report_output.h"
 
 namespace sextant {
 namespace {

@@ -3,14 +3,19 @@
 #include <fcntl.h>
 #include <sys/random.h>
 #include <sys/stat.h>
-
+#include <unistd.h>
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 
 namespace sextant {
+
 namespace {
 
 uint64_t random_number() {
@@ -62,6 +67,106 @@ void NewFile::commit() {
 
 void NewFile::give_up(const char* what) const {
   fail("{}: cannot {}: {}", path_.string(), what, std::strerror(errno));
+}
+
+namespace {
+
+void check_relative(const fs::path& root, const fs::path& relative) {
+  const bool leaves = relative.is_absolute() || std::ranges::find(relative, fs::path("..")) != relative.end();
+  if (leaves || relative.empty())
+    fail("{}: '{}' is not a path inside this folder", root.string(), relative.string());
+}
+
+[[noreturn]] void refuse(const fs::path& path) {
+  const int reason = errno;
+  struct stat info {};
+  if (::lstat(path.c_str(), &info) == 0 && S_ISLNK(info.st_mode))
+    fail("{}: is a link: output is not written through links; remove the link", path.string());
+  if (reason == EEXIST || reason == ENOTDIR) fail("{}: is a file, expected a folder", path.string());
+  fail("{}: cannot create: {}", path.string(), std::strerror(reason));
+}
+
+/// Opens the folder `relative` below `root` without following links; creates missing folders.
+Descriptor open_below(const fs::path& root, const fs::path& relative) {
+  constexpr int flags = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
+  Descriptor folder(::open(root.c_str(), flags));
+  if (!folder) fail("{}: cannot open: {}", root.string(), std::strerror(errno));
+  fs::path path = root;
+  for (const fs::path& name : relative) {
+    if (name.empty() || name == ".") continue;
+    path /= name;
+    if (::mkdirat(folder.get(), name.c_str(), 0777) != 0 && errno != EEXIST) refuse(path);
+    folder = Descriptor(::openat(folder.get(), name.c_str(), flags | O_NOFOLLOW));
+    if (!folder) refuse(path);
+  }
+  return folder;
+}
+
+}  // namespace
+
+std::string safe_file_name(std::string_view text) {
+  constexpr size_t longest = 200, n_digits = 16;
+  std::string name(text);
+  std::ranges::replace_if(
+      name, [](char c) { return c == '/' || static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }, '-');
+  if (name.starts_with('.')) name.front() = '_';
+  if (name.size() > longest) {
+    size_t kept = longest - n_digits - 1;
+    while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U)
+      --kept;  // do not cut inside a character
+    name = name.substr(0, kept) + "-" + sha256(text).substr(0, n_digits);
+  }
+  return name.empty() ? "_" : name;
+}
+
+std::vector<std::string> distinct_names(std::vector<std::string> names) {
+  std::set<std::string> taken;
+  for (std::string& name : names) {
+    const std::string given = name;
+    for (int i = 2; !taken.insert(name).second; ++i) name = fmt::format("{}-{}", given, i);
+  }
+  return names;
+}
+
+fs::path make_folder_below(const fs::path& root, const fs::path& relative) {
+  check_relative(root, relative);
+  open_below(root, relative);
+  return root / relative;
+}
+
+void move_below(const fs::path& from, const fs::path& root, const fs::path& relative) {
+  check_relative(root, relative);
+  const Descriptor folder = open_below(root, relative.parent_path());
+  if (::renameat(AT_FDCWD, from.c_str(), folder.get(), relative.filename().c_str()) != 0)
+    fail("{}: cannot create: {}", (root / relative).string(), std::strerror(errno));
+}
+
+void check_private_folder(const fs::path& folder) {
+  struct stat info {};
+  if (::stat(folder.c_str(), &info) != 0) {
+    if (errno == ENOENT || errno == ENOTDIR) return;
+    fail("{}: cannot stat: {}", folder.string(), std::strerror(errno));
+  }
+  if (info.st_uid != ::geteuid())
+    fail(
+        "{}: this cache belongs to another user, so its content cannot be trusted; choose another "
+        "folder (--cache, SEXTANT_CACHE)",
+        folder.string());
+  if ((info.st_mode & (S_IWGRP | S_IWOTH)) != 0)
+    fail(
+        "{}: others may write into this cache, so its content cannot be trusted; run `chmod go-w` on it, "
+        "or choose another folder (--cache, SEXTANT_CACHE)",
+        folder.string());
+}
+
+void make_private_folder(const fs::path& folder) {
+  std::error_code ignored;
+  const fs::path parent = folder.parent_path();
+  if (!parent.empty()) fs::create_directories(parent, ignored);
+  if (::mkdir(folder.c_str(), 0700) != 0 && !fs::is_directory(folder, ignored))
+    fail("{}: cannot create the cache: {}; choose another folder with --cache", folder.string(),
+         std::strerror(errno));
+  check_private_folder(folder);
 }
 
 }  // namespace sextant

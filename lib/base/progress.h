@@ -10,13 +10,13 @@
 // Silent with `quiet`. advance() is safe to call from several threads. time_summary() reports the duration of
 // each stage.
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <fcntl.h>
 #include <mutex>
 #include <string>
-#include <unistd.h>
 
 namespace sextant {
 

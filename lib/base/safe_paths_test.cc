@@ -1,4 +1,4 @@
-#include "sextant/base/safe_paths.h"
+#include "sextant/base/new_file.h"
 
 #include <sys/stat.h>
 #include <unistd.h>

@@ -32,7 +32,8 @@ struct PipelineOptions {
       (RefineOn, refine_on, RefineOn::reselected, "",
        "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): the "
        "inliers of RANSAC, all, or those within the noise level estimated from the residuals"),
-      (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "", "as refine_on, for objects; same: as for the background"),
+      (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "", "as refine_on, for objects; same: as "
+                                                                      "for the background"),
       (ClassificationOptions, classification, {}, "", "dynamic or static"),
       (double, max_object_distance_m, 25.0, "m",
        "gate on the median depth of an object, and farthest object point (paper: 25)"),

@@ -44,9 +44,8 @@ Json without_profile(const Json& noise_options) {
   if (!profile.is_object() || !profile.contains("noise") || !profile.at("noise").is_object() ||
       profile.at("noise").contains("profile"))
     fail(
-        "{}: not a noise profile: expected an object with the noise options under \"noise\", as `sextant noise "
-        "fit` "
-        "writes it",
+        "{}: not a noise profile: expected an object with the noise options under \"noise\", as `sextant "
+        "noise fit` writes it",
         name.get<std::string>());
   Json scale = noise_options.value("scale", Json(1));
   if (!scale.is_number() || !std::isfinite(scale.get<double>()) || scale.get<double>() < 0)

@@ -28,7 +28,8 @@ TEST(StoredProfiles, ScaleMultipliesSizes) {
   TempFolder temp;
   const std::string path = (temp.path() / "p.json").string();
   write_file(path, R"({"noise": {"flow": {"epe_x_px": 1, "epe_y_px": 0.5}, "depth": {"delta_d_px": 0.2},
-    "outliers": {"share": 0.1, "radius_px": 20}, "correlation": {"model": "spatial", "lengths_px": [5], "shares": [0.5]}}})");
+    "outliers": {"share": 0.1, "radius_px": 20}, "correlation": {"model": "spatial", "lengths_px": [5],
+    "shares": [0.5]}}})");
   const Json whole = without_profile({{"profile", path}}),
              half = without_profile({{"profile", path}, {"scale", 0.5}});
   EXPECT_EQ(whole.at("flow").at("epe_x_px"), 1);

@@ -10,8 +10,8 @@
 
 #include "sextant/base/philox.h"
 #include "sextant/stats/clustered_sample.h"
-#include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {

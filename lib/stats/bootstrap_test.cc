@@ -7,8 +7,8 @@
 #include <random>
 
 #include "sextant/base/philox.h"
-#include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {

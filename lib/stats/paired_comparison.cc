@@ -8,8 +8,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/stats/clustered_sample.h"
-#include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 #include "sextant/stats/trend.h"
 
 namespace sextant {

@@ -6,8 +6,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/philox.h"
-#include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {

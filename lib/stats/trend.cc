@@ -5,8 +5,8 @@
 #include <limits>
 #include <map>
 
-#include "sextant/stats/distributions.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {

@@ -19,6 +19,8 @@ usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
 11. Comments and messages use the field's terms instead of the words in PRIVATE_WORDS.
 12. A comment of a header begins with its subject, not with a word of NO_SUBJECT.
 13. A document or a section of one that a comment or message names exists: docs/NAME.md, "SECTION".
+14. docs/modules.svg shows the modules of LAYERS, those of TRUTH_FREE with a blue frame.
+15. No line of C++ is longer than the ColumnLimit of .clang-format, not even a comment or a text.
 
 Tests (*_test.cc, *testing.h) are exempt from 1 to 8.
 Exit codes: 0 clean, 1 violations, 2 usage.
@@ -30,6 +32,8 @@ import pathlib
 import re
 import sys
 import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # Folder -> the folders it may include, bottom to top. A folder may always include itself.
 _MEASUREMENT = ["base", "geometry", "measurement"]
@@ -120,9 +124,9 @@ ENTRY_POINTS = {
         re.compile(r"\bO_CREAT\b|\bstd::ofstream\b|\bfopen(?:64)?\("),
         ["base/new_file.cc", "base/files.cc", "base/file_lock.cc", "eval/records/journal.cc", "eval/report/figure.cc",
          "eval/external/process.cc", "eval/fuzz/folder.cc"]),
-    "makes folders, through links too: use base/safe_paths.h or base/file_lock.h": (
+    "makes folders, through links too: use base/new_file.h or base/file_lock.h": (
         re.compile(r"\bcreate_directories\("),
-        ["base/safe_paths.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
+        ["base/new_file.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
 }
 
 # Files that make tables, figures, claims and pages from typed rows.
@@ -161,6 +165,9 @@ READERS_WITHIN = {
     "read_image": "adapters vkitti1 and vkitti2", "parse_field": "every trajectory format of numbers",
 }
 
+# Formatting breaks neither comments nor texts.
+COLUMN_LIMIT = int(re.search(r"ColumnLimit: (\d+)", (ROOT / ".clang-format").read_text())[1])
+
 # Words of 10 -> the terms of the field. The words part, subject and limit are left out: a pattern cannot distinguish their
 # private meanings from the ordinary ones.
 PRIVATE_WORDS = {
@@ -173,7 +180,7 @@ NO_SUBJECT = re.compile(r"(?:that|those|what|whether|the same|of)\b", re.IGNOREC
 # Words that stay: the houses of synthetic streets, the content of a file that marks a folder, the command `data pack` and the
 # key `packs` of run.json.
 ORDINARY_WORDS = {"datasets/synthetic/*": r"houses?", "eval/experiment/pack.cc": r"packs?",
-                  "eval/cli/*": r"packs?", "eval/fuzz/fault_test.py": r"packs?", "eval/gate/sameness.cc": r"packs?"}
+                  "eval/cli/*": r"packs?", "eval/fuzz/fault_test.py": r"packs?", "eval/gate/side.cc": r"packs?"}
 _WORDS = re.compile("|".join(rf"(?<![\w./-])(?:{word})(?![\w-])" for word in PRIVATE_WORDS), re.IGNORECASE)
 _COMMENT_OR_STRING = re.compile(r'(?P<comment>//[^\n]*)|"(?P<string>(?:\\.|[^"\\\n])*)"')
 _PYTHON_TEXT = re.compile(r'"""(?P<string>.*?)"""|(?P<comment>#[^\n]*)|"(?:\\.|[^"\\\n])*"', re.DOTALL)
@@ -309,6 +316,27 @@ def citation_problems(root):
                     yield f"{path.relative_to(root)}: docs/{name} has no section '{section}'"
 
 
+def picture_problems(root):
+    picture = root / "docs" / "modules.svg"
+    if not picture.exists():
+        return
+    shown = {name: frame for frame, name in re.findall(
+        r'stroke="([^"]+)"[^>]*/><text [^>]*text-anchor="middle">([^<]+)</text>', picture.read_text(encoding="utf-8"))}
+    for module in sorted(LAYERS.keys() ^ shown.keys()):
+        yield "docs/modules.svg: " + (f"{module} is missing" if module in LAYERS else f"there is no module {module}")
+    for module in sorted(LAYERS.keys() & shown.keys()):
+        if (shown[module] == "#0072b2") != matches(module + "/x", TRUTH_FREE):
+            yield f"docs/modules.svg: {module}: a blue frame means that it cannot see the truth"
+
+
+def length_problems(root):
+    for top in ("lib", "datasets", "eval", "bench"):
+        for path in sorted([*(root / top).rglob("*.h"), *(root / top).rglob("*.cc")]):
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                if len(line) > COLUMN_LIMIT:
+                    yield f"{path.relative_to(root)}:{number}: {len(line)} characters, expected at most {COLUMN_LIMIT}"
+
+
 def path_to_truth(files, start):
     """The chain of headers from `start` to the first one under truth/, or None."""
     seen = {start}
@@ -327,7 +355,8 @@ def path_to_truth(files, start):
 
 def check(root):
     files = read_tree(root)
-    problems = [*test_problems(root), *thread_problems(root), *language_problems(root), *citation_problems(root)]
+    problems = [*test_problems(root), *thread_problems(root), *language_problems(root), *citation_problems(root),
+                *picture_problems(root), *length_problems(root)]
     first = {}
     for name, (path, includes, uses) in files.items():
         file = name.rpartition("/")[2]
@@ -411,6 +440,7 @@ def self_test():
         ("a comment without a subject", "lib/base/error.h", 'base/x"\n/// Whether it is one.//', "begins with its subject"),
         ("a member without a subject", "lib/base/error.h", 'base/x"\nint a = 0;  ///< of the image//', "begins with its subject"),
         ("a lost document", "lib/base/error.h", 'base/x"\n// See docs/lost.md.//', "docs/lost.md does not exist"),
+        ("a long line", "lib/base/error.h", 'base/x"\n// ' + "a " * 60 + "//", "126 characters, expected at most 110"),
         ("a shell", "lib/base/error.h", 'base/x"\nint s = std::system(text);//', "runs a program"),
     ]
     failures = 0
@@ -432,7 +462,7 @@ def self_test():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
+    parser.add_argument("--root", type=pathlib.Path, default=ROOT)
     parser.add_argument("--self-test", action="store_true", help="plant violations and see them caught")
     arguments = parser.parse_args()
     if arguments.self_test:

@@ -228,6 +228,11 @@ def demo_archive(without=""):
     return tar(members, "w:gz")
 
 
+@functools.cache
+def published_archives():
+    return {**vkitti1_archives(), **vkitti2_archives(), **kitti_archives(), DEMO: demo_archive()}
+
+
 class FetchTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_fetch_"))
@@ -236,6 +241,7 @@ class FetchTest(unittest.TestCase):
         self.pins = self.folder / "pins.txt"
         self.pins.write_text("# none\n\n")
         self.server = Server()
+        self.server.files = dict(published_archives())
         threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
         self.addCleanup(self.server.server_close)
         self.addCleanup(self.server.shutdown)
@@ -268,7 +274,6 @@ class FetchTest(unittest.TestCase):
     # ---- what is unpacked, per script
 
     def test_vkitti1_everything(self):
-        self.server.files = vkitti1_archives()
         text = self.fetch("vkitti1", "--all")
         self.assertEqual(len(self.tree()), 4 * 4 * 2 + 3 * 4)
         self.assertTrue((self.out / "vkitti_1.3.1_motgt/0018_15-deg-left.txt").is_file())
@@ -280,7 +285,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(self.leftovers(), ["lock"])
 
     def test_vkitti1_text_only_is_the_default_and_asks_for_text_only(self):
-        self.server.files = vkitti1_archives()
         for arguments in (["--text-only"], []):
             shutil.rmtree(self.out, ignore_errors=True)
             self.server.requests.clear()
@@ -290,7 +294,6 @@ class FetchTest(unittest.TestCase):
             self.assertEqual(len(self.tree()), 8)
 
     def test_vkitti1_sequences(self):
-        self.server.files = vkitti1_archives()
         self.fetch("vkitti1", "--masks", "--objects", "--sequences", "0018/clone")
         self.assertEqual(self.tree(), [
             "vkitti_1.3.1_motgt/0018_clone.txt", "vkitti_1.3.1_scenegt/0018/clone/00000.png",
@@ -303,7 +306,6 @@ class FetchTest(unittest.TestCase):
         self.assertIn("holds nothing of 0020", self.fetch("vkitti1", "--masks", "--sequences", "0020", code=5))
 
     def test_vkitti2(self):
-        self.server.files = vkitti2_archives()
         text = self.fetch("vkitti2", "--all")
         self.assertEqual(len(self.tree()), 5 * 2 * 2 + 2 * 6)
         self.assertTrue((self.out / "Scene18/clone/frames/forwardFlow/Camera_1/x_00000.png").is_file())
@@ -316,7 +318,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(self.tree(), ["Scene01/clone/frames/rgb/Camera_0/a"])
 
     def test_kitti_everything_but_the_test_set(self):
-        self.server.files = kitti_archives()
         text = self.fetch("kitti_tracking", "--all")
         self.assertIn("oxts: unpack 18B", text)  # two files of 9 bytes, not that of testing/
         folders = {"/".join(name.split("/")[:2]) for name in self.tree()}
@@ -325,7 +326,6 @@ class FetchTest(unittest.TestCase):
         self.assertIn(f"kitti:{self.out}#0003", text)
 
     def test_kitti_sequences(self):
-        self.server.files = kitti_archives()
         self.fetch("kitti_tracking", "--text-only", "--left", "--sequences", "0003")
         self.assertEqual(self.tree(), [f"training/{f}" for f in (
             "calib/0003.txt", "image_02/0003/000000.png", "image_02/0003/000001.png", "instances_txt/0003.txt",
@@ -345,7 +345,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(self.tree(), ["training/calib_cam_to_cam/000002.txt", "training/image_2/000002_10.png"])
 
     def test_demo(self):
-        self.server.files[DEMO] = demo_archive()
         self.server.sizes = False  # as the real server, which makes its archives while sending
         text = self.fetch("demo")
         self.assertEqual(self.tree(), ["depth/000000.png", "flow/000000.flo", "image_0/000000.png", "kitti03.yaml",
@@ -361,7 +360,6 @@ class FetchTest(unittest.TestCase):
     # ---- resuming
 
     def test_second_run_downloads_nothing(self):
-        self.server.files = vkitti1_archives()
         self.fetch("vkitti1", "--rgb")
         self.server.requests.clear()
         self.assertIn("already in", self.fetch("vkitti1", "--rgb", accept=False))
@@ -371,14 +369,12 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(len(self.tree()), 8)
 
     def test_cut_connection_is_resumed_in_the_same_run(self):
-        self.server.files = vkitti1_archives()
         self.server.cut_after = [100000]
         self.fetch("vkitti1", "--rgb")
         self.assertEqual([r.range for r in self.server.gets()], [None, "bytes=100000-"])
         self.assertEqual(len(self.tree()), 8)
 
     def test_cut_connection_is_resumed_by_the_next_run(self):
-        self.server.files = vkitti1_archives()
         self.server.cut_after = [100000]
         text = self.fetch("vkitti1", "--rgb", code=4, SEXTANT_FETCH_ATTEMPTS="1")
         self.assertIn("was cut", text)
@@ -389,7 +385,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(len(self.tree()), 8)
 
     def test_server_without_ranges(self):
-        self.server.files = vkitti1_archives()
         self.server.ranges = False
         self.server.cut_after = [100000]
         self.assertIn("start again", self.fetch("vkitti1", "--rgb"))
@@ -397,7 +392,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(len(self.tree()), 8)
 
     def test_file_that_changed_on_the_server_is_not_resumed(self):
-        self.server.files = vkitti1_archives()
         self.server.cut_after = [100000]
         self.fetch("vkitti1", "--rgb", code=4, SEXTANT_FETCH_ATTEMPTS="1")
         self.server.files["vkitti_1.3.1_rgb.tar"] = tar({"vkitti_1.3.1_rgb/0001/clone/00000.png": noise(300000)})
@@ -406,7 +400,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual((self.out / "vkitti_1.3.1_rgb/0001/clone/00000.png").read_bytes(), noise(300000))
 
     def test_interrupt_leaves_what_the_next_run_needs(self):
-        self.server.files = vkitti1_archives()
         self.server.stall_after = 100000
         process = subprocess.Popen(self.command("vkitti1", "--rgb"), stdin=subprocess.DEVNULL, text=True,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=self.environment())
@@ -428,7 +421,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(self.leftovers(), ["lock"])
 
     def test_interrupt_while_unpacking_leaves_no_half_folder(self):
-        self.server.files = vkitti1_archives()
         hangs = ("import runpy, shutil, sys, time; copy, count = shutil.copyfileobj, []\n"
                  "def slow(*words):\n    copy(*words); words[1].flush(); count.append(1)\n"
                  "    if len(count) == 8: time.sleep(6000)\n"
@@ -454,7 +446,6 @@ class FetchTest(unittest.TestCase):
     # ---- what is refused
 
     def test_checksums(self):
-        self.server.files = vkitti1_archives()
         content = self.server.files["vkitti_1.3.1_rgb.tar"]
         sums = {"md5": hashlib.md5(content).hexdigest(), "sha256": hashlib.sha256(content).hexdigest()}
         for algorithm, right in sums.items():
@@ -469,7 +460,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(len(self.tree()), 8)
 
     def test_malformed_checksums(self):
-        self.server.files = vkitti1_archives()
         self.pins.write_text("# sums\nmd5 12 vkitti_1.3.1_rgb.tar\n")
         self.assertIn("pins.txt:2: expected", self.fetch("vkitti1", "--rgb", code=2))
 
@@ -481,7 +471,7 @@ class FetchTest(unittest.TestCase):
                 self.assertIn(line.split()[2], archives)
 
     def test_truncated_archives(self):
-        whole = {**vkitti1_archives(), **kitti_archives()}
+        whole = published_archives()
         for script, part, name in (("vkitti1", "--rgb", "vkitti_1.3.1_rgb.tar"),
                                    ("vkitti1", "--objects", "vkitti_1.3.1_motgt.tar.gz"),
                                    ("kitti_tracking", "--oxts", "data_tracking_oxts.zip")):
@@ -544,12 +534,9 @@ class FetchTest(unittest.TestCase):
 
     def test_nothing_is_placed_through_a_link(self):
         foreign = self.folder / "foreign"
-        for script, part, archives, link in (("kitti_tracking", "--masks", kitti_archives(), "training"),
-                                             ("kitti_tracking", "--oxts", kitti_archives(), "training"),
-                                             ("vkitti1", "--rgb", vkitti1_archives(), "vkitti_1.3.1_rgb"),
-                                             ("kitti_tracking", "--oxts", kitti_archives(), ".fetch")):
+        for script, part, link in (("kitti_tracking", "--masks", "training"), ("kitti_tracking", "--oxts", "training"),
+                                   ("vkitti1", "--rgb", "vkitti_1.3.1_rgb"), ("kitti_tracking", "--oxts", ".fetch")):
             with self.subTest(part=part, link=link):
-                self.server.files = archives
                 foreign.mkdir()
                 self.out.mkdir()
                 (self.out / link).symlink_to(foreign)
@@ -565,20 +552,19 @@ class FetchTest(unittest.TestCase):
         self.assertIn("holds nothing of Virtual KITTI", self.fetch("vkitti1", "--rgb", code=5))
 
     def test_missing_file(self):
+        del self.server.files["vkitti_1.3.1_rgb.tar"]
         text = self.fetch("vkitti1", "--rgb", code=4)
         self.assertIn("HTTP status 404 (no such file)", text)
         self.assertIn("/sub/vkitti_1.3.1_rgb.tar", text)
         self.assertEqual(len(self.server.requests), 1)  # trying again cannot help
 
     def test_failing_server_is_tried_again(self):
-        self.server.files = vkitti1_archives()
         self.server.status["vkitti_1.3.1_rgb.tar"] = 503
         text = self.fetch("vkitti1", "--rgb", code=4)
         self.assertIn("HTTP status 503", text)
         self.assertIn("gave up after 3 attempts", text)
 
     def test_server_without_head(self):
-        self.server.files = vkitti1_archives()
         self.server.head = False
         self.server.cut_after = [100000]
         self.fetch("vkitti1", "--rgb")
@@ -586,7 +572,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(len(self.tree()), 8)
 
     def test_one_run_at_a_time(self):
-        self.server.files = vkitti1_archives()
         (self.out / ".fetch").mkdir(parents=True)
         with open(self.out / ".fetch/lock", "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
@@ -619,7 +604,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual((followed.full_url, followed.get_method()), ("https://b.example/x", "HEAD"))
 
     def test_full_disk(self):
-        self.server.files = vkitti1_archives()
         done = subprocess.run(self.command("vkitti1", "--rgb"), stdin=subprocess.DEVNULL, capture_output=True, text=True,
                               env=self.environment(), timeout=HANGS_S,
                               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000)))
@@ -628,14 +612,12 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(self.tree(), [])
 
     def test_no_space(self):
-        self.server.files = vkitti1_archives()
         self.server.claimed_size["vkitti_1.3.1_rgb.tar"] = 10**17
         text = self.fetch("vkitti1", "--rgb", code=6)
         self.assertRegex(text, r"the download needs 100PB, and .* has .*B free")
         self.assertEqual(self.server.gets(), [])
 
     def test_licence_is_shown_and_asked_for(self):
-        self.server.files = vkitti1_archives()
         text = self.fetch("vkitti1", "--objects", code=3, accept=False)
         for words in ("CC BY-NC-SA 3.0", "https://", "Non-commercial", "CVPR 2016", "--accept-license"):
             self.assertIn(words, text)
@@ -643,7 +625,6 @@ class FetchTest(unittest.TestCase):
         self.assertFalse(self.out.exists())
 
     def test_licence_is_accepted_by_an_answer(self):
-        self.server.files = vkitti1_archives()
         for answer, code, count in (("no", 3, 0), ("yes", 0, 4)):
             terminal, child_side = pty.openpty()
             process = subprocess.Popen(self.command("vkitti1", "--objects", accept=False), stdin=child_side,
@@ -668,7 +649,6 @@ class FetchTest(unittest.TestCase):
         self.assertEqual(self.server.requests, [])
 
     def test_needs_no_other_tool(self):
-        self.server.files = kitti_archives()
         done = subprocess.run([sys.executable, *self.command("kitti_tracking", "--oxts")], text=True, timeout=HANGS_S,
                               stdin=subprocess.DEVNULL, capture_output=True, env=self.environment(PATH="/nowhere"))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -684,7 +664,6 @@ class FetchTest(unittest.TestCase):
         self.assertTrue((archives / "data_tracking_oxts.zip").is_file())
 
     def test_kept_archive_is_unpacked_again(self):
-        self.server.files = kitti_archives()
         self.fetch("kitti_tracking", "--left", "--sequences", "0003", "--keep-archives")
         self.server.requests.clear()
         self.fetch("kitti_tracking", "--left", "--sequences", "0005")

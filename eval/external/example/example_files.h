@@ -1,7 +1,7 @@
 #pragma once
 
-// Files that the examples of external estimators read and write: a VDO-SLAM folder (depth, flow, semantic, camera.yaml), and
-// files of poses and motions. Needs OpenCV and nothing of Sextant.
+// Files that the examples of external estimators read and write: a VDO-SLAM folder (depth, flow, semantic,
+// camera.yaml), and files of poses and motions. Needs OpenCV and nothing of Sextant.
 
 #include <filesystem>
 #include <fstream>

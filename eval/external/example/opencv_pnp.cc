@@ -1,10 +1,11 @@
-// Visual odometry as a newcomer would write it with OpenCV: corners of the previous image with their depth, the flow to
-// the current image, solvePnPRansac (AP3P) and solvePnPRefineLM on its inliers, for the camera and for every object.
-// It knows nothing of Sextant (docs/external-estimators.md) and is the reference "OpenCV PnP" of `sextant benchmark`.
+// Visual odometry as a newcomer would write it with OpenCV: corners of the previous image with their depth,
+// the flow to the current image, solvePnPRansac (AP3P) and solvePnPRefineLM on its inliers, for the camera
+// and for every object. It knows nothing of Sextant (docs/external-estimators.md) and is the reference
+// "OpenCV PnP" of `sextant benchmark`.
 //
 // usage: opencv_pnp INPUT OUTPUT
-// INPUT is a VDO-SLAM folder; writes OUTPUT/camera.txt: frame and 12 values of T_world_camera, OUTPUT/obj_<id>.txt:
-// frame k and 12 values of the object's motion in the camera frame, T_curr_prev.
+// INPUT is a VDO-SLAM folder; writes OUTPUT/camera.txt: frame and 12 values of T_world_camera,
+// OUTPUT/obj_<id>.txt: frame k and 12 values of the object's motion in the camera frame, T_curr_prev.
 
 #include <filesystem>
 #include <iostream>
@@ -38,17 +39,19 @@ FrameData read_frame(const std::string& input, const std::string& name) {
 }
 
 // T_curr_prev of the body with this id by PnP; false where there is none.
-bool estimate(const FrameData& before, const FrameData& after, const cv::Mat2f& flow, int id, const Camera& camera,
-              cv::Matx44d& T_curr_prev) {
+bool estimate(const FrameData& before, const FrameData& after, const cv::Mat2f& flow, int id,
+              const Camera& camera, cv::Matx44d& T_curr_prev) {
   std::vector<cv::Point2f> corners;
-  cv::goodFeaturesToTrack(before.image, corners, max_corners, corner_quality, corner_distance_px, before.mask == id);
+  cv::goodFeaturesToTrack(before.image, corners, max_corners, corner_quality, corner_distance_px,
+                          before.mask == id);
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   for (const cv::Point2f& corner : corners) {
     const cv::Point at(cvRound(corner.x), cvRound(corner.y));
     const double z = before.disparity(at) == 0 ? 0 : camera.bf * 256 / before.disparity(at);
     const cv::Point2d to = cv::Point2d(at) + cv::Point2d(flow(at));
-    const bool inside = to.x >= 0 && to.y >= 0 && to.x < after.mask.cols - 0.5 && to.y < after.mask.rows - 0.5;
+    const bool inside =
+        to.x >= 0 && to.y >= 0 && to.x < after.mask.cols - 0.5 && to.y < after.mask.rows - 0.5;
     if (z <= 0 || z > max_depth_m || !inside || after.mask(cvRound(to.y), cvRound(to.x)) != id) continue;
     points.emplace_back((at.x - camera.cx) / camera.fx * z, (at.y - camera.cy) / camera.fy * z, z);
     pixels.push_back(to);
@@ -99,7 +102,8 @@ int main(int argc, char** argv) try {
         const bool found = estimate(before, frame, flow, id, camera, T_curr_prev);
         if (id == 0 && !found) throw std::runtime_error("lost at frame " + name);
         if (id == 0) T_world_camera = T_world_camera * T_curr_prev.inv();
-        if (id != 0 && found) write(output / ("obj_" + std::to_string(id) + ".txt"), std::stoi(name), T_curr_prev);
+        if (id != 0 && found)
+          write(output / ("obj_" + std::to_string(id) + ".txt"), std::stoi(name), T_curr_prev);
       }
     }
     write(output / "camera.txt", std::stoi(name), T_world_camera);

@@ -78,8 +78,8 @@ std::vector<CheckedClaim> check_claims(const Evidence& evidence);
 /// Table with one row per result; notes list the claims without results as not tested.
 Table claim_table(const std::vector<CheckedClaim>& checked);
 
-/// One line per claim with the joint verdict of its results, linked to its part of claim_table() if that table
-/// is called `table` and split by its statements.
+/// One line per claim with the joint verdict of its results, linked to its part of claim_table() if that
+/// table is called `table` and split by its statements.
 std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& table);
 
 }  // namespace sextant

@@ -16,7 +16,6 @@
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
 

@@ -23,7 +23,7 @@
 
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
-#include "sextant/eval/report/tables/paper_sets.h"
+#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 namespace {

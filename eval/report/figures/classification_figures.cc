@@ -117,9 +117,9 @@ Table classification_test_table(const std::vector<Record>& records) {
       {Column::number("area", 4), &Test::area}};
   return table_of(
       "Dynamic or static: the tests",
-      "Detections within the gates, all seeds together. Area: under the receiver operating characteristic of the "
-      "number that the test decides by. Missed in sight: dynamic ones called static although their true speed is "
-      "above what their covariance lets the test find in half of the cases.",
+      "Detections within the gates, all seeds together. Area: under the receiver operating characteristic of "
+      "the number that the test decides by. Missed in sight: dynamic ones called static although their true "
+      "speed is above what their covariance lets the test find in half of the cases.",
       fields, tests);
 }
 
@@ -171,8 +171,8 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
     set_panels({.columns = columns, .width_cm = columns == 1 ? 8.8 : 18.0, .panel_height_cm = 4.8}, legend,
                panels, figure);
     figure.caption = fmt::format(
-        "Dynamic or static, {}, delta_d {} px: share of the dynamic detections that are found against the share of the "
-        "static ones called dynamic, over all thresholds.",
+        "Dynamic or static, {}, delta_d {} px: share of the dynamic detections that are found against the "
+        "share of the static ones called dynamic, over all thresholds.",
         data.first, data.second);
     figures.push_back(std::move(figure));
   }

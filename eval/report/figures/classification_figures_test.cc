@@ -11,7 +11,8 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Four objects in two frames: 1 and 2 move, 3 and 4 stand. The threshold is wrong about 4, likelihood about 2.
+/// Four objects in two frames: 1 and 2 move, 3 and 4 stand. The threshold is wrong about 4, likelihood about
+/// 2.
 std::vector<Record> classified_records() {
   std::vector<Record> records;
   for (const std::string estimator : {"joint_flow", "joint_flow_depth, likelihood"}) {

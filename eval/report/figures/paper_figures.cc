@@ -89,9 +89,10 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   std::vector<Panel> panels;
   std::vector<std::string> bodies, sources;
   for (const auto& [parameter, stated] : paper().stated.items()) {
-    const auto sweep = std::ranges::find_if(sweeps, [&, &parameter = parameter](const std::vector<NoiseLevelRow>& rows) {
-      return !rows.empty() && rows.front().parameter == parameter;
-    });
+    const auto sweep =
+        std::ranges::find_if(sweeps, [&, &parameter = parameter](const std::vector<NoiseLevelRow>& rows) {
+          return !rows.empty() && rows.front().parameter == parameter;
+        });
     if (sweep == sweeps.end()) continue;
     std::vector<LevelMark> marks;
     std::vector<std::string> of_panel;

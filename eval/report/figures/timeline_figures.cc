@@ -1,13 +1,16 @@
-#include "sextant/eval/report/figures/record_figures.h"
-
 #include <algorithm>
 #include <map>
+#include <set>
 #include <tuple>
 
+#include "sextant/base/error.h"
 #include "sextant/eval/report/figures/panels.h"
+#include "sextant/eval/report/figures/record_figures.h"
+#include "sextant/eval/report/paper.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
+
 namespace {
 
 constexpr size_t most_drawn_bodies = 6;
@@ -20,7 +23,8 @@ using Bodies = std::map<int, RecordRefs>;  // by body_order()
 std::vector<int> chosen(const Bodies& bodies) {
   std::vector<std::pair<ptrdiff_t, int>> by_size;
   for (const auto& [order, records] : bodies) {
-    const ptrdiff_t n = std::ranges::count_if(records, [](const Record* r) { return r->status == Status::ok && has_truth(*r); });
+    const ptrdiff_t n = std::ranges::count_if(
+        records, [](const Record* r) { return r->status == Status::ok && has_truth(*r); });
     if (n > 0) by_size.emplace_back(records.front()->is_ego() ? -1'000'000'000 : -n, order);
   }
   std::ranges::sort(by_size);
@@ -132,6 +136,161 @@ std::vector<Figure> timeline_figures(const std::vector<Record>& records, const M
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;
+}
+
+namespace {
+
+constexpr size_t max_objects = 6;
+constexpr size_t min_estimates = 5;
+
+bool has_speed(const Record& record) {
+  return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
+}
+
+/// Ids of the objects with the most estimates, in order.
+std::vector<int> chosen_objects(const RecordRefs& records) {
+  std::map<int, std::set<int>> frames_of;
+  for (const Record* record : records) frames_of[body_order(record->body)].insert(record->frame);
+  std::vector<std::pair<size_t, int>> by_size;
+  for (const auto& [id, frames] : frames_of) {
+    if (frames.size() >= min_estimates) by_size.emplace_back(frames.size(), -id);
+  }
+  std::ranges::sort(by_size, std::greater());
+  by_size.resize(std::min(by_size.size(), max_objects));
+  std::vector<int> ids;
+  for (const auto& [n, negative_id] : by_size) ids.push_back(-negative_id);
+  std::ranges::sort(ids);
+  return ids;
+}
+
+struct SpeedRow {
+  std::string body, series;
+  int frame = 0;
+  double v_kmh = 0;
+  std::optional<Interval> floor_kmh{};  ///< band around the truth
+};
+
+void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
+              std::vector<SpeedRow>& rows) {
+  // The true speed depends slightly on the estimator, since it is taken at its centroid; the first
+  // estimator's is drawn.
+  std::map<int, double> truth;
+  for (const Record* record : of_body) {
+    if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
+  }
+  for (const auto& [frame, v] : truth) {
+    rows.push_back({body, "truth", frame, v});
+    if (floor_kmh) rows.back().floor_kmh = Interval{v - *floor_kmh, v + *floor_kmh};
+  }
+  for (const std::string& estimator : distinct(of_body, &Record::estimator)) {
+    for (const Record* record : of_body) {
+      if (record->estimator == estimator)
+        rows.push_back({body, estimator, record->frame, record->values.at("v_kmh")});
+    }
+  }
+}
+
+std::string numbered_style(const std::string& estimator, size_t i) {
+  const double size = std::max(0.3, 0.65 - 0.2 * static_cast<double>(i));
+  return fmt::format("with linespoints lc rgb \"{}\" lw {} pt {} ps {:.2f}", estimator_colour(estimator),
+                     std::max(1.0, 2.5 - static_cast<double>(i)), estimator_point(estimator), size);
+}
+
+Panel panel_of(const std::string& body, const std::vector<std::string>& estimators, bool has_floor) {
+  Panel panel{body_title(body),
+              "set xlabel \"frame\" offset 0,0.4\nset ylabel \"speed [km/h]\"\nset offsets "
+              "0,0,graph 0.08,graph 0.08\nset autoscale xfix\n",
+              {}};
+  const auto x = [&](const std::string& series) {
+    return only_where({{"body", body}, {"series", series}}, "column(\"frame\")");
+  };
+  if (has_floor) {
+    panel.plots.push_back(
+        fmt::format("data using {}:(column(\"low_kmh\")):(column(\"high_kmh\")) with filledcurves fc "
+                    "rgb \"#000000\" fs transparent solid 0.15 noborder",
+                    x("truth")));
+  }
+  panel.plots.push_back(
+      fmt::format("data using {}:(column(\"v_kmh\")) with lines lc rgb \"#000000\" lw 1.5", x("truth")));
+  // Estimators often agree, so later ones are drawn smaller to keep the earlier ones visible.
+  for (size_t i = 0; i < estimators.size(); ++i) {
+    panel.plots.push_back(fmt::format("data using {}:(column(\"v_kmh\")) {}", x(estimators[i]),
+                                      numbered_style(estimators[i], i)));
+  }
+  return panel;
+}
+
+Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
+  const Record& first = *records.front();
+  Figure figure;
+  figure.name = "speed_" + file_stem(first.dataset) + "_" + file_stem(first.sequence);
+  std::vector<SpeedRow> rows;
+  const std::vector<std::string> estimators = in_order(distinct(records, &Record::estimator));
+  std::vector<Panel> panels;
+  for (const int id : chosen_objects(records)) {
+    RecordRefs of_body;
+    std::ranges::copy_if(records, std::back_inserter(of_body),
+                         [&](const Record* r) { return body_order(r->body) == id; });
+    add_rows(object_body(id), of_body, floor_kmh, rows);
+    panels.push_back(panel_of(object_body(id), estimators, floor_kmh.has_value()));
+  }
+  if (panels.empty()) return figure;
+  Fields<SpeedRow> fields = {{Column::text("body"), &SpeedRow::body},
+                             {Column::text("series"), &SpeedRow::series},
+                             {Column::text("frame"), &SpeedRow::frame},
+                             {Column::text("v_kmh"), &SpeedRow::v_kmh}};
+  fields.add_range({Column::text("low_kmh"), Column::text("high_kmh")}, &SpeedRow::floor_kmh);
+  figure.data = table_of("", "", fields, rows);
+  std::vector<LegendEntry> legend = {{"truth", "with lines lc rgb \"#000000\" lw 1.5"}};
+  if (floor_kmh)
+    legend.push_back(
+        {"truth \u00b1 floor", "with boxes fc rgb \"#000000\" fs transparent solid 0.15 noborder"});
+  for (size_t i = 0; i < estimators.size(); ++i)
+    legend.push_back({estimator_title(estimators[i]), numbered_style(estimators[i], i)});
+  const PanelLayout layout{.columns = std::min<size_t>(2, panels.size()),
+                           .width_cm = panels.size() == 1 ? 8.8 : 18.0,
+                           .panel_height_cm = 4.8};
+  set_panels(layout, legend, panels, figure);
+  figure.caption = fmt::format(
+      "Speed of the objects by frame, {} {}.{}", first.dataset, first.sequence,
+      floor_kmh ? fmt::format(" Band: error of the true speed itself, {:.1f} km/h (RMS) from the camera's "
+                              "ground truth alone.",
+                              *floor_kmh)
+                : "");
+  return figure;
+}
+
+}  // namespace
+
+std::vector<Figure> speed_figures(const std::vector<Record>& records,
+                                  const std::map<std::string, double>& floor_kmh) {
+  std::map<std::pair<std::string, std::string>, RecordRefs> groups;
+  std::map<std::pair<std::string, std::string>, uint64_t> seeds;
+  for (const Record& record : records) {
+    if (!has_speed(record)) continue;
+    const auto [it, is_new] = seeds.try_emplace({record.dataset, record.sequence}, record.seed);
+    it->second = std::min(it->second, record.seed);
+  }
+  for (const Record& record : records) {
+    const std::pair key(record.dataset, record.sequence);
+    if (has_speed(record) && record.seed == seeds.at(key)) groups[key].push_back(&record);
+  }
+  std::vector<Figure> figures;
+  for (const auto& [key, group] : groups) {
+    const auto floor = floor_kmh.find(key.second);
+    Figure figure = figure_of(group, floor == floor_kmh.end() ? std::nullopt : std::optional(floor->second));
+    if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
+std::map<std::string, double> recorded_speed_floor_kmh(const std::vector<Record>& records) {
+  std::map<std::string, double> floors;
+  for (const Record& record : records) {
+    if (const auto floor = find_number(record.values, "step_floor_m"))
+      floors[record.sequence] = 3.6 * paper().recorded_rate_hz * *floor;
+  }
+  return floors;
 }
 
 }  // namespace sextant

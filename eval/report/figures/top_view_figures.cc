@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/report/figures/equal_axes.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
 

@@ -2,7 +2,7 @@
 
 // report.html: the document as one self-contained page. Figures (SVG) and pictures (PNG) are embedded as data
 // URIs, so that the ids in gnuplot's SVGs cannot clash; a content policy in the page forbids any request.
-// Tables are sorted by clicking on a heading; sections with paths are interactive (explorer_html.h). The page
+// Tables are sorted by clicking on a heading; sections with paths are interactive. The page
 // prints on A4.
 
 #include <string>
@@ -35,13 +35,24 @@ struct ReportFolderOptions {
   bool quiet = true;         ///< no progress of the drawing
 };
 
-/// Makes all files of the folder and gives each to `write` as soon as it is complete, so that the memory is that
-/// of the largest file. Figures of `document` with equal names get distinct ones.
-void make_report_folder(ReportDocument& document, const ReportFolderOptions& options, const FileWriter& write);
+/// Makes all files of the folder and gives each to `write` as soon as it is complete, so that the memory is
+/// that of the largest file. Figures of `document` with equal names get distinct ones.
+void make_report_folder(ReportDocument& document, const ReportFolderOptions& options,
+                        const FileWriter& write);
 /// Returns all files of the folder.
 OutputFiles report_folder(ReportDocument document, const ReportFolderOptions& options);
 
 /// Makes report.html only, for a folder that has other files.
 std::string report_page(ReportDocument document, int jobs);
+
+// ---- An Explorer (eval/report/document.h) as HTML: its data, which page/explorer.js draws. Lists are base64
+// of 32-bit little-endian numbers: float32 for drawn values, int32 for frames. The JSON inside the element:
+//
+//   {"time_title", "axes": [right, up, out], "curves": [title], "note",
+//    "paths": [{"label", "is_reference", "colour", "n", "time", "frame" (null: time is the frame),
+//    "position": [x, y, z]
+//               or [], "values": [list or null of each curve], "begins": [index]}]}
+
+std::string explorer_html(const Explorer& explorer);
 
 }  // namespace sextant

@@ -94,8 +94,9 @@ TEST(Html, AsksNothingOfTheNetwork) {
 
 TEST(Html, TagsAreClosedInOrder) {
   const std::string html = report_folder(document_of(small_table()), {}).at("report.html");
-  for (const char* tag : {"section", "table", "thead",  "tbody", "tr",  "td",   "th", "figure", "ul", "li",
-                          "dl",      "main",  "header", "nav",   "div", "span", "p",  "h1",     "h2", "h3", "details", "summary", "article"}) {
+  for (const char* tag : {"section", "table", "thead", "tbody", "tr",      "td",      "th",     "figure",
+                          "ul",      "li",    "dl",    "main",  "header",  "nav",     "div",    "span",
+                          "p",       "h1",    "h2",    "h3",    "details", "summary", "article"}) {
     const std::string name = tag;
     EXPECT_EQ(count(html, "<" + name + ">") + count(html, "<" + name + " "), count(html, "</" + name + ">"))
         << tag;

@@ -153,7 +153,8 @@ Fragment paper_fragment(const std::vector<PaperLayout>& layouts) {
   Fragment fragment;
   fragment.html = fmt::format(
       "<section id=\"paper\">\n<h2>The paper's tables</h2>\n<p>Our value, and the published one in "
-      "parentheses. {}. A cell shows its interval, runs and data when the pointer or the keyboard focus is on it.</p>\n"
+      "parentheses. {}. A cell shows its interval, runs and data when the pointer or the keyboard focus is "
+      "on it.</p>\n"
       "<div class=\"paper-tables\">\n",
       verdict_signs);
   fragment.markdown = fmt::format("## The paper's tables\n\n{}\n\n", verdict_signs);

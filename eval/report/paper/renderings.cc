@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "sextant/eval/report/document.h"
-#include "sextant/eval/report/latex.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
 namespace {
@@ -291,7 +291,10 @@ Json json_of(const PaperLayout& layout, const LayoutVersion& version) {
         if (cell.size() > 1) place[value.name] = json_of({&version, &row, layout.columns[j], &value});
     }
   }
-  return {{"procedure", version.procedure}, {"data", version.data}, {"rows", rows}, {"notes", layout.notes_of(version)}};
+  return {{"procedure", version.procedure},
+          {"data", version.data},
+          {"rows", rows},
+          {"notes", layout.notes_of(version)}};
 }
 
 std::string number_words(const std::optional<Interval>& interval, int digits) {
@@ -348,8 +351,8 @@ std::string cell_details(const LayoutVersion& version, const LayoutCell& cell) {
 }
 
 std::string text_legend() {
-  return "In () or beneath: the paper. \u2713 within, \u2717 outside single runs; \u2260 not comparable; ? open; "
-         "\u2013 missing\n";
+  return "In () or beneath: the paper. \u2713 within, \u2717 outside single runs; \u2260 not comparable; ? "
+         "open; \u2013 missing\n";
 }
 
 std::string to_text(const PaperLayout& layout, bool all) {
@@ -414,7 +417,8 @@ std::string to_latex(const PaperLayout& layout) {
   text += fmt::format(
       "\\begin{{{}}}[t]\n\\centering\n\\fontsize{{7}}{{8}}\\selectfont"
       "\\setlength{{\\tabcolsep}}{{3pt}}\n\\caption{{{}}}\n\\label{{tab:sextant_{}}}\n",
-      environment, latex_text(layout.title + " " + layout.sentence(version) + " In parentheses: the paper."), layout.name);
+      environment, latex_text(layout.title + " " + layout.sentence(version) + " In parentheses: the paper."),
+      layout.name);
   text += fmt::format("\\begin{{tabular}}{{{}{}}}\n\\toprule\n{}\\midrule\n", std::string(n, 'l'),
                       std::string(layout.columns.size(), 'c'), latex_header(layout));
   text += latex_rows(version.rows) + "\\bottomrule\n\\end{tabular}\n";

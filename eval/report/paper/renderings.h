@@ -19,8 +19,8 @@ inline constexpr const char* verdict_signs =
     "\u2713 within, \u2717 outside our single runs; \u2260 not comparable; ? undecided; \u2013 not "
     "measured here";
 
-/// Numbers of a cell, joined by "/": ours with the sign of the verdict, and the published ones in parentheses.
-/// Empty if there are none.
+/// Numbers of a cell, joined by "/": ours with the sign of the verdict, and the published ones in
+/// parentheses. Empty if there are none.
 std::string cell_measured(const LayoutRow& row, const LayoutCell& cell);
 std::string cell_published(const LayoutRow& row, const LayoutCell& cell);
 /// Lists everything that is known about the numbers of a cell, one sentence each.

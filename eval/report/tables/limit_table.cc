@@ -1,8 +1,8 @@
 // Table VI (ours): errors relative to the Cramer-Rao bound.
 
 #include "sextant/eval/report/errors_by_level.h"
-#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

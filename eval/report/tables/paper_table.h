@@ -1,7 +1,8 @@
 #pragma once
 
 // The tables of the paper, and our own, rebuilt from records. How to add one:
-//   1. write eval/report/tables/<name>.cc: a function from evidence to rows, declared here, which also returns
+//   1. write eval/report/tables/<name>.cc: a function from evidence to rows, declared here, which also
+//   returns
 //      rows for values that were not measured (verdict "not measured here");
 //   2. add one line to the table in registry.cc, and title and caption to
 //      results/published/zhang2020_data.json.

@@ -4,8 +4,8 @@
 #include <map>
 
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 namespace {

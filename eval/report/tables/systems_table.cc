@@ -2,8 +2,8 @@
 
 #include <map>
 
-#include "sextant/eval/report/tables/paper_sets.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

@@ -30,7 +30,7 @@ struct MotionEstimate {
   Status status = Status::diverged;  ///< ok, diverged, or why the motion is not determined (degeneracy.h)
   SE3 T_curr_prev;                   ///< maps the body's points from previous to current camera coordinates
   Matrix6d covariance = Matrix6d::Zero();  ///< covariance of the left twist [rho; omega] (m, rad): inverse
-                                           ///< Gauss-Newton Hessian at the optimum, with the estimator's sigmas
+      ///< Gauss-Newton Hessian at the optimum, with the estimator's sigmas
   /// Condition number of the covariance: largest over smallest eigenvalue. NaN if there is no covariance.
   double condition = std::numeric_limits<double>::quiet_NaN();
   std::vector<unsigned char> inliers;  ///< per point of the problem: 1 = used in the optimisation

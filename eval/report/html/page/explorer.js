@@ -1,4 +1,4 @@
-// Paths and curves to walk through: one Walk for each .explorer of the page (explorer.h says what the data hold).
+// Paths and curves to walk through: one Walk for each .explorer of the page (document.h says what the data hold).
 
 const LINE_COLOURS = {
   light: ["#8a8a8a", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b97f00", "#3f97c9", "#000000"],

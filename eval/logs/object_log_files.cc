@@ -1,13 +1,14 @@
-#include "sextant/eval/logs/plain_object_logs.h"
+#include "sextant/eval/logs/object_log_files.h"
 
 #include <charconv>
 #include <filesystem>
 #include <limits>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/logs/pose_covariance.h"
+#include "sextant/eval/logs/pose_collector.h"
 
 namespace sextant {
+
 namespace {
 
 /// First value of a line.

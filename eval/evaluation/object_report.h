@@ -6,11 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/evaluation/object_consistency.h"
 #include "sextant/eval/evaluation/object_diagnosis.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/object_figures.h"
-#include "sextant/eval/evaluation/object_paths.h"
+#include "sextant/eval/evaluation/trajectory_consistency.h"
 
 namespace sextant {
 
@@ -42,9 +41,9 @@ struct ObjectScores {
   std::string frame_text() const;
 };
 
-/// {"schema":1,"rates":[{"system","hz","source"}],"presets":[{"preset","aggregate","rows":[..]}],"systems":[..],
-///  "comparisons":[..],"poses":[..],"pose_axes":[..],"nees":[..],"diagnoses":[{"code","text"}],"warnings":[..]}; rows as in the
-/// tables.
+/// {"schema":1,"rates":[{"system","hz","source"}],"presets":[{"preset","aggregate","rows":[..]}],
+///  "systems":[..],"comparisons":[..],"poses":[..],"pose_axes":[..],"nees":[..],
+///  "diagnoses":[{"code","text"}],"warnings":[..]}; rows as in the tables.
 Json object_json(const ObjectScores& scores, std::span<const MetricPreset> presets);
 
 /// Makes the report of all logs: tables under the presets, paths, states, distributions of errors and
