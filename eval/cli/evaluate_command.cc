@@ -252,7 +252,8 @@ struct ObjectFlags : CommonFlags {
 void print(const ObjectScores& scores, const ObjectFlags& flags) {
   for (const std::string& text : scores.warnings) tell("warning", text);
   fmt::print("{}\n", scores.rate_text());
-  if (const std::string text = scores.frame_text(); !text.empty()) fmt::print("{}\n", wrapped(text, 100, "  "));
+  if (const std::string text = scores.frame_text(); !text.empty())
+    fmt::print("{}\n", wrapped(text, 100, "  "));
   fmt::print("\n");
   const bool all = flags.preset == "all";
   const MetricPreset& one =

@@ -6,6 +6,7 @@
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/eval/workflow/run_folder.h"
 

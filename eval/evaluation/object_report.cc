@@ -207,8 +207,8 @@ std::string ObjectScores::frame_text() const {
   std::string text;
   for (const auto& [system, frame] : assumed_frames) {
     text += fmt::format(
-        "{}Frame of the motions of {}: {}, which nothing in the log can confirm, because it holds no poses of "
-        "the objects; --truth SOURCE checks it, --frame changes it.",
+        "{}Frame of the motions of {}: {}, which nothing in the log can confirm, because it holds no poses "
+        "of the objects; --truth SOURCE checks it, --frame changes it.",
         text.empty() ? "" : " ", system, to_string(frame));
   }
   return text;
@@ -219,7 +219,8 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
   const std::vector<std::string>&folders = scores.folders, &warnings = scores.warnings;
   ReportDocument document;
   document.title = "Object motions";
-  document.abstract = fmt::format("{} folders of logs under {} presets. {}. {}{}Definitions: docs/metrics.md.",
+  document.abstract = fmt::format("{} folders of logs under {} presets. {}. {}{}Definitions: "
+                                  "docs/metrics.md.",
                                   folders.size(), presets.size(), scores.rate_text(), scores.frame_text(),
                                   scores.assumed_frames.empty() ? "" : " ");
   const Table systems = object_system_table(records, presets), objects = object_table(records, presets),

@@ -37,7 +37,8 @@ struct ObjectScores {
   bool is_comparison = false;  ///< several folders or systems
 
   std::string rate_text() const;  ///< "Frame rate: 10 Hz (--rate)"; the rate of each system if they differ
-  /// "Frame of the motions of SYSTEM: world, which nothing in its log can confirm .."; empty if all are checked.
+  /// "Frame of the motions of SYSTEM: world, which nothing in its log can confirm .."; empty if all are
+  /// checked.
   std::string frame_text() const;
 };
 

@@ -107,7 +107,8 @@ TEST_F(Past, PageOpensInABrowser) {
   const std::string out = (temp_.path() / "dom").string();
   const int status = std::system(
       fmt::format("chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
-                  "--disable-background-networking --user-data-dir={0}/profile --dump-dom file://{0}/trend.html > {1} 2> /dev/null",
+                  "--disable-background-networking --user-data-dir={0}/profile --dump-dom "
+                  "file://{0}/trend.html > {1} 2> /dev/null",
                   temp_.path().string(), out)
           .c_str());
   ASSERT_EQ(WEXITSTATUS(status), 0);

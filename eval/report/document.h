@@ -85,8 +85,8 @@ struct NamedTable {
   /// Keys of columns. On pages a new table begins at each change of their values (split_rows); if the columns
   /// are marked `fold`, each table states the values once. Files hold the whole table.
   std::vector<std::string> split_by{};
-  /// Keys of the columns that matter first, which fit a terminal and a page; others are shown on request. Empty:
-  /// all columns matter.
+  /// Keys of the columns that matter first, which fit a terminal and a page; others are shown on request.
+  /// Empty: all columns matter.
   std::vector<std::string> first{};
 };
 

@@ -246,8 +246,8 @@ Table comparison_table(const std::vector<ComparisonRow>& rows) {
       "Estimators compared pair by pair",
       "Difference of the mean errors, second - first, over the pairs that both have estimated. Clusters "
       "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
-      "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %. Too few clusters: "
-      "the interval excludes 0, but so many comparisons of so few seeds cannot reach 5 %.",
+      "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %. Too few "
+      "clusters: the interval excludes 0, but so many comparisons of so few seeds cannot reach 5 %.",
       fields, rows);
 }
 

@@ -8,8 +8,9 @@
 //   p_corrected  Holm's correction over all rows and both errors of the table
 //   detectable   smallest difference that this number of clusters detects at 5 % with probability 80 %
 //   verdict      the estimator with the lower error, if p_corrected <= 0.05 and the interval excludes 0;
-//                "identical" if no pair differs by more than 1e-9; "too few clusters" if the interval excludes
-//                0, but so few clusters cannot give p_corrected <= 0.05; otherwise "no difference seen"
+//                "identical" if no pair differs by more than 1e-9; "too few clusters" if the interval
+//                excludes 0, but so few clusters cannot give p_corrected <= 0.05; otherwise "no difference
+//                seen"
 
 #include <map>
 #include <string>

@@ -85,7 +85,8 @@ TEST(Comparisons, FindADifferenceOfTheSizeThatIsThere) {
 
 TEST(Comparisons, FewSeedsThatAgreeAreTooFewForATest) {
   for (const auto& [n_seeds, expected] : {std::pair(5, "too few clusters"), std::pair(20, "a lower")}) {
-    for (const ComparisonRow& row : compare_estimators({sweep_of(records_of({{"a", 0}, {"b", 0.01}}, n_seeds))}))
+    for (const ComparisonRow& row :
+         compare_estimators({sweep_of(records_of({{"a", 0}, {"b", 0.01}}, n_seeds))}))
       EXPECT_EQ(verdict(row.errors.at("Et_m"), row), expected) << n_seeds;
   }
 }

@@ -48,8 +48,8 @@ using PosePair = std::pair<int, int>;
 std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection& selection);
 
 // Absolute and relative pose errors of a trajectory against a reference of the same length, in evo's
-// definitions (Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; Kuemmerle et al.,
-// 2009):
+// definitions (Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; Kuemmerle et
+// al., 2009):
 //
 //   APE  E_i  = inverse(P_i) Q_i                                   P estimate, Q reference (aligned before)
 //   RPE  E_ij = inverse(inverse(Q_i) Q_j) inverse(P_i) P_j         pairs of select_pairs()

@@ -121,7 +121,8 @@ TEST(Html, RecordsAreLinkedFromTheReportsFolder) {
   EXPECT_THAT(
       report_folder(document_of(table), {}).at("report.html"),
       HasSubstr(
-          "<td class=\"long\"><a href=\"../parts/sets_replay/records.jsonl\">parts/sets_replay/records.jsonl</a></td>"));
+          "<td class=\"long\"><a "
+          "href=\"../parts/sets_replay/records.jsonl\">parts/sets_replay/records.jsonl</a></td>"));
 }
 
 TEST(Html, Base64IsThatOfRfc4648) {
