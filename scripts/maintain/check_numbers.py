@@ -99,8 +99,8 @@ class Evidence:
     def numbers(self, heading):
         text = ""
         for kind, command, printed in self.sections.get(heading, ()):
-            if kind == "@":
-                text += (ROOT / command.split(" ")[0]).read_text(encoding="utf-8")
+            if kind == "@" and (ROOT / command).is_file():
+                text += (ROOT / command).read_text(encoding="utf-8")
             text += "\n".join(printed) + "\n"
         return numbers_in(text)
 
@@ -143,6 +143,9 @@ def problems(document, defined):
     blocks = numbers_in("\n".join(match[2] for match in BLOCK.finditer(text)))
     for heading in set(evidence.sections) - set(sections_of(text)):
         yield f"{evidence.path.name}: {document.name} has no heading '{heading}'"
+    for kind, name, _ in sum(evidence.sections.values(), []):
+        if kind == "@" and not (ROOT / name).is_file():
+            yield f"{evidence.path.name}: no such file: {name}: name the file that holds these numbers now"
     known = {heading: numbers_in("\n".join(result_files(section))) + evidence.numbers(heading)
              for heading, section in sections_of(text).items()}
     for line, heading, content in prose(text):
