@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <ostream>
 #include <set>
 
 #include "sextant/base/testing.h"
@@ -15,6 +16,10 @@
 #include "sextant/datasets/testing.h"
 
 namespace sextant {
+
+/// Names the adapter in messages of failed tests.
+void PrintTo(const Adapter& adapter, std::ostream* out) { *out << adapter.name; }
+
 namespace {
 
 struct Miniature {
@@ -52,9 +57,10 @@ Miniature make_miniature(const std::string& adapter, const fs::path& folder) {
   }
   const auto has_layout = [&](const Layout& layout) { return layout.name == adapter; };
   if (std::ranges::any_of(layouts(), has_layout)) return write_layout(adapter, folder);
-  ADD_FAILURE() << "no miniature of '" << adapter
-                << "': add a layout of that name, or a line to make_miniature()";
-  return {};
+  fail(
+      "no miniature of '{}': add a layout of that name, or a line to make_miniature() in "
+      "datasets/adapter_test.cc",
+      adapter);
 }
 
 struct ChannelName {
@@ -102,8 +108,9 @@ class Adapters : public testing::TestWithParam<Adapter> {
     static std::map<std::string, std::pair<std::unique_ptr<TempFolder>, Miniature>> made;
     auto& [folder, miniature] = made[GetParam().name];
     if (!folder) {
-      folder = std::make_unique<TempFolder>();
-      miniature = make_miniature(GetParam().name, folder->path() / "data");
+      auto made_in = std::make_unique<TempFolder>();
+      miniature = make_miniature(GetParam().name, made_in->path() / "data");
+      folder = std::move(made_in);
     }
     return miniature;
   }

@@ -36,19 +36,20 @@ std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects);
 //   sequence->choose_frames(files, where);              // then info() has the frames and the size
 //   sequence->info().camera = ...;
 //   sequence->open_channels(files);
+//
+// All files are read through sequence->inputs(), which logs them: text by rows (codec/text_rows.h), JSON by
+// parse_json() and json_member() (base/json.h); their errors name file, line and key. Frames are numbered by
+// the names of their files; poses, time stamps and objects have the same numbers.
+//
+// A kind of file that channels/channel_source.h does not list, such as depth in another unit, needs a decoder
+// in codec/dense_maps.h, a line in the table of channels/channel_source.cc, and one in the list at the head
+// of channels/channel_source.h.
 
 /// Options of an adapter whose channels are its own files or any other source of the channel.
 struct ChannelOptions {
-  SEXTANT_OPTIONS(
-      (std::string, flow, "auto", "",
-       "auto = the data set's files, without them dis; none; or dis, flo:DIR, kitti_png:DIR, vkitti_png:DIR, "
-       "tartanair_png:DIR, onnx:FILE"),
-      (std::string, depth, "auto", "",
-       "auto = the data set's files, without them sgbm; none; or sgbm, disparity256:DIR, depth256:DIR, "
-       "cm:DIR, tartanair_png:DIR"),
-      (std::string, masks, "auto", "",
-       "auto = the data set's files; none; or instance_png:DIR, mots_png:DIR, mots_txt:FILE, "
-       "detections_txt:FILE, vdo_text:DIR, boxes, onnx:FILE"))
+  SEXTANT_OPTIONS((std::string, flow, "auto", "", flow_option_help()),
+                  (std::string, depth, "auto", "", depth_option_help()),
+                  (std::string, masks, "auto", "", mask_option_help()))
 };
 
 /// Declaration of one channel of a data set.

@@ -1,6 +1,7 @@
 #include "sextant/datasets/channels/channel_source.h"
 
 #include <fmt/ranges.h>
+
 #include <algorithm>
 #include <charconv>
 
@@ -17,13 +18,23 @@ namespace sextant {
 namespace {
 
 // To add a kind, write one line in the table of its channel here, and one in the list at the head of
-// channel_source.h.
+// channel_source.h. The help of the adapters' options and the message of an unknown choice follow from the
+// table.
 template <typename Make>
 struct Kind {
   std::string name;
   std::string argument;  // "DIR", "FILE" or ""
   Make make;
+
+  std::string form() const { return argument.empty() ? name : name + ":" + argument; }
 };
+
+template <typename Make>
+std::vector<std::string> forms_of(const std::vector<Kind<Make>>& table) {
+  std::vector<std::string> forms;
+  for (const Kind<Make>& kind : table) forms.push_back(kind.form());
+  return forms;
+}
 
 template <typename T>
 using Make = std::function<std::unique_ptr<ChannelSource<T>>(const std::string& path, const ChannelInputs&)>;
@@ -35,21 +46,18 @@ std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& c
   SEXTANT_CHECK(inputs.inputs != nullptr && inputs.width > 0 && inputs.height > 0);
   const size_t colon = choice.find(':');
   const std::string name = choice.substr(0, colon);
-  const auto form = [](const Kind<Make<T>>& kind) {
-    return kind.argument.empty() ? kind.name : kind.name + ":" + kind.argument;
-  };
   const auto kind = std::ranges::find(table, name, &Kind<Make<T>>::name);
   if (kind == table.end()) {
-    std::vector<std::string> names, forms;
+    std::vector<std::string> names;
     for (const auto& known : table) names.push_back(known.name);
-    for (const auto& known : table) forms.push_back(form(known));
+    const std::vector<std::string> forms = forms_of(table);
     const std::string_view nearest = nearest_name(name, names);
     const auto at = std::ranges::find(names, nearest);
     fail("{}: unknown choice '{}': {}", channel, choice,
          suggest(at == names.end() ? name : forms[static_cast<size_t>(at - names.begin())], forms));
   }
   const std::string path = colon == std::string::npos ? "" : choice.substr(colon + 1);
-  if (path.empty() != kind->argument.empty()) fail("{}: '{}': expected {}", channel, choice, form(*kind));
+  if (path.empty() != kind->argument.empty()) fail("{}: '{}': expected {}", channel, choice, kind->form());
   return kind->make(path, inputs);
 }
 
@@ -111,15 +119,7 @@ Make<uint16_t> mots_text(const char* kind, MotsIds ids) {
   };
 }
 
-}  // namespace
-
-void check_size(int width, int height, const std::string& path, const ChannelInputs& inputs) {
-  if (width == inputs.width && height == inputs.height) return;
-  fail("{}: {}x{} pixels, expected {}x{} as in {}: all files of a sequence need the same size", path, width,
-       height, inputs.width, inputs.height, inputs.size_from);
-}
-
-std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs) {
+const std::vector<Kind<Make<Flow>>>& flow_kinds() {
   static const std::vector<Kind<Make<Flow>>> table = {
       {"dis", "", [](const auto&, const auto& i) { return make_dis_source(i); }},
       {"flo", "DIR", files<Flow>("flow", "flo", ".flo", decode_flo)},
@@ -129,10 +129,10 @@ std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const Ch
        files<Flow>("flow", "tartanair_png", ".png", of_png_rgb16(flow_from_tartanair))},
       {"onnx", "FILE", make_network_flow_source},
   };
-  return make("flow", choice, table, inputs);
+  return table;
 }
 
-std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const ChannelInputs& inputs) {
+const std::vector<Kind<Make<float>>>& depth_kinds() {
   static const std::vector<Kind<Make<float>>> table = {
       {"sgbm", "", [](const auto&, const auto& i) { return make_sgbm_source(i); }},
       {"disparity256", "DIR", make_disparity256_source},
@@ -144,21 +144,59 @@ std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const 
                       return depth_from_tartanair(decode_png_rgba(bytes, name));
                     })},
   };
-  return make("depth", choice, table, inputs);
+  return table;
 }
 
-std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
-                                             std::map<int, std::vector<LabelBox>> boxes) {
-  const std::vector<Kind<Make<uint16_t>>> table = {
+std::vector<Kind<Make<uint16_t>>> mask_kinds(std::map<int, std::vector<LabelBox>> boxes) {
+  return {
       {"instance_png", "DIR", files<uint16_t>("masks", "instance_png", ".png", decode_png_ids)},
       {"mots_png", "DIR", files<uint16_t>("masks", "mots_png", ".png", decode_mots)},
       {"mots_txt", "FILE", mots_text("mots_txt", MotsIds::tracks)},
       {"detections_txt", "FILE", mots_text("detections_txt", MotsIds::detections)},
       {"vdo_text", "DIR", files<uint16_t>("masks", "vdo_text", ".txt", decode_mask_text)},
-      {"boxes", "", [&](const auto&, const auto& i) { return make_box_source(i, std::move(boxes)); }},
+      {"boxes", "",
+       [boxes = std::move(boxes)](const auto&, const auto& i) { return make_box_source(i, boxes); }},
       {"onnx", "FILE", make_network_mask_source},
   };
-  return make("masks", choice, table, inputs);
+}
+
+}  // namespace
+
+void check_size(int width, int height, const std::string& path, const ChannelInputs& inputs) {
+  if (width == inputs.width && height == inputs.height) return;
+  fail("{}: {}x{} pixels, expected {}x{} as in {}: all files of a sequence need the same size", path, width,
+       height, inputs.width, inputs.height, inputs.size_from);
+}
+
+std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs) {
+  return make("flow", choice, flow_kinds(), inputs);
+}
+
+std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const ChannelInputs& inputs) {
+  return make("depth", choice, depth_kinds(), inputs);
+}
+
+std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
+                                             std::map<int, std::vector<LabelBox>> boxes) {
+  return make("masks", choice, mask_kinds(std::move(boxes)), inputs);
+}
+
+const char* flow_option_help() {
+  static const std::string help = fmt::format("auto = the data set's files, without them dis; none; or {}",
+                                              fmt::join(forms_of(flow_kinds()), ", "));
+  return help.c_str();
+}
+
+const char* depth_option_help() {
+  static const std::string help = fmt::format("auto = the data set's files, without them sgbm; none; or {}",
+                                              fmt::join(forms_of(depth_kinds()), ", "));
+  return help.c_str();
+}
+
+const char* mask_option_help() {
+  static const std::string help =
+      fmt::format("auto = the data set's files; none; or {}", fmt::join(forms_of(mask_kinds({})), ", "));
+  return help.c_str();
 }
 
 namespace {

@@ -91,6 +91,11 @@ std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const 
 std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
                                              std::map<int, std::vector<LabelBox>> boxes = {});
 
+/// Meaning of the options flow, depth and masks of adapters: what auto is, and all choices.
+const char* flow_option_help();
+const char* depth_option_help();
+const char* mask_option_help();
+
 // ---- Files of a folder by frame number. FILES is one of
 //
 //   DIR           the frame's number is the first run of digits in a name ("000012.png", "flow_00012.png",

@@ -252,6 +252,14 @@ TEST_F(Channel, UnknownChoicesNameTheKnownOnes) {
   mask_error("", "masks: unknown choice ''");
 }
 
+TEST_F(Channel, HelpNamesTheKnownChoices) {
+  const std::string flow = flow_option_help(), depth = depth_option_help(), masks = mask_option_help();
+  flow_error("kitti:/x", "known: " + flow.substr(flow.find("or ") + 3));
+  depth_error("kitti:/x", "known: " + depth.substr(depth.find("or ") + 3));
+  mask_error("", "known: " + masks.substr(masks.find("or ") + 3));
+  EXPECT_THAT(depth, HasSubstr("sgbm; none; or sgbm, disparity256:DIR"));
+}
+
 TEST_F(Channel, ErrorsNameTheFile) {
   flow_error("flo:" + (folder_ / "nowhere"), "nowhere: no such folder");
   flow_error("flo:" + (folder_ / ""), "no .flo files named by frame number in it");
