@@ -218,6 +218,18 @@ TEST_P(ObjectDiagnosis, MotionsThatAreInverseInTruthAndEstimateAreNamedOrDriveBa
                GetParam() == LogFormat::vdo ? "backwards" : "inverse");
 }
 
+TEST_P(ObjectDiagnosis, EveryColumnOfTheTableHasANumber) {
+  if (GetParam() == LogFormat::vdo) GTEST_SKIP() << "logs of format vdo hold no poses of objects";
+  const ObjectScores scores = evaluate(Drive(), {});
+  const Json rows = rows_to_json(object_table(scores.records, {&find_preset("paper"), 1}));
+  for (const MetricDefinition* metric : metrics_for(in_summary)) {
+    if (metric->body == "ego" || metric->unit == "px") continue;  // logs hold no flow
+    EXPECT_TRUE(rows[0].contains(metric->name))
+        << metric->name
+        << ": no record of a log has it: compute it in eval/evaluation/object_evaluation.cc too";
+  }
+}
+
 TEST_P(ObjectDiagnosis, MissingFramesCountAndAreListed) {
   const ObjectScores scores =
       evaluate(Drive(), {.keep = [](int k) { return k < 20 || k > 24; }, .with_poses = false});

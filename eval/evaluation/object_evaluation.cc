@@ -65,12 +65,11 @@ void put_velocities(Record& record, const MotionInFrames& estimate, const Motion
       velocity_error_kmh(record.values["v_kmh"], true_kmh);
 }
 
-/// Metrics in the table: all that do not need flow.
+/// Metrics in the table: those of objects that need no flow, which logs do not hold.
 const std::vector<const MetricDefinition*>& table_metrics() {
   static const std::vector<const MetricDefinition*> metrics = [] {
     std::vector<const MetricDefinition*> of_objects = metrics_for(in_summary);
-    std::erase_if(of_objects,
-                  [](const MetricDefinition* m) { return m->unit == "px"; });  // logs hold no flow
+    std::erase_if(of_objects, [](const MetricDefinition* m) { return m->unit == "px" || m->body == "ego"; });
     return of_objects;
   }();
   return metrics;
