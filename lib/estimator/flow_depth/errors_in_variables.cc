@@ -145,10 +145,10 @@ template DepthInformation depth_information(const FlowDepthData&, const SE3&, co
 template DepthInformation depth_information(const RoughFlowDepthData&, const SE3&, const NoiseLevels&,
                                             const RobustKernel&);
 
-std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
+std::optional<SE3> motion_of_measured_depths(RoughFlowDepthData& data, const SE3& start, NoiseLevels levels,
                                              const RobustKernel& kernel) {
   constexpr int max_steps = 10;
-  constexpr double tolerance = 1e-7;
+  constexpr double tolerance = 1e-5;  // the next step would be below the precision
   levels.as_measured = true;
   levels.delta_d_curr_px = 0;
   std::optional<SE3> X = start;
@@ -203,20 +203,23 @@ MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& inform
   return prior;
 }
 
-MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+MotionPrior weak_directions(RoughFlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                             const RobustKernel& kernel) {
   if (!(levels.delta_d_px > 0)) return {};
-  RoughFlowDepthData some(data.sample(information_sample));
+  RoughFlowDepthData some = data.sample(information_sample);
   evaluate_points(some, start, levels);
   if (!has_weak_directions(depth_information(some, start, levels, kernel))) return {};
   const std::optional<SE3> mean = motion_of_measured_depths(data, start, levels, kernel);
   if (!mean) return {};
-  evaluate_points(data, *mean, levels);
-  const DepthInformation information = depth_information(data, *mean, levels, kernel);
+  const double more = static_cast<double>(data.n_used()) / static_cast<double>(some.size());
+  const auto information_of = [&](const NoiseLevels& of) {
+    evaluate_points(some, *mean, of);
+    return depth_information(some, *mean, of, kernel).times(more);
+  };
+  const DepthInformation information = information_of(levels);
   NoiseLevels previous = levels;
   previous.delta_d_curr_px = 0;
-  evaluate_points(data, *mean, previous);
-  const DepthInformation measured = depth_information(data, *mean, previous, kernel);
+  const DepthInformation measured = information_of(previous);
   return weak_direction_prior(*mean, information, measured, accumulate(data, *mean, levels, kernel).gradient,
                               data.n_used(), Scores::independent);
 }

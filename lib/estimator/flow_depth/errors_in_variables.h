@@ -48,7 +48,7 @@ DepthInformation depth_information(const FlowDepthPoints<Real>& data, const SE3&
 
 /// Returns the motion that treats depths as exact, by Gauss-Newton with weights S_i^-1; nullopt if it does
 /// not converge.
-std::optional<SE3> motion_of_measured_depths(FlowDepthData& data, const SE3& start, NoiseLevels levels,
+std::optional<SE3> motion_of_measured_depths(RoughFlowDepthData& data, const SE3& start, NoiseLevels levels,
                                              const RobustKernel& kernel);
 
 /// Returns true if the true depths determine some direction so weakly that it may need the prior.
@@ -64,7 +64,7 @@ MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& inform
                                  Scores scores);
 
 /// Returns the prior for points with independent errors.
-MotionPrior weak_directions(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+MotionPrior weak_directions(RoughFlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                             const RobustKernel& kernel);
 
 /// Returns the covariance of the left twist of the optimum, from measurement errors and the possible bias;

@@ -5,6 +5,60 @@
 #include <limits>
 
 namespace sextant {
+namespace {
+
+constexpr size_t most_spare = 8;
+constexpr size_t largest_spare = size_t{1} << 18;
+
+template <typename Real>
+struct SpareArray {
+  size_t capacity;
+  std::unique_ptr<Real[]> values;
+};
+template <typename Real>
+thread_local std::vector<SpareArray<Real>> spare_arrays;
+
+}  // namespace
+
+template <typename Real>
+ReusedArray<Real>::ReusedArray(size_t size) : capacity_(size) {
+  std::vector<SpareArray<Real>>& spare = spare_arrays<Real>;
+  auto best = spare.end();
+  for (auto it = spare.begin(); it != spare.end(); ++it) {
+    if (it->capacity >= size && (best == spare.end() || it->capacity < best->capacity)) best = it;
+  }
+  if (best == spare.end()) {
+    values_ = std::make_unique_for_overwrite<Real[]>(size);
+    return;
+  }
+  capacity_ = best->capacity;
+  values_ = std::move(best->values);
+  std::swap(*best, spare.back());
+  spare.pop_back();
+}
+
+template <typename Real>
+ReusedArray<Real>::~ReusedArray() {
+  std::vector<SpareArray<Real>>& spare = spare_arrays<Real>;
+  if (!values_ || capacity_ > largest_spare) return;
+  if (spare.size() < most_spare) {
+    spare.push_back({capacity_, std::move(values_)});
+    return;
+  }
+  const auto smallest = std::min_element(
+      spare.begin(), spare.end(), [](const auto& a, const auto& b) { return a.capacity < b.capacity; });
+  if (smallest->capacity < capacity_) *smallest = {capacity_, std::move(values_)};
+}
+
+template <typename Real>
+ReusedArray<Real>& ReusedArray<Real>::operator=(ReusedArray&& other) noexcept {
+  std::swap(capacity_, other.capacity_);
+  std::swap(values_, other.values_);
+  return *this;
+}
+
+template class ReusedArray<double>;
+template class ReusedArray<float>;
 
 template <typename Real>
 FlowDepthPoints<Real>::FlowDepthPoints(const StereoCamera& camera, size_t size)
@@ -13,7 +67,7 @@ FlowDepthPoints<Real>::FlowDepthPoints(const StereoCamera& camera, size_t size)
       padded_((size + LaneTypes<Real>::n - 1) / LaneTypes<Real>::n * LaneTypes<Real>::n),
       valid_(size, 0),
       share_curr_(size, 0),
-      values_(std::make_unique_for_overwrite<Real[]>(n_columns * padded_)) {
+      values_(n_columns * padded_) {
   for (const Column k : {x, y, target_u, target_v, weight, has_curr}) {
     std::fill_n(column(k), padded_, Real(0));
   }

@@ -37,6 +37,23 @@ struct PointDepths {
   double weight_curr = 0;
 };
 
+/// Uninitialised array whose memory serves later arrays of the same thread. The memory of arrays of some
+/// hundred kilobytes would otherwise be returned to the system, which clears its pages for every use.
+template <typename Real>
+class ReusedArray {
+ public:
+  explicit ReusedArray(size_t size);
+  ~ReusedArray();
+  ReusedArray(ReusedArray&& other) noexcept = default;
+  ReusedArray& operator=(ReusedArray&& other) noexcept;
+  Real* get() { return values_.get(); }
+  const Real* get() const { return values_.get(); }
+
+ private:
+  size_t capacity_ = 0;
+  std::unique_ptr<Real[]> values_;
+};
+
 template <typename Real>
 class FlowDepthPoints {
  public:
@@ -115,7 +132,7 @@ class FlowDepthPoints {
   size_t padded_ = 0;
   std::vector<unsigned char> valid_;
   std::vector<Real> share_curr_;
-  std::unique_ptr<Real[]> values_;
+  ReusedArray<Real> values_;
 };
 
 using FlowDepthData = FlowDepthPoints<double>;

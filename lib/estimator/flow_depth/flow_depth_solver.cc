@@ -19,7 +19,10 @@ enum class FlowDepthLoop {
   newton         ///< as `rough`
 };
 
-constexpr int max_depth_steps = 30;
+/// Newton's method doubles the digits of a depth in every step. Single precision has no more of them after
+/// six steps, and with accurate measurements it does not resolve last_depth_step2.
+template <typename Real>
+constexpr int max_depth_steps = sizeof(Real) == 4 ? 6 : 30;
 /// Square of the last step of a depth, in its standard deviations; the next step would have the order of its
 /// square.
 template <typename Real>
@@ -79,7 +82,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
   constexpr bool summing = loop != FlowDepthLoop::points && loop != FlowDepthLoop::distances;
   constexpr bool rough = loop == FlowDepthLoop::rough;
   // Number of full depth steps before the last, linearised one.
-  constexpr int last_step = rough ? 0 : loop == FlowDepthLoop::distances ? 1 : max_depth_steps;
+  constexpr int last_step = rough ? 0 : loop == FlowDepthLoop::distances ? 1 : max_depth_steps<Real>;
   const RigidMotionOf<Real>& m = d.m;
   NormalLanes<Real> sum;
   const L zero = {};
@@ -143,7 +146,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
       const L moved = in_front ? (next < low ? low : (next > high ? high : next)) : s;
       const L change = moved - s;
       s = moved;
-      if constexpr (last_step == max_depth_steps) {
+      if constexpr (last_step == max_depth_steps<Real>) {
         const LaneMaskOf<Real> moving =
             (count > zero) & (change * change * gauss_newton > last_depth_step2<Real>);
         typename LaneTypes<Real>::Integer any = 0;
@@ -164,7 +167,8 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
       if (d.refine) h += curv_curr * cs * cs;
     }
     const L ih = one / h;
-    if (d.refine && (d.as_measured || last_step < max_depth_steps)) {  // last step of s, in linearised form
+    if (d.refine &&
+        (d.as_measured || last_step < max_depth_steps<Real>)) {  // last step of s, in linearised form
       const L first = both ? su * us + sv * vs + slope + slope_curr * cs : su * us + sv * vs + slope;
       const L step = -first * ih;
       const L change = step < Real(-0.7) * s ? Real(-0.7) * s : (step > Real(2) * s ? Real(2) * s : step);
@@ -175,7 +179,7 @@ SEXTANT_INLINED void loop_body(const LoopInput<Real>& d, NormalSums& sums) {
       if constexpr (both) slope_curr += curv_curr * cs * change;
       if (!d.as_measured) s = in_front ? s + change : s;
     }
-    SEXTANT_STORE(d.refined + i, s);
+    if (!summing || !d.as_measured) SEXTANT_STORE(d.refined + i, s);
     if constexpr (!summing) {
       SEXTANT_STORE(d.q + i, in_front ? q : zero + std::numeric_limits<Real>::infinity());
     }
@@ -393,9 +397,12 @@ SolverResult descend(RoughFlowDepthData& data, const SE3& start, const NoiseLeve
                          rounding_of_sums<float>);
 }
 
-SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
-                                 const RobustKernel& kernel, const SolverOptions& options,
-                                 const MotionPrior& prior) {
+namespace {
+
+template <typename Real>
+SolverResult minimize(FlowDepthPoints<Real>& data, const SE3& start, const NoiseLevels& levels,
+                      const RobustKernel& kernel, const SolverOptions& options, const MotionPrior& prior,
+                      double rounding) {
   return minimize_on_se3(
       [&](const SE3& X) {
         NormalEquations at = accumulate(data, X, levels, kernel, Curvature::newton);
@@ -406,7 +413,41 @@ SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const No
         if (prior.holds()) add_prior(prior, X, at);
         return at;
       },
-      start, options);
+      start, options, rounding);
+}
+
+}  // namespace
+
+SE3 minimize_roughly(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                     const RobustKernel& kernel, const MotionPrior& prior) {
+  constexpr size_t few = 300;  // a change of precision costs more than it saves
+  if (data.size() < few) return start;
+  RoughFlowDepthData rough(data);
+  SE3 from = start;
+  const auto minimize_some = [&](RoughFlowDepthData& some) {
+    MotionPrior part = prior;
+    part.precision *= static_cast<double>(some.size()) / static_cast<double>(data.size());
+    const SolverResult close =
+        minimize(some, from, levels, kernel, {.max_iterations = 10, .step_tolerance = 1e-4}, part,
+                 rounding_of_sums<float>);
+    if (!close.T_curr_prev.is_finite() || !std::isfinite(close.at_optimum.cost)) return false;
+    from = close.T_curr_prev;
+    return true;
+  };
+  constexpr size_t sample_size = 1000;
+  if (data.size() >= 2 * sample_size) {
+    RoughFlowDepthData some = rough.sample(sample_size);
+    if (!minimize_some(some)) return start;
+  }
+  if (!minimize_some(rough)) return start;
+  data.take_depths(rough);
+  return from;
+}
+
+SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                                 const RobustKernel& kernel, const SolverOptions& options,
+                                 const MotionPrior& prior) {
+  return minimize(data, start, levels, kernel, options, prior, rounding_of_sums<double>);
 }
 
 template void evaluate_points(FlowDepthPoints<double>&, const SE3&, const NoiseLevels&);

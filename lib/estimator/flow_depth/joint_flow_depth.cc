@@ -188,7 +188,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
     out.inliers.push_back(data.used(i) ? 1 : 0);
   }
   if (data.n_used() < min_points) return out;
-  out.prior = weak_directions(data, start.T_curr_prev, levels, out.kernel);
+  out.prior = weak_directions(rough, start.T_curr_prev, levels, out.kernel);
   if (out.prior.holds()) out.start = out.prior.mean;
   data.take_depths(rough);
   out.status = Status::ok;
@@ -204,8 +204,9 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   estimate.status = decided.status;
   if (decided.status != Status::ok) return estimate;
   FlowDepthData points = data.sample(data.size());  // only the included points, contiguous in memory
-  const SolverResult solution = minimize_flow_depth(points, decided.start, decided.levels, decided.kernel,
-                                                    options_.solver, decided.prior);
+  const SE3 close = minimize_roughly(points, decided.start, decided.levels, decided.kernel, decided.prior);
+  const SolverResult solution =
+      minimize_flow_depth(points, close, decided.levels, decided.kernel, options_.solver, decided.prior);
   if (!take_solution(solution, estimate)) return estimate;
   // All points are evaluated again if the errors estimated from a sample move the optimum.
   const size_t n_points = points.size();

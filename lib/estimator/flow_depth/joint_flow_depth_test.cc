@@ -136,6 +136,22 @@ TEST(FlowDepthSolver, ExactDepthIsMotionOnly) {
   EXPECT_NEAR(ours.at_optimum.cost, motion.cost, 1e-9 * motion.cost);
 }
 
+TEST(FlowDepthSolver, SinglePrecisionEndsNextToTheOptimum) {
+  // 3000 points: a sample of them precedes the descent on all.
+  const RandomProblem random =
+      make_random_problem(9, {.n_points = 3000, .delta_d_px = 0.2, .depth_curr = true});
+  const NoiseLevels levels = {
+      .sigma_flow_u_px = 0.3, .sigma_flow_v_px = 0.3, .delta_d_px = 0.2, .delta_d_curr_px = 0.2};
+  const RobustKernel kernel = {RobustKernel::Kind::geman_mcclure, 4.0};
+  FlowDepthData data(random.problem);
+  const SE3& start = random.start.T_curr_prev;
+  const SE3 close = minimize_roughly(data, start, levels, kernel, {});
+  data.reset_depths();
+  const SE3 optimum = minimize_flow_depth(data, start, levels, kernel, {}).T_curr_prev;
+  EXPECT_GT(pose_difference(start, optimum), 1e-3);
+  EXPECT_LT(pose_difference(close, optimum), 1e-5);
+}
+
 /// Returns the mean of xi^T C^-1 xi / 6 over random problems, which is 1 for a consistent covariance.
 double mean_nees(const RandomProblemOptions& problem, const JointFlowDepthOptions& options, int n) {
   double sum = 0;
