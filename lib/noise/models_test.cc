@@ -153,8 +153,8 @@ TEST(FlowNoise, EpeIsMeanErrorInTwoDimensions) {
 
 TEST(FlowNoise, BodiesHaveTheirOwnLevelsAndScaleMultipliesAll) {
   const auto model = make("flow", R"({"epe_px": 1, "scale": 2, "bodies": {
-      "background": {"epe_x_px": 1.34, "epe_y_px": 0.27}, "objects": {"epe_px": 0.3}, "object:7": {"epe_px": "
-                                                                                      "0}}})");
+      "background": {"epe_x_px": 1.34, "epe_y_px": 0.27}, "objects": {"epe_px": 0.3},
+      "object:7": {"epe_px": 0}}})");
   EXPECT_DOUBLE_EQ(model->flow_sigma(0).x_px, 2.68);
   EXPECT_DOUBLE_EQ(model->flow_sigma(0).y_px, 0.54);
   EXPECT_DOUBLE_EQ(model->flow_sigma(3).x_px, 0.6);
