@@ -230,7 +230,7 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
   std::string text =
       sentence("Holds", holds) + sentence("Holds in part", partly) + sentence("Does not hold", differs);
   if (!why.empty()) text += fmt::format("Why Table III differs: {}. ", why);
-  text += fmt::format("{} of {} comparable published values lie within the range of single runs. ", n_within,
+  text += fmt::format("{} of {} comparable published values lie within our runs. ", n_within,
                       n_judged);
   if (!missing.empty())
     text += fmt::format("Not measured: tables {}: {}, then sextant reproduce --data ROOT.",
