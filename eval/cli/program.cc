@@ -52,8 +52,9 @@ void tell_times(std::chrono::steady_clock::time_point start) {
   constexpr double long_s = 10;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string parts = time_summary();
-  if (seconds >= long_s && !parts.empty())
-    print_error(fmt::format("Time: {:.1f} s; of it {}\n", seconds, parts));
+  if (seconds < long_s || parts.empty()) return;
+  std::fflush(stdout);  // so that the line does not interrupt a table where both go into one file
+  print_error(fmt::format("Time: {:.1f} s; of it {}\n", seconds, parts));
 }
 
 /// Names of files end up in JSON and pages, which are UTF-8: a name that is not is refused before anything

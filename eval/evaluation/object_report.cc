@@ -219,9 +219,9 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
   const std::vector<std::string>&folders = scores.folders, &warnings = scores.warnings;
   ReportDocument document;
   document.title = "Object motions";
-  document.abstract = fmt::format("{} folders of logs under {} presets. {}. {}{}Definitions: "
-                                  "docs/metrics.md.",
-                                  folders.size(), presets.size(), scores.rate_text(), scores.frame_text(),
+  document.abstract = fmt::format("{} of logs under {} presets. {}. {}{}Definitions: docs/metrics.md.",
+                                  folders.size() == 1 ? "One folder" : fmt::format("{} folders", folders.size()),
+                                  presets.size(), scores.rate_text(), scores.frame_text(),
                                   scores.assumed_frames.empty() ? "" : " ");
   const Table systems = object_system_table(records, presets), objects = object_table(records, presets),
               comparison = object_comparison_table(records, presets);
