@@ -220,7 +220,8 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
   ReportDocument document;
   document.title = "Object motions";
   document.abstract = fmt::format("{} of logs under {} presets. {}. {}{}Definitions: docs/metrics.md.",
-                                  folders.size() == 1 ? "One folder" : fmt::format("{} folders", folders.size()),
+                                  folders.size() == 1 ? "One folder" : fmt::format("{} folders",
+                                                                                   folders.size()),
                                   presets.size(), scores.rate_text(), scores.frame_text(),
                                   scores.assumed_frames.empty() ? "" : " ");
   const Table systems = object_system_table(records, presets), objects = object_table(records, presets),
