@@ -15,8 +15,8 @@
 namespace sextant {
 namespace {
 
-constexpr size_t fewest = 10;
-constexpr double most = 0.5;  // share of the sum of squared errors
+constexpr size_t fewest_poses = 10;
+constexpr double left_share = 0.5;  // share of the sum of squared errors that an explanation may leave
 
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
@@ -135,7 +135,7 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
   const Eigen::Vector3d mean = mean_position(reference);
   for (const Eigen::Vector3d& p : reference.positions_m) squares += (p - mean).squaredNorm();
   const double extent_m = std::sqrt(squares / static_cast<double>(reference.size()));
-  const double left = l->norm() < share_of_extent * extent_m ? 1 - most : 1 / explains_times;
+  const double left = l->norm() < share_of_extent * extent_m ? left_share : 1 / explains_times;
   if (!then || then->squares > left * now.squares) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
   const Eigen::Vector3d total = T.topRightCorner<3, 1>() + T.topLeftCorner<3, 3>() * *l;
@@ -164,7 +164,7 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
   std::vector<std::pair<std::string, Eigen::Vector3d>> axes = {
       {"x", Eigen::Vector3d::UnitX()}, {"-y", -Eigen::Vector3d::UnitY()}, {"z", Eigen::Vector3d::UnitZ()}};
   std::optional<TrajectoryWarning> best;
-  double least = (1 - most) * now.squares;
+  double least = left_share * now.squares;
   for (const auto& [name, axis] : axes) {
     const auto turn = rotation_about(axis, estimate.positions_m, reference.positions_m);
     if (!turn) continue;
@@ -172,7 +172,7 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
     PoseSeries turned = estimate;
     align(turned, reference, Alignment::yaw, 0, axis);
     const Agreement then = agreement(reference, turned);
-    if (angle_deg < least_deg || then.squares > least || then.angle_deg > (1 - most) * now.angle_deg)
+    if (angle_deg < least_deg || then.squares > least || then.angle_deg > left_share * now.angle_deg)
       continue;
     least = then.squares;
     best = {"yaw",
@@ -193,7 +193,7 @@ std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSer
   for (const double t : estimate.stamps_s) times.push_back(t + shift_s);
   const double max_gap_s = 2 * std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
   const InterpolatedPoses at = interpolate_poses(reference, times, max_gap_s);
-  if (at.asked.size() < fewest) return std::nullopt;
+  if (at.asked.size() < fewest_poses) return std::nullopt;
   PoseSeries matched = estimate;
   matched.keep(at.asked);
   const auto found = aligned_agreement(at.poses, std::move(matched), choice);
@@ -356,8 +356,8 @@ double step_squares(const PoseSeries& reference, const PoseSeries& estimate, siz
 
 std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
                                                   double offset_s, const AlignmentChoice& choice) {
-  if (reference.stamps_s.empty() || estimate.stamps_s.empty() || reference.size() < fewest ||
-      estimate.size() < fewest)
+  if (reference.stamps_s.empty() || estimate.stamps_s.empty() || reference.size() < fewest_poses ||
+      estimate.size() < fewest_poses)
     return std::nullopt;
   AlignmentChoice all = choice;
   all.n_to_align = 0;
@@ -370,7 +370,7 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
   if (!before || !now || !after) return std::nullopt;
   const double bend = *before - 2 * *now + *after;
   if (!(bend > 0)) return std::nullopt;
-  const auto explains = [&](std::optional<double> then) { return then && *then <= (1 - most) * *now; };
+  const auto explains = [&](std::optional<double> then) { return then && *then <= left_share * *now; };
   if (!explains(squares(std::clamp(0.5 * step * (*before - *after) / bend, -step, step))))
     return std::nullopt;
   try {  // a shift along a straight path may be drift, so the motions alone must confirm it
@@ -393,7 +393,7 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   SEXTANT_CHECK(reference.size() == estimate.size());
   constexpr double turn_rad = 0.2, least_turn_rad = 0.02, least_information = 0.03;
   const size_t n = estimate.size();
-  if (n < fewest) return std::nullopt;
+  if (n < fewest_poses) return std::nullopt;
   const auto turn_rms = [&](size_t k) {
     double sum = 0;
     for (size_t i = 0; i + k < n; ++i) {
@@ -519,7 +519,7 @@ std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_re
                                                         const PoseSeries& all_estimate,
                                                         const AlignmentChoice& choice, const PoseFrame& frame,
                                                         const PoseFrame& reference_frame) {
-  if (all_estimate.size() < fewest) return {};
+  if (all_estimate.size() < fewest_poses) return {};
   const bool rotations = all_reference.has_rotations() && all_estimate.has_rotations();
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   AlignmentChoice all = choice;
