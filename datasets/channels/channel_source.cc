@@ -257,7 +257,7 @@ FrameFiles::FrameFiles(const std::string& files, const std::string& extensions) 
 const fs::path& FrameFiles::at(int frame, const std::string& what) const {
   const auto known = paths_.find(frame);
   if (known != paths_.end()) return known->second;
-  // Builds the name like those of the other files.
+  // The name has the form of the other files' names.
   const fs::path& first = paths_.begin()->second;
   std::string name = first.filename().string();
   const size_t at = number_in(name, prefix_);

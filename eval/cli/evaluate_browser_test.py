@@ -9,15 +9,13 @@ scheme, the console stays empty, the page is below 3 MB. Prints what the page me
 while panning. --keep leaves reports and screenshots there. Exit codes: 0 passed, 1 failed, 77 no browser.
 """
 
-import argparse
 import csv
 import math
 import pathlib
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
-from browser import Browser, browsing, check_layout, expect, expect_equal, has_browser, sextant  # noqa: E402
+from browser import Browser, browser_test, check_layout, expect, expect_equal, sextant  # noqa: E402
 
 POSES = 4541
 LONG_NAME = "a system with a name of eighty characters & <b> that no column is wide enough for 01"
@@ -130,36 +128,25 @@ def check_objects(browser, out, keep):
     check_layout(browser, page, "objects", keep, READY)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sextant")
-    parser.add_argument("--keep", type=pathlib.Path)
-    arguments = parser.parse_args()
-    if not has_browser():
-        print("skipped: no browser; `scripts/setup --browser` installs Debian's")
-        return 77
-    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="sextant_evaluate_"))
-    folder.mkdir(parents=True, exist_ok=True)
+def make_reports(program, folder):
+    """Returns the folders of the reports: errors of poses, errors of lengths, objects."""
     for name, scale, drift in (("gt", 1.0, 0), ("orb", 1.002, 2e-4), ("vdo", 0.995, -5e-4), ("own", 1.004, 8e-4)):
         write_path(folder / f"{name}.txt", scale, drift)
-    ego, objects = folder / "ego", folder / "objects"
-    sextant(arguments.sextant, "evaluate", "ego", "--format", "kitti", folder / "gt.txt", f"orb={folder / 'orb.txt'}",
-            f"vdo={folder / 'vdo.txt'}", f"{LONG_NAME}={folder / 'own.txt'}", "--align", "se3", "--rpe", "10m,50m,100m",
-            "--out", ego)
-    sextant(arguments.sextant, "evaluate", "ego", "--format", "kitti", folder / "gt.txt", f"orb={folder / 'orb.txt'}",
-            f"vdo={folder / 'vdo.txt'}", f"{LONG_NAME}={folder / 'own.txt'}", "--align", "se3", "--out", folder / "ape")
+    systems = (folder / "gt.txt", f"orb={folder / 'orb.txt'}", f"vdo={folder / 'vdo.txt'}", f"{LONG_NAME}={folder / 'own.txt'}")
+    sextant(program, "evaluate", "ego", "--format", "kitti", *systems, "--align", "se3", "--rpe", "10m,50m,100m",
+            "--out", folder / "ego")
+    sextant(program, "evaluate", "ego", "--format", "kitti", *systems, "--align", "se3", "--out", folder / "ape")
     write_logs(folder / "logs")
-    sextant(arguments.sextant, "evaluate", "objects", "--format", "poses", folder / "logs", "--out", objects)
-    with browsing(Browser, folder, arguments.keep) as browser:
-        check_ego(browser, folder / "ape", arguments.keep)
-        check_layout(browser, ego / "report.html", "lengths", arguments.keep, READY)
-        check_objects(browser, objects, arguments.keep)
-    print("passed")
-    return 0
+    sextant(program, "evaluate", "objects", "--format", "poses", folder / "logs", "--out", folder / "objects")
+    return folder / "ape", folder / "ego", folder / "objects"
+
+
+def check(browser, reports, keep):
+    poses, lengths, objects = reports
+    check_ego(browser, poses, keep)
+    check_layout(browser, lengths / "report.html", "lengths", keep, READY)
+    check_objects(browser, objects, keep)
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except AssertionError as failure:
-        sys.exit(f"FAILED: {failure}")
+    browser_test(__doc__, Browser, make_reports, check)

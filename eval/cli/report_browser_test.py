@@ -8,15 +8,13 @@ scrolled; the console stays empty. The reproduction has two of its experiments w
 screenshots there. Exit codes: 0 passed, 1 failed, 77 no browser.
 """
 
-import argparse
 import json
 import pathlib
 import sys
-import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "eval/report/html"))
-from browser import Browser, browsing, check_layout, expect, has_browser, sextant  # noqa: E402
+from browser import Browser, browser_test, check_layout, expect, sextant  # noqa: E402
 
 NOISE = {"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.5}}
 PLAN = {"name": "depth", "sources": ["synthetic:s18@0-4"], "estimators": ["joint_flow", "joint_flow_depth"], "seeds": 3,
@@ -49,29 +47,13 @@ def check_columns(browser):
     expect(browser.run(shown) > few > 5, f"more than {few} columns of noise_levels after a click")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sextant")
-    parser.add_argument("--keep", type=pathlib.Path)
-    arguments = parser.parse_args()
-    if not has_browser():
-        print("skipped: no browser; `scripts/setup --browser` installs Debian's")
-        return 77
-    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="sextant_reports_"))
-    folder.mkdir(parents=True, exist_ok=True)
-    pages = make_reports(arguments.sextant, folder)
-    with browsing(Browser, folder, arguments.keep) as browser:
-        for name, page in pages.items():
-            check_layout(browser, page, name, arguments.keep)
-            print(f"{name} report: {page.stat().st_size / 1e6:.2f} MB")
-        browser.open(pages["sweep"].as_uri(), 1400, 1000)
-        check_columns(browser)
-    print("passed")
-    return 0
+def check(browser, pages, keep):
+    for name, page in pages.items():
+        check_layout(browser, page, name, keep)
+        print(f"{name} report: {page.stat().st_size / 1e6:.2f} MB")
+    browser.open(pages["sweep"].as_uri(), 1400, 1000)
+    check_columns(browser)
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except AssertionError as failure:
-        sys.exit(f"FAILED: {failure}")
+    browser_test(__doc__, Browser, make_reports, check)

@@ -31,8 +31,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
     std::vector<std::string> keys = named->first;
     std::erase(keys, "records");
     const bool all = flags.columns == "all" || keys.empty();
-    if (flags.columns == "first" && named->name == "achieved_noise")
-      continue;  // long, and seldom interesting
+    if (flags.columns == "first" && named->only_on_request) continue;
     for_each_part(*named, [&](const Table& part) {
       fmt::print("{}\n", to_text(all ? part : with_columns(part, keys)));
     });

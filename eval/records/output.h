@@ -18,7 +18,7 @@ namespace sextant {
 using OutputFiles = std::map<std::string, std::string>;
 
 /// Receives the bytes of one file, by its path relative to the output folder.
-using FileWriter = std::function<void(const std::string& name, std::string bytes)>;
+using FileWriter = std::function<void(const std::string& name, const std::string& bytes)>;
 
 /// Takes the lock of an output folder, before anything is read or computed; nullopt if `folder` is empty.
 std::optional<FolderLock> lock_folder(const std::string& folder);

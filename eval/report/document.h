@@ -88,6 +88,7 @@ struct NamedTable {
   /// Keys of the columns that matter first, which fit a terminal and a page; others are shown on request.
   /// Empty: all columns matter.
   std::vector<std::string> first{};
+  bool only_on_request = false;  ///< too long for a terminal that shows what matters first
 };
 
 /// Calls do_part(part) for each part in turn, which exists during the call only; for the table itself if

@@ -9,17 +9,15 @@ nothing beyond its own files and write nothing to the console. --keep leaves run
 Exit codes: 0 passed, 1 failed, 77 skipped for want of a browser.
 """
 
-import argparse
 import base64
 import json
 import pathlib
 import re
 import sys
-import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "report" / "html"))
-from browser import Browser, browsing, expect, expect_equal, has_browser, overflowing, sextant  # noqa: E402
+from browser import Browser, browser_test, expect, expect_equal, overflowing, sextant  # noqa: E402
 
 HOSTILE = "a<script>alert(1)<!-- @DATA@ 'q' \"q\" |$\\input{x}"
 
@@ -238,44 +236,32 @@ requestAnimationFrame(step);"""})
             "layout": spent["LayoutDuration"] + spent["RecalcStyleDuration"], "thread": spent["TaskDuration"]}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sextant")
-    parser.add_argument("--keep", type=pathlib.Path)
-    arguments = parser.parse_args()
-    if not has_browser():
-        print("skipped: no browser; `scripts/setup --browser` installs Debian's")
-        return 77
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_view_")) if not arguments.keep else arguments.keep
-    folder.mkdir(parents=True, exist_ok=True)
+def make_views(program, folder):
+    """Writes the pages into `folder`; returns it, and the folders of the two runs."""
     noise = ["--noise", '{"flow": {"epe_px": 0.5}, "depth": {"delta_d_px": 0.2}}']
-    hostile = folder / HOSTILE
-    runs = [folder / "joint_flow", hostile]
-    sextant(arguments.sextant, "run", "synthetic:s18", "--estimator", "joint_flow", *noise, "--out", runs[0], "--quiet")
-    sextant(arguments.sextant, "run", "synthetic:s18", "--estimator", "joint_flow_depth", *noise, "--out", runs[1], "--quiet")
-    sextant(arguments.sextant, "view", runs[0], "--out", folder / "one.html", "--quiet")
-    sextant(arguments.sextant, "view", *runs, "--out", folder / "two", "--quiet")
+    runs = [folder / "joint_flow", folder / HOSTILE]
+    sextant(program, "run", "synthetic:s18", "--estimator", "joint_flow", *noise, "--out", runs[0], "--quiet")
+    sextant(program, "run", "synthetic:s18", "--estimator", "joint_flow_depth", *noise, "--out", runs[1], "--quiet")
+    sextant(program, "view", runs[0], "--out", folder / "one.html", "--quiet")
+    sextant(program, "view", *runs, "--out", folder / "two", "--quiet")
     scores = folder / "scores"
-    sextant(arguments.sextant, "evaluate", "objects", "--format", "motions", "--truth", "synthetic:s18", runs[0], "--out", scores,
-            "--quiet")
-    sextant(arguments.sextant, "view", scores, "--truth", "synthetic:s18", "--out", folder / "logs_truth.html", "--quiet")
-    sextant(arguments.sextant, "view", scores, "--out", folder / "logs_alone.html", "--quiet")
-    sextant(arguments.sextant, "view", runs[0], scores, "--out", folder / "logs_and_run.html", "--quiet")
+    sextant(program, "evaluate", "objects", "--format", "motions", "--truth", "synthetic:s18", runs[0], "--out", scores, "--quiet")
+    sextant(program, "view", scores, "--truth", "synthetic:s18", "--out", folder / "logs_truth.html", "--quiet")
+    sextant(program, "view", scores, "--out", folder / "logs_alone.html", "--quiet")
+    sextant(program, "view", runs[0], scores, "--out", folder / "logs_and_run.html", "--quiet")
+    return folder, runs
 
-    with browsing(ViewPage, folder, arguments.keep) as browser:
-        check_one_run(browser, folder / "one.html", runs[0], arguments.keep)
-        check_two_runs(browser, folder / "two" / "index.html", runs, arguments.keep)
-        check_narrow(browser, folder / "one.html", arguments.keep)
-        check_images_beside(browser, folder / "one.html", folder / "beside")
-        check_logs(browser, folder, arguments.keep)
-        spent = scrub(browser, 60)
-        print(f"scrubbing: {spent['rate']:.0f} frames/s; CPU time a frame of the page's thread {spent['thread']:.1f} ms")
-    print("passed")
-    return 0
+
+def check(browser, made, keep):
+    folder, runs = made
+    check_one_run(browser, folder / "one.html", runs[0], keep)
+    check_two_runs(browser, folder / "two" / "index.html", runs, keep)
+    check_narrow(browser, folder / "one.html", keep)
+    check_images_beside(browser, folder / "one.html", folder / "beside")
+    check_logs(browser, folder, keep)
+    spent = scrub(browser, 60)
+    print(f"scrubbing: {spent['rate']:.0f} frames/s; CPU time a frame of the page's thread {spent['thread']:.1f} ms")
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except AssertionError as failure:
-        sys.exit(f"FAILED: {failure}")
+    browser_test(__doc__, ViewPage, make_views, check)

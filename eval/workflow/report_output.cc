@@ -104,26 +104,22 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
 
 const std::vector<std::string> split_keys = {"parameter", "source", "dataset", "sequence"};
 
-/// Columns of the tables that matter first.
-std::vector<std::string> first_columns(const std::string& table) {
-  std::vector<std::string> keys = split_keys;
-  const auto add = [&](std::initializer_list<const char*> more) {
-    keys.insert(keys.end(), more.begin(), more.end());
-  };
-  if (table == "comparisons") {
-    add({"first", "second", "body", "level", "n_pairs", "Et_difference_m", "Et_low_m", "Et_high_m",
-         "Et_difference_percent", "Et_verdict", "records"});
-  } else if (table == "noise_levels") {
-    add({"body", "estimator", "level", "coverage_percent", "Et_mean_m", "Et_mean_low_m", "Et_mean_high_m",
-         "Et_efficiency", "ER_mean_deg", "anees", "records"});
-  } else if (table == "trends") {
-    add({"body", "estimator", "lowest", "highest", "Et_lowest_m", "Et_highest_m", "Et_relative_slope",
-         "Et_relative_slope_low", "Et_relative_slope_high", "Et_rises", "records"});
-  } else {
-    return {};
-  }
-  return keys;
+std::vector<std::string> with_split_keys(const std::vector<std::string>& keys) {
+  std::vector<std::string> all = split_keys;
+  all.insert(all.end(), keys.begin(), keys.end());
+  return all;
 }
+
+// Columns of the tables that matter first.
+const std::vector<std::string> first_of_comparisons =
+    with_split_keys({"first", "second", "body", "level", "n_pairs", "Et_difference_m", "Et_low_m",
+                     "Et_high_m", "Et_difference_percent", "Et_verdict", "records"});
+const std::vector<std::string> first_of_levels =
+    with_split_keys({"body", "estimator", "level", "coverage_percent", "Et_mean_m", "Et_mean_low_m",
+                     "Et_mean_high_m", "Et_efficiency", "ER_mean_deg", "anees", "records"});
+const std::vector<std::string> first_of_trends = with_split_keys(
+    {"body", "estimator", "lowest", "highest", "Et_lowest_m", "Et_highest_m", "Et_relative_slope",
+     "Et_relative_slope_low", "Et_relative_slope_high", "Et_rises", "records"});
 
 }  // namespace
 
@@ -145,11 +141,12 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   document.abstract = "Errors of camera and objects by noise level, from the records of " + joined(folders) +
                       ". Intervals are 95 %, bootstrapped over seeds.";
   const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders, sweeps);
-  const auto add = [&](const char* name, const char* heading, Table table, std::vector<Figure> figures = {}) {
-    if (table.rows.empty()) return;
+  const auto add = [&](const char* heading, NamedTable named, std::vector<Figure> figures = {}) {
+    if (named.table.rows.empty()) return;
+    named.split_by = split_keys;
     ReportSection& section = document.sections.emplace_back(
-        ReportSection{std::string(name) + "-section", heading, {}, {}, std::move(figures), {}});
-    section.tables.push_back({name, std::move(table), split_keys, first_columns(name)});
+        ReportSection{named.name + "-section", heading, {}, {}, std::move(figures), {}});
+    section.tables.push_back(std::move(named));
   };
   const auto linked = [&](Table table, const auto& rows) {
     add_record_links(rows, places, out, table);
@@ -160,23 +157,34 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
       of_bodies, [](const Figure& figure) { return !figure.name.starts_with("estimators_"); });
   size_t n_left_out = 0;
   const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
-  add("comparisons", "Estimators compared", linked(comparison_table(comparisons), comparisons),
+  add("Estimators compared",
+      {.name = "comparisons",
+       .table = linked(comparison_table(comparisons), comparisons),
+       .first = first_of_comparisons},
       {of_estimators.begin(), of_estimators.end()});
   of_bodies.erase(of_estimators.begin(), of_estimators.end());
   progress.advance();
-  add("noise_levels", "Errors by noise level", linked(noise_level_table(levels), levels),
+  add("Errors by noise level",
+      {.name = "noise_levels",
+       .table = linked(noise_level_table(levels), levels),
+       .first = first_of_levels},
       std::move(of_bodies));
-  add("falling_errors", "Errors that fall", falling_error_table(falling_errors(sweeps)));
+  add("Errors that fall",
+      {.name = "falling_errors", .table = falling_error_table(falling_errors(sweeps))});
   const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
-  add("trends", "Growth", linked(trend_table(trends), trends));
-  add("summaries", "Summaries", summary_limits(sweeps, comparisons, n_left_out));
+  add("Growth",
+      {.name = "trends", .table = linked(trend_table(trends), trends), .first = first_of_trends});
+  add("Summaries",
+      {.name = "summaries", .table = summary_limits(sweeps, comparisons, n_left_out)});
   Table achieved_table = achieved_noise_table(achieved);
   if (!out.empty()) {
     std::vector<std::string> addresses;
     for (const AchievedNoiseRow& row : achieved) addresses.push_back(address_from(out, row.file));
     add_addresses("achieved_px", addresses, achieved_table);
   }
-  add("achieved_noise", "Achieved noise", std::move(achieved_table), achieved_noise_figures(achieved));
+  add("Achieved noise",
+      {.name = "achieved_noise", .table = std::move(achieved_table), .only_on_request = true},
+      achieved_noise_figures(achieved));
   progress.advance();
   document.provenance = {{"records", joined(folders)}, {"report by", "sextant " + version()}};
   document.citation = citation();

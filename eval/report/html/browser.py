@@ -1,10 +1,14 @@
 """A page in Chromium, for tests: speaks WebDriver (W3C) to Debian's chromedriver."""
 
+import argparse
 import base64
 import contextlib
 import json
+import pathlib
 import shutil
 import subprocess
+import sys
+import tempfile
 import time
 import urllib.error
 import urllib.request
@@ -179,3 +183,24 @@ def browsing(page_type, folder, keep):
         driver.wait()
         if not keep:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def browser_test(description, page_type, make, check):
+    """The program of a test in a browser: arguments SEXTANT [--keep DIR]; exit codes 0 passed, 1 failed, 77 no browser.
+    make(program, folder) writes the pages; check(browser, made, keep) gets what it returns."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sextant")
+    parser.add_argument("--keep", type=pathlib.Path)
+    arguments = parser.parse_args()
+    if not has_browser():
+        print("skipped: no browser; `scripts/setup --browser` installs Debian's")
+        sys.exit(77)
+    folder = arguments.keep or pathlib.Path(tempfile.mkdtemp(prefix="sextant_browser_"))
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        made = make(arguments.sextant, folder)
+        with browsing(page_type, folder, arguments.keep) as browser:
+            check(browser, made, arguments.keep)
+    except AssertionError as failure:
+        sys.exit(f"FAILED: {failure}")
+    print("passed")

@@ -277,7 +277,8 @@ std::vector<VerdictLine> linked_verdicts(const ReportDocument& document) {
     details.insert("#" + section.name);
     for (const NamedTable& table : section.tables) {
       details.insert("#" + table.name);
-      for (size_t i = 0; i < n_parts(table); ++i) details.insert("#" + part_anchor(table.name, i));
+      const size_t n = n_parts(table);
+      for (size_t i = 0; i < n; ++i) details.insert("#" + part_anchor(table.name, i));
     }
   }
   std::vector<VerdictLine> lines = document.verdicts;
@@ -311,7 +312,8 @@ std::string provenance(const ReportDocument& document) {
 
 std::string page_html(const ReportDocument& document, Page page, const OutputFiles& drawn) {
   const bool is_report = page == Page::report, has_explorers = has_explorer(document, page);
-  const Fragment lead = is_report ? document.lead : Fragment();
+  static const Fragment no_lead;
+  const Fragment& lead = is_report ? document.lead : no_lead;
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
@@ -448,7 +450,7 @@ void make_report_folder(ReportDocument& document, const ReportFolderOptions& opt
 OutputFiles report_folder(ReportDocument document, const ReportFolderOptions& options) {
   OutputFiles files;
   make_report_folder(document, options,
-                     [&](const std::string& name, std::string bytes) { files[name] = std::move(bytes); });
+                     [&](const std::string& name, const std::string& bytes) { files[name] = bytes; });
   return files;
 }
 
