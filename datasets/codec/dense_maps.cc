@@ -173,7 +173,8 @@ Image<Flow> decode_flo(std::string_view bytes, const std::string& name) {
   std::memcpy(size, bytes.data() + 4, sizeof size);
   const auto [width, height] = size;
   if (width <= 0 || height <= 0 || width > 1'000'000 || height > 1'000'000) {
-    fail("{}: .flo header names {}x{} pixels", name, width, height);
+    fail("{}: its .flo header names {}x{} pixels, expected 1 to 1000000 each: the file is damaged", name,
+         width, height);
   }
   const size_t expected =
       flo_header + sizeof(Flow) * static_cast<size_t>(width) * static_cast<size_t>(height);

@@ -1,6 +1,6 @@
+#include <gtest/gtest.h>
 #include <cmath>
 #include <cstring>
-#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 
@@ -118,7 +118,7 @@ TEST(FloErrors, WrongSize) {
   std::string negative = bytes;
   const int32_t width = -5;
   std::memcpy(negative.data() + 4, &width, 4);
-  expect_error([&] { decode_flo(negative, "a.flo"); }, "a.flo: .flo header names -5x3 pixels");
+  expect_error([&] { decode_flo(negative, "a.flo"); }, "a.flo: its .flo header names -5x3 pixels");
 }
 
 }  // namespace

@@ -86,7 +86,10 @@ struct Chunks {
 };
 
 void read_palette(std::string_view body, const std::string& name, Palette& palette) {
-  if (body.size() % 3 != 0 || body.size() > 3 * 256) fail("{}: PNG palette of {} bytes", name, body.size());
+  if (body.size() % 3 != 0 || body.size() > 3 * 256) {
+    fail("{}: its PNG palette has {} bytes, expected a multiple of 3, 768 at most: copy or download it again",
+         name, body.size());
+  }
   for (size_t i = 0; i < body.size() / 3; ++i) {
     palette[i] = {static_cast<uint8_t>(body[3 * i]), static_cast<uint8_t>(body[3 * i + 1]),
                   static_cast<uint8_t>(body[3 * i + 2])};
@@ -148,7 +151,8 @@ void inflate(std::string_view data, const std::string& name, uint8_t* raw, size_
   if (result != LIBDEFLATE_SUCCESS) {
     fail("{}: PNG pixels are damaged (inflate failed): copy or download the file again", name);
   }
-  if (n != n_raw) fail("{}: PNG holds {} bytes of pixels, its header says {}", name, n, n_raw);
+  if (n != n_raw)
+    fail("{}: PNG holds {} bytes of pixels, its header says {}: copy or download it again", name, n, n_raw);
 }
 
 // The inflated, still filtered rows of a file.
@@ -230,7 +234,8 @@ PngHeader png_header(std::string_view bytes, const std::string& name) {
   const uint32_t width = big_endian32(bytes.data() + 16);
   const uint32_t height = big_endian32(bytes.data() + 20);
   if (width == 0 || height == 0 || width > 1'000'000 || height > 1'000'000) {
-    fail("{}: PNG of {}x{} pixels", name, width, height);
+    fail("{}: its PNG header names {}x{} pixels, expected 1 to 1000000 each: the file is damaged", name,
+         width, height);
   }
   PngHeader header{.width = static_cast<int>(width), .height = static_cast<int>(height)};
   header.bit_depth = static_cast<uint8_t>(bytes[24]);

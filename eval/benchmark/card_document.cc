@@ -258,8 +258,8 @@ OutputFiles page_files(const std::vector<fs::path>& folders, const fs::path& out
     Card card = parse_card(read_file(file, json_file), file.string());
     if (!cards.empty() &&
         (card.suite_sha256 != cards.front().card.suite_sha256 || card.quick != cards.front().card.quick))
-      fail("{}: a card of {}{}, others of {}{}: give cards of one suite", file.string(), card.suite,
-           card.quick ? " (quick)" : "", cards.front().card.suite,
+      fail("{}: the card belongs to suite {}{}, the first card to {}{}: give cards of one suite",
+           file.string(), card.suite, card.quick ? " (quick)" : "", cards.front().card.suite,
            cards.front().card.quick ? " (quick)" : "");
     cards.push_back({std::move(card),
                      fs::weakly_canonical(folder).lexically_relative(fs::weakly_canonical(out)).string()});

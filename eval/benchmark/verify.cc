@@ -45,7 +45,8 @@ std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
     begin = end + 1;
   }
   if (numbers.size() != n_cases)
-    fail("{}: holds {} cases, the suite has {}", file.string(), numbers.size(), n_cases);
+    fail("{}: holds {} cases, the suite has {}: its sweep is not finished, or was changed", file.string(),
+         numbers.size(), n_cases);
   return numbers;
 }
 
@@ -88,7 +89,7 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     skip_empty();
   });
   if (number != sweep.n_records.size())
-    fail("{}: ends before case {}: its records are missing", file.string(), number);
+    fail("{}: ends before the records of case {}: the file is cut off", file.string(), number);
 }
 
 /// Opens the sources of a plan. Data that are missing here are no fault of the submission.
@@ -199,8 +200,8 @@ bool agree(const std::vector<Record>& stored, const std::vector<Record>& again, 
                              }) &&
          std::ranges::all_of(again, [&](const Record& record) {
            return !track.counts(record) || has_each(stored, [&](const Record& other) {
-                    return other.frame == record.frame && other.body == record.body;
-                  });
+             return other.frame == record.frame && other.body == record.body;
+           });
          });
 }
 

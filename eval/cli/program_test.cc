@@ -410,7 +410,7 @@ TEST(Overlay, WithoutFlagsDrawsTheFirstPairAndOverwritesNothing) {
     return Outcome{WEXITSTATUS(status), "", read_file(err)};
   };
   ASSERT_EQ(in_folder("").code, 0);
-  expect_bad_input(in_folder(""), "overlay.png: is there already: give --out");
+  expect_bad_input(in_folder(""), "overlay.png: exists already: give another name with --out");
   EXPECT_EQ(in_folder("--frame 1 --out first.png").code, 0);
   EXPECT_EQ(read_file(temp.path() / "overlay.png"), read_file(temp.path() / "first.png"));
 }

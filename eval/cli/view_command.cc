@@ -54,7 +54,7 @@ void draw_overlays(OverlayFlags& flags) {
   request.quiet = flags.quiet;
   const bool named = !flags.out.empty();
   const std::string out = named ? flags.out : default_picture;
-  if (!named && std::filesystem::exists(out)) fail("{}: is there already: give --out", out);
+  if (!named && std::filesystem::exists(out)) fail("{}: exists already: give another name with --out", out);
   write_file(out, make_showcase(request).overlay_png);
   if (!flags.quiet) fmt::print("Picture: {}\n", out);
 }

@@ -1,6 +1,8 @@
 #include "sextant/eval/experiment/case_results.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 
 #include "sextant/base/byte_stream.h"
 #include "sextant/base/error.h"
@@ -17,8 +19,8 @@ class RecordsReader : public CaseResultReader {
         records_name_((folder / "records.jsonl").string()),
         index_(index_name_),
         records_(records_name_) {
-    if (!index_) fail("{}: cannot open", index_name_);
-    if (!records_) fail("{}: cannot open", records_name_);
+    if (!index_) fail("{}: cannot open: {}", index_name_, std::strerror(errno));
+    if (!records_) fail("{}: cannot open: {}", records_name_, std::strerror(errno));
   }
 
   std::optional<CaseResult> next() override {
@@ -31,7 +33,7 @@ class RecordsReader : public CaseResultReader {
       result.number = json_member<uint64_t>(json, "case", where);
       if (last_ && result.number == *last_) fail("{}: case {} is repeated", where, result.number);
       if (last_ && result.number < *last_)
-        fail("{}: case {} stands after case {}", where, result.number, *last_);
+        fail("{}: case {} stands after case {}: expected ascending numbers", where, result.number, *last_);
       last_ = result.number;
       result.n_records = json_member<uint64_t>(json, "records", where);
       result.noise = json.value("noise", Json());
@@ -51,7 +53,8 @@ class RecordsReader : public CaseResultReader {
     }
   }
   [[noreturn]] void fail_count(const char* what) const {
-    fail("{}: has {} records than {} states", records_name_, what, index_name_);
+    fail("{}: has {} records than {} states: one of the files was changed or damaged", records_name_, what,
+         index_name_);
   }
 
   std::string index_name_, records_name_;

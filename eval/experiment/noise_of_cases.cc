@@ -62,7 +62,7 @@ void NoiseOfCases::add(uint64_t number, const Json& sums) {
   if (sums.is_null()) fail("{}: is missing; run the sweep again in an empty folder", where);
   const size_t place =
       ((at.source * n_levels_ + at.level) * n_seeds_ + at.seed) * n_kinds_ + kind_[at.estimator];
-  if (place >= counted_.size()) fail("{}: not a case of the plan", where);
+  if (place >= counted_.size()) fail("{}: the plan has no case of this number", where);
   if (counted_[place]) return;
   counted_[place] = true;
   achieved_[{at.source, at.level}].merge(NoiseVerification::from_sums(sums, where));

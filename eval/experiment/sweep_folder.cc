@@ -166,12 +166,13 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       plan["programs"] = Json::array();
     }
     if (plan_key(of_folder["plan"]) != plan_key(plan["plan"]))
-      fail("{}: holds another plan than {}", folder.string(), folders.front().string());
+      fail("{}: holds another plan than {}: give the shards of one sweep", folder.string(),
+           folders.front().string());
     const ShardNumber shard = shard_number(of_folder, (folder / "plan.json").string());
     if (n_shards == 0) n_shards = shard.n_shards;
     if (shard.n_shards != n_shards) {
-      fail("{}: is one of {} shards, {} one of {}", folder.string(), shard.n_shards, folders.front().string(),
-           n_shards);
+      fail("{}: belongs to a sweep in {} shards, {} to one in {}: give the shards of one sweep",
+           folder.string(), shard.n_shards, folders.front().string(), n_shards);
     }
     const auto [other, is_new_shard] = folder_of.emplace(shard.number, folder.string());
     if (!is_new_shard)
@@ -181,7 +182,9 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     for (const auto& [source, packs] : data.items()) {
       const auto [known, is_new] = first_with.emplace(source, folder.string());
       if (is_new) plan["data"][source] = packs;
-      if (plan["data"][source] != packs) fail("{}: holds other data than {}", folder.string(), known->second);
+      if (plan["data"][source] != packs)
+        fail("{}: the files of its sources differ from those of {}: give shards of the same data",
+             folder.string(), known->second);
     }
     if (!is_finished_sweep(folder)) {
       fail("{}: its sweep is not finished: run its command again to resume it", folder.string());
@@ -219,7 +222,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   const auto n_cases = provenance.value("cases", uint64_t{0});
   const uint64_t n_planned = planned_cases(plan["plan"], (folders.front() / "plan.json").string());
   if (n_planned != n_cases)
-    fail("{}: its plan has {} cases, run.json states {}", folders.front().string(), n_planned, n_cases);
+    fail("{}: its plan has {} cases, run.json states {}: one of the files was changed or damaged",
+         folders.front().string(), n_planned, n_cases);
   check_output_folder(out, provenance["configuration"], /*force=*/false);
 
   SweepOutcome outcome;
@@ -234,7 +238,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     check_interrupt();
     const std::string folder = folders[next->reader].string();
     const uint64_t number = next->result.number;
-    if (number >= n_cases) fail("{}: has case {}, its plan {} cases", folder, number, n_cases);
+    if (number >= n_cases)
+      fail("{}: has case {}, but its plan has {} cases, numbered from 0", folder, number, n_cases);
     if (number < outcome.n_cases)
       fail("{}: case {} is also in an earlier folder: list each shard once", folder, number);
     if (number > outcome.n_cases) break;

@@ -113,7 +113,8 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
     const Json json = read_plan_file(shard);
     const auto [number, n] = shard_number(json, file.string());
     if (n_shards == 0) n_shards = n;
-    if (n != n_shards) fail("{}: is one of {} shards, expected one of {}", shard.string(), n, n_shards);
+    if (n != n_shards)
+      fail("{}: belongs to a sweep in {} shards, expected one in {}", shard.string(), n, n_shards);
     if (plan.is_null()) {
       plan = json["plan"];
       of_plan = shard;

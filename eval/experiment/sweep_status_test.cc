@@ -70,7 +70,8 @@ TEST_F(StatusOfSweep, TakesFoldersOfAnyName) {
 
 TEST_F(StatusOfSweep, RefusesShardsOfOtherSweeps) {
   run_shard(1, 3, "shards/1");
-  expect_error([&] { sweep_status(sweep_, 4); }, "shards/1: is one of 3 shards, expected one of 4");
+  expect_error([&] { sweep_status(sweep_, 4); },
+               "shards/1: belongs to a sweep in 3 shards, expected one in 4");
   run_shard(1, 3, "shards/copy");
   expect_error([&] { sweep_status(sweep_, 0); }, "shard 1 is in");
   std::filesystem::remove_all(sweep_ / "shards/copy");

@@ -14,7 +14,7 @@ CaseFolder::CaseFolder(const fs::path& folder, Keep keep)
     : keep_(folder.empty() ? std::nullopt : std::optional(keep)) {
   if (folder.empty()) {
     std::string name = (fs::temp_directory_path() / "sextant_case_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot make this folder", name);
+    if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot create this folder", name);
     path_ = name;
   } else {
     path_ = fs::absolute(folder).lexically_normal();
