@@ -272,7 +272,7 @@ TEST_P(ObjectDiagnosis, StructuralFaultsAreErrors) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, ObjectDiagnosis, testing::Values(LogFormat::dynosam, LogFormat::vdo),
-                         [](const auto& info) { return std::string(to_string(info.param)); });
+                         [](const auto& format) { return std::string(to_string(format.param)); });
 
 TEST(DiagnosisByTruth, AnInvertedCameraIsNamedInAnyWorld) {
   const Drive drive;

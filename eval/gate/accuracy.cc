@@ -178,8 +178,9 @@ std::optional<Measured> measure(const PairedErrors& errors, size_t source, const
   row.n = static_cast<int>(pairs.size());
   const MetricPolicy rules = policy.of(row.metric);
   const auto rise = [](const ErrorPair& pair) { return pair.fresh - pair.base; };
-  row.largest_rise = *std::ranges::max_element(pairs, {}, rise);
-  row.largest_fall = *std::ranges::min_element(pairs, {}, rise);
+  row.most_worse = *std::ranges::max_element(pairs, {}, rise);
+  row.most_better = *std::ranges::min_element(pairs, {}, rise);
+  if (rules.direction == Direction::higher) std::swap(row.most_worse, row.most_better);
   std::vector<double> differences;
   std::vector<uint64_t> clusters;
   PairedSample sample{source, {}};

@@ -108,12 +108,12 @@ struct ErrorPair {
 /// alpha.
 struct AccuracyRow : JudgedError, PairedComparison {
   Subject subject;
-  double base = 0;                       ///< mean
-  ErrorPair largest_rise, largest_fall;  ///< over all cases, including changes within rounding
+  double base = 0;                    ///< mean
+  ErrorPair most_worse, most_better;  ///< over all cases, including changes within rounding
 
-  /// Returns the case that shows the change best.
+  /// Returns the case that improved most if the row is improved, otherwise the case that worsened most.
   const ErrorPair& largest_change() const {
-    return verdict == GateVerdict::improved ? largest_fall : largest_rise;
+    return verdict == GateVerdict::improved ? most_better : most_worse;
   }
 };
 

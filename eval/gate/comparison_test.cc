@@ -105,7 +105,12 @@ TEST_F(Gate, DirectionAndMinimumEffectFollowThePolicy) {
   Policy policy;
   policy.accuracy.metrics["Et_m"].direction = Direction::higher;
   const auto worse = [](Record& r) { r.errors["Et_m"] *= 1.05; };
-  EXPECT_EQ(compare_changed(worse, policy).verdict, GateVerdict::improved);
+  const Comparison improved = compare_changed(worse, policy);
+  EXPECT_EQ(improved.verdict, GateVerdict::improved);
+  for (const AccuracyRow& row : improved.accuracy) {
+    if (row.verdict != GateVerdict::improved) continue;
+    EXPECT_GT(row.largest_change().fresh, row.largest_change().base) << row.metric;
+  }
   policy.accuracy.metrics["Et_m"] = {.minimum_effect = 0.1};
   EXPECT_EQ(compare_changed(worse, policy).verdict, GateVerdict::ok);
   policy.accuracy.metrics["Et_m"].direction = Direction::ignore;
