@@ -4,10 +4,12 @@
 #include <cmath>
 #include <set>
 
+#include "sextant/stats/tests.h"
+
 namespace sextant {
 namespace {
 
-constexpr size_t fewest_shifted_steps = 30, fewest_frames = 20, n_stretches = 10, fewest_of_body = 10;
+constexpr size_t fewest_frames = 8, fewest_of_body = 8, most_stretches = 10;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -47,15 +49,15 @@ struct ShiftFit {
     return sum;
   }
 
-  std::optional<FrameShift> fit(const std::map<int, size_t>& stretch_of_frame) const {
+  std::optional<FrameShift> fit(const std::map<int, size_t>& stretch_of_frame, size_t n_stretches) const {
     constexpr double huber = 2;
     constexpr int n_rounds = 8;
     double share = cost(1) < cost(0) ? 1 : 0;
-    std::array<double, n_stretches> along{}, across{};
+    std::vector<double> along, across;
     for (int round = 0; round < n_rounds; ++round) {
       const std::map<int, Vector6d> scale = scatter(share);
-      along.fill(0);
-      across.fill(0);
+      along.assign(n_stretches, 0);
+      across.assign(n_stretches, 0);
       for (size_t i = 0; i < steps.size(); ++i) {
         const auto at = scale.find(steps[i]->body);
         if (at == scale.end()) continue;
@@ -85,10 +87,16 @@ struct ShiftFit {
       const double without = (d_e - along[s]) / (d_d - across[s]);
       squares += (without - share) * (without - share);
     }
-    constexpr auto n = static_cast<double>(n_stretches);
+    const auto n = static_cast<double>(n_stretches);
     return FrameShift{0, share, std::sqrt(squares * (n - 1) / n)};
   }
 };
+
+/// Standard errors that exclude chance: 4 with ten stretches, and as many more with fewer as Student's t has.
+double standard_errors_needed(size_t n_stretches) {
+  static const double chance = student_t_cdf(-4, static_cast<int>(most_stretches) - 1);
+  return -student_t_quantile(chance, static_cast<int>(n_stretches) - 1);
+}
 
 }  // namespace
 
@@ -107,7 +115,7 @@ Explanation FrameShift::explanation(Reading read, double declared) const {
 }
 
 std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
-  constexpr double sure = 4, half = 0.5, near_one = 0.3;
+  constexpr double half = 0.5, near_one = 0.3;
   std::optional<FrameShift> best;
   double least = 0;
   for (int n = -longest_shift; n <= longest_shift; ++n) {
@@ -121,14 +129,16 @@ std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
       fit.changes.push_back(change->second);
       frames.insert(step.frame);
     }
-    if (fit.steps.size() < fewest_shifted_steps || frames.size() < fewest_frames) continue;
+    if (frames.size() < fewest_frames) continue;
+    const size_t n_stretches = std::min(most_stretches, frames.size() / 2);
     std::map<int, size_t> stretch_of_frame;
     for (const int frame : frames) {
       const size_t rank = stretch_of_frame.size();
       stretch_of_frame.emplace(frame, rank * n_stretches / frames.size());
     }
-    auto found = fit.fit(stretch_of_frame);
-    if (!found || std::abs(found->share - 1) > near_one || found->share - half < sure * found->standard_error)
+    auto found = fit.fit(stretch_of_frame, n_stretches);
+    if (!found || std::abs(found->share - 1) > near_one ||
+        found->share - half < standard_errors_needed(n_stretches) * found->standard_error)
       continue;
     // Different shifts have different numbers of steps with a change, so the mean gain per step over
     // unshifted numbers decides.

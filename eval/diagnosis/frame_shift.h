@@ -9,12 +9,13 @@
 //   e_k = a d_k + noise,   d_k = log(inverse(b_k) b_{k-n}),   with a = 1; right frame numbers have a = 0
 //
 // The share a is fitted over the steps of all bodies at once, robustly (Huber), each of six components
-// (translation, rotation) of each body weighed by its own scatter. Its standard error is a jackknife over ten
-// stretches of frames, as errors of neighbouring frames depend on each other. Independent noise of the
-// reference from frame to frame is in both e and d, and pulls a to 1/2. A shift is reported where a is above
-// 1/2 by four standard errors, and within 0.3 of 1. Steps whose changes over the shift are small against
-// their noise, or against that of the reference, do not determine a: nothing is reported, whatever the frame
-// numbers are.
+// (translation, rotation) of each body weighed by its own scatter. Its standard error is a jackknife over
+// stretches of frames, as errors of neighbouring frames depend on each other: ten stretches, or fewer of two
+// frames each if there are less than 20 frames. Independent noise of the reference from frame to frame is in
+// both e and d, and pulls a to 1/2. A shift is reported where a is within 0.3 of 1 and above 1/2 by four
+// standard errors; fewer stretches need as many more as Student's t has at the same probability (8.8 with four
+// stretches). Steps whose changes over the shift are small against their noise, or against that of the
+// reference, do not determine a: nothing is reported, whatever the frame numbers are.
 
 #include <array>
 #include <map>
@@ -46,7 +47,7 @@ struct FrameShift {
   Explanation explanation(Reading read, double declared) const;
 };
 
-/// Needs 30 steps in 20 different frames; empty if no shift meets the conditions above.
+/// Needs steps in 8 different frames, and 8 steps of a body; empty if no shift meets the conditions above.
 std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& steps);
 
 }  // namespace sextant
