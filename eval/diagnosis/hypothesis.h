@@ -28,6 +28,9 @@
 
 namespace sextant {
 
+/// Square of 0.1 mm, or of 0.1 mrad at a radius of 1 m: smaller errors are rounding, whatever explains them.
+inline constexpr double negligible_residual = 1e-8;
+
 /// How many times better than the declared reading a hypothesis must explain the data to be reported.
 inline constexpr double explains_times = 5;
 
@@ -82,7 +85,7 @@ std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, co
 
 /// Conditions under which a reading is reported, besides being better than the declared one.
 struct ExplanationRule {
-  double negligible = 0;                      ///< a declared residual up to here needs no explanation
+  double negligible = negligible_residual;    ///< a declared residual up to here needs no explanation
   std::optional<double> null = std::nullopt;  ///< residual of the null reading
   double times = explains_times;
 };

@@ -191,6 +191,32 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                    without, frames.front())});
 }
 
+/// Warns of a shift of the estimate's clock by more than half a time step that the motions determine, although
+/// they agree well without it.
+bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector<double>& reference_times,
+                    const std::vector<double>& estimate_times, bool seconds, double offset_s,
+                    std::vector<TrajectoryWarning>& warnings) {
+  reference.stamps_s = reference_times;
+  estimate.stamps_s = estimate_times;
+  if (reference.size() < 2 || estimate.size() < 2) return false;
+  const double half_step = std::max(median_step(reference_times), median_step(estimate_times)) / 2;
+  try {
+    const OffsetEstimate found = estimate_offset(reference, estimate, 0, "");
+    if (found.low_s <= half_step && found.high_s >= -half_step) return false;
+    warnings.push_back(
+        {"lag", fmt::format("the estimate's motion is {} by {:.3g} {} (95 % interval {:.3g} to {:.3g}){}",
+                            found.offset_s < 0 ? "late" : "early", std::abs(found.offset_s),
+                            seconds ? "s" : "frames", std::min(std::abs(found.low_s), std::abs(found.high_s)),
+                            std::max(std::abs(found.low_s), std::abs(found.high_s)),
+                            seconds ? fmt::format("; try --offset {:.4f}, or --estimate-offset",
+                                                  offset_s + found.offset_s)
+                                    : fmt::format(": add {:.0f} to its frame numbers", found.offset_s))});
+    return true;
+  } catch (const Error&) {  // the motions do not determine the offset
+    return false;
+  }
+}
+
 /// Warns if a lag remains after the given offset; returns true if it does.
 bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
                  std::vector<TrajectoryWarning>& warnings) {
@@ -205,7 +231,11 @@ bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double
     b.assign(fb.begin(), fb.end());
   }
   const auto lag = estimate_lag(reference, a, estimate, b);
-  if (!lag) return false;
+  constexpr size_t most_poses = 20'000;  // longer recordings are examined by estimate_lag() alone
+  if (!lag) {
+    return std::max(a.size(), b.size()) <= most_poses &&
+           warn_of_offset(reference, estimate, a, b, seconds, offset_s, warnings);
+  }
   const std::string remedy =
       seconds ? fmt::format("; try --offset {:.4f}, or --estimate-offset", offset_s - lag->lag) : "";
   warnings.push_back(

@@ -23,9 +23,15 @@ std::optional<SE3> find(const Motions& poses, ObjectFrame key) {
   return it == poses.end() ? std::nullopt : std::optional(it->second);
 }
 
+/// Estimated motions, without those that a lost object has as the identity: they are reported by themselves.
 Motions estimates(const ObjectLog& log) {
+  const std::map<int, std::vector<int>> lost = identity_steps(log);
   Motions motions;
-  for (const auto& [key, motion] : log.motions) motions.emplace(key, motion.estimate);
+  for (const auto& [key, motion] : log.motions) {
+    const auto frames = lost.find(key.first);
+    if (frames == lost.end() || !std::ranges::binary_search(frames->second, key.second))
+      motions.emplace(key, motion.estimate);
+  }
   return motions;
 }
 
@@ -62,6 +68,12 @@ MotionData motion_data(const Motions& given, MotionFrame declared, const Motions
   return data;
 }
 
+std::set<int> ids_of(const Motions& motions) {
+  std::set<int> ids;
+  for (const auto& [key, motion] : motions) ids.insert(key.first);
+  return ids;
+}
+
 std::vector<LogDiagnosis> told(const std::vector<ObjectExplanation>& found, const std::string& subject) {
   std::vector<LogDiagnosis> out;
   for (const ObjectExplanation& explanation : found)
@@ -89,13 +101,43 @@ bool holds_poses(const Trajectory& camera) {
   });
 }
 
-PoseSeries series_of(const Trajectory& camera) {
+PoseSeries series_of(const Motions& poses, int id) {
   PoseSeries series;
-  for (const auto& [frame, pose] : camera.poses()) {
-    series.add(pose.rotation().toRotationMatrix(), pose.translation());
-    series.frames.push_back(frame);
+  for (auto it = poses.lower_bound({id, 0}); it != poses.end() && it->first.first == id; ++it) {
+    series.add(it->second.rotation().toRotationMatrix(), it->second.translation());
+    series.frames.push_back(it->first.second);
   }
   return series;
+}
+
+/// Examines an estimated and a true path alone: paths that are wrong in the same way agree with each other.
+/// `subject` names what moves, "camera" or "object".
+std::optional<LogDiagnosis> diagnose_alone(const PoseSeries& given, const PoseSeries& truth,
+                                           const std::string& name, const std::string& subject) {
+  const auto own = explain_alone(given), of_truth = explain_alone(truth);
+  if (!own) return std::nullopt;
+  const std::string& code = own->best.code;
+  const bool both = of_truth && of_truth->best.code == code;
+  // Without a true path, or with one that says nothing by itself, the estimate alone is reported.
+  if (of_truth && !both) return std::nullopt;
+  const std::string cause = code == "inverse" ? "the poses look inverted (world to body)"
+                            : code == "transposed"
+                                ? "the rotations look transposed"
+                                : "the quaternions look written with w at the other end of x y z";
+  const std::string remedy = code == "inverse"      ? "invert each pose"
+                             : code == "transposed" ? "transpose each rotation"
+                                                    : "reorder the columns";
+  return LogDiagnosis{
+      code, fmt::format("{}: {}: the {} moves along one direction of its own axes within {:.1f} deg when "
+                        "read so, {:.1f} deg as declared: {}{}",
+                        name, cause, subject, std::sqrt(own->best.residual), std::sqrt(own->declared), remedy,
+                        both ? " of both" : "")};
+}
+
+/// True if the first pose is turned by 180 deg about x, as the identity written w first reads.
+bool begins_upside_down(const Trajectory& camera) {
+  constexpr double near_one = 0.99;
+  return !camera.empty() && std::abs(camera.poses().begin()->second.rotation().x()) > near_one;
 }
 
 std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajectory& truth,
@@ -104,16 +146,20 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
   const PoseData data{SharedFrame::body, of_camera(camera), of_camera(truth), {}};
   std::vector<LogDiagnosis> out = told(explain_poses(data), subject);
   if (!out.empty()) return out;
-  // Two paths that are wrong in the same way agree with each other, so each is also examined alone.
-  const auto own = explain_alone(series_of(camera)), of_truth = explain_alone(series_of(truth));
-  if (own && of_truth && own->best.code == "inverse" && of_truth->best.code == "inverse") {
-    out.push_back(
-        {"inverse",
-         fmt::format("{} and true camera: the poses look inverted (world to body): the camera moves "
-                     "along one direction of its own axes within {:.1f} deg when read so, {:.1f} "
-                     "deg as declared: invert each pose of both",
-                     subject, std::sqrt(own->best.residual), std::sqrt(own->declared))});
+  const std::string both = subject + " and true camera";
+  if (begins_upside_down(camera) && begins_upside_down(truth)) {
+    out.push_back({"quaternion_w_first",
+                   both + ": the first pose is turned by 180 deg about x, as the identity is if its "
+                          "quaternion is written w first (w x y z) and read as x y z w: reorder the columns "
+                          "to qx,qy,qz,qw unless the camera hangs upside down"});
     return out;
+  }
+  const PoseSeries true_path = series_of(of_camera(truth), 0);
+  if (explain_alone(true_path)) {
+    if (auto found = diagnose_alone(series_of(of_camera(camera), 0), true_path, both, "camera")) {
+      out.push_back(std::move(*found));
+      return out;
+    }
   }
   Motions steps;
   for (const auto& [frame, pose] : truth.poses()) {
@@ -122,12 +168,22 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
   if (!bodies_that_reverse(steps, {Eigen::Vector3d::UnitZ()}).empty()) {
     out.push_back(
         {"backwards",
-         subject +
-             " and true camera: backwards (-z of the camera) in all of the log: unless the camera looks "
-             "backwards, the poses are inverted (world to body): invert each pose of both"});
+         both +
+             ": backwards (-z of the camera) in all of the log: unless the camera looks backwards, the poses "
+             "are inverted (world to body): invert each pose of both"});
   }
   return out;
 }
+
+/// Compares the estimated motions with those between the estimated poses of the same log.
+std::vector<ObjectExplanation> explain_by_own_poses(const ObjectLog& log, const Motions& given) {
+  return explain_motions(
+      motion_data(given, log.frame, log.poses, log.camera, [&](ObjectFrame key, const MotionSample& sample) {
+        return step_motion(log.poses, key, log.frame, sample);
+      }));
+}
+
+constexpr const char* against_own_poses = ", estimated motions against the estimated poses";
 
 /// Compares the poses of `path` with paths that follow the motions, which start at the same poses.
 std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Motions& motions,
@@ -164,6 +220,17 @@ std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions
            "points forward, the motions are inverted, from frame k to k-1: invert each motion; --truth "
            "decides",
            log.estimator, backwards.size() > 1 ? "s" : "", fmt::join(backwards, ", "))}};
+}
+
+/// Examines the path of each object alone.
+std::vector<LogDiagnosis> diagnose_paths(const ObjectLog& log) {
+  std::vector<LogDiagnosis> out;
+  for (const int id : ids_of(log.poses)) {
+    auto found = diagnose_alone(series_of(log.poses, id), series_of(log.true_poses, id),
+                                fmt::format("{}, poses of object {}", log.estimator, id), "object");
+    if (found) out.push_back(std::move(*found));
+  }
+  return out;
 }
 
 // ---- Comparison with the truth of a data set.
@@ -236,12 +303,6 @@ std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const
   return out;
 }
 
-std::set<int> ids_of(const Motions& motions) {
-  std::set<int> ids;
-  for (const auto& [key, motion] : motions) ids.insert(key.first);
-  return ids;
-}
-
 Motions of_object(const Motions& motions, int id, int as) {
   Motions one;
   for (auto it = motions.lower_bound({id, 0}); it != motions.end() && it->first.first == id; ++it)
@@ -257,6 +318,17 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   std::vector<LogDiagnosis> out = diagnose_rotations(truth, name + ", true motions");
   append(out, diagnose_rotations(given, name + ", estimated motions"));
   if (!out.empty()) return out;  // with such rotations nothing else can be judged
+
+  const std::vector<ObjectExplanation> of_poses =
+      explain_poses({SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
+  append(out, told(of_poses, name + ", estimated poses of objects"));
+  const std::vector<LogDiagnosis> of_camera =
+      diagnose_camera(log.camera, log.true_camera, name + ", estimated camera");
+  if (of_poses.empty()) append(out, diagnose_paths(log));
+  if (log.holds_poses_only) {  // its motions are those of the poses
+    append(out, of_camera);
+    return out;
+  }
 
   const Trajectory& true_camera = holds_poses(log.true_camera) ? log.true_camera : log.camera;
   const auto by_poses = [&](const Motions& poses) {
@@ -278,19 +350,14 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   // If the truth itself looks wrong, the estimates differ from it for that reason.
   if (of_truth.empty()) append(out, told(of_estimate, name + ", estimated motions"));
 
-  const std::vector<ObjectExplanation> of_poses =
-      explain_poses({SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
-  append(out, told(of_poses, name + ", estimated poses of objects"));
-
   if (of_poses.empty()) {
-    for (const ObjectExplanation& own :
-         explain_motions(motion_data(given, log.frame, log.poses, log.camera, by_poses(log.poses)))) {
+    for (const ObjectExplanation& own : explain_by_own_poses(log, given)) {
       if (!any_allows(of_estimate, own.code()) && !any_allows(of_truth, own.code()))
-        out.push_back({own.code(), own.text(name + ", estimated motions against the estimated poses")});
+        out.push_back({own.code(), own.text(name + against_own_poses)});
     }
   }
   if (out.empty()) append(out, diagnose_direction(log, truth.empty() ? given : truth));
-  append(out, diagnose_camera(log.camera, log.true_camera, name + ", estimated camera"));
+  append(out, of_camera);
   return out;
 }
 
@@ -313,10 +380,11 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                          return step_motion(path, key, log.frame, sample);
                        });
   };
-  append(out, told(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame),
-                                                          motions_of, motion_residual, null_of_motions),
-                                    ids.size()),
-                   name + ", estimated motions"));
+  if (!log.holds_poses_only)
+    append(out, told(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame),
+                                                            motions_of, motion_residual, null_of_motions),
+                                      ids.size()),
+                     name + ", estimated motions"));
   if (out.empty()) {
     // All objects together, each with the true object that it fits best as declared.
     MotionData all{log.frame, {}, given};
@@ -341,32 +409,42 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                                                           pose_residual, null_of_poses),
                                     with_poses.size()),
                    name + ", estimated poses of objects"));
+  if (out.empty()) append(out, told(explain_by_own_poses(log, given), name + against_own_poses));
   return out;
 }
+
+namespace {
+
+/// Returns the speed of an object in a step, or a lower bound of it where its place is not known: the object
+/// is then assumed to lie within 100 m of the camera, or of the origin.
+double speed_of(const SE3& motion, MotionFrame frame, const std::optional<SE3>& T_world_object,
+                const std::optional<SE3>& T_world_camera, double rate_hz) {
+  if (frame == MotionFrame::body) return motion.translation().norm() * rate_hz;
+  if (T_world_object) return body_motion(motion, *T_world_object).translation().norm() * rate_hz;
+  constexpr double reach_m = 100;
+  const Eigen::Vector3d c = T_world_camera ? T_world_camera->translation() : Eigen::Vector3d::Zero();
+  const double by_rotation_m = 2 * std::sin(rotation_angle_rad(motion.rotation()) / 2) * reach_m;
+  return std::max(0.0, (motion * c - c).norm() - by_rotation_m) * rate_hz;
+}
+
+/// Asks for the unit of a value that is `times` the largest expected one.
+std::string ask_for_unit(double times) {
+  return fmt::format(": are the translations {}millimetres (divide them by 1000), or is --rate wrong?",
+                     times < 100 ? "centimetres (divide them by 100) or " : "");
+}
+
+}  // namespace
 
 void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<LogDiagnosis>& found) {
   // `times` is the ratio of the value to the largest expected value.
   const auto because = [&](double times) {
     std::string text;
     for (const LogDiagnosis& diagnosis : found) text += "; " + diagnosis.text;
-    if (!text.empty()) return text;
-    return fmt::format(": are the translations {}millimetres (divide them by 1000), or is --rate wrong?",
-                       times < 100 ? "centimetres (divide them by 100) or " : "");
+    return text.empty() ? ask_for_unit(times) : text;
   };
   for (const auto& [key, motion] : true_motions(log)) {
-    const auto L = find(log.true_poses, before(key));
-    double speed_mps = 0;
-    if (log.frame == MotionFrame::body || L) {
-      const SE3 body = log.frame == MotionFrame::body ? motion : body_motion(motion, *L);
-      speed_mps = body.translation().norm() * rate_hz;
-    } else {
-      // An object is assumed to lie within 100 m of the camera, or of the origin.
-      constexpr double reach_m = 100;
-      const auto camera = log.true_camera.pose(key.second - 1);
-      const Eigen::Vector3d c = camera ? camera->translation() : Eigen::Vector3d::Zero();
-      const double by_rotation_m = 2 * std::sin(rotation_angle_rad(motion.rotation()) / 2) * reach_m;
-      speed_mps = std::max(0.0, (motion * c - c).norm() - by_rotation_m) * rate_hz;
-    }
+    const double speed_mps = speed_of(motion, log.frame, find(log.true_poses, before(key)),
+                                      log.true_camera.pose(key.second - 1), rate_hz);
     if (speed_mps > fastest_mps) {
       fail(
           "{}: the true speed of object {} at frame {} is {:.4g} m/s at {:.4g} Hz, expected at most {} m/s{}",
@@ -396,9 +474,8 @@ std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) 
   for (const auto& [key, motion] : log.motions) {
     auto L = find(log.true_poses, before(key));
     if (!L) L = find(log.poses, before(key));
-    if (log.frame != MotionFrame::body && !L) continue;
-    const SE3 body = log.frame == MotionFrame::body ? motion.estimate : body_motion(motion.estimate, *L);
-    speeds[key.first].push_back(body.translation().norm() * rate_hz);
+    speeds[key.first].push_back(
+        speed_of(motion.estimate, log.frame, L, log.camera.pose(key.second - 1), rate_hz));
   }
   std::vector<LogDiagnosis> out;
   for (auto& [id, of_object] : speeds) {
@@ -408,8 +485,8 @@ std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) 
     out.push_back(
         {"speed",
          fmt::format("{}, estimated motions of object {}: median speed {:.4g} m/s at {:.4g} Hz, expected "
-                     "at most {} m/s: are the translations in metres, and is --rate right?",
-                     log.estimator, id, *middle, rate_hz, fastest_mps)});
+                     "at most {} m/s{}",
+                     log.estimator, id, *middle, rate_hz, fastest_mps, ask_for_unit(*middle / fastest_mps))});
   }
   return out;
 }

@@ -151,6 +151,22 @@ std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& file
   return logs;
 }
 
+/// Folders without a name are systems of their own: logs of one name in several of them also get the label of
+/// their folder.
+void name_apart(const std::vector<Estimate>& estimates, std::vector<std::vector<ObjectLog>>& logs) {
+  std::map<std::string, int> folders;
+  for (size_t i = 0; i < logs.size(); ++i) {
+    for (const ObjectLog& log : logs[i]) folders[log.estimator] += estimates[i].system.empty();
+  }
+  const std::vector<std::string> labels = labels_of(estimates);
+  for (size_t i = 0; i < logs.size(); ++i) {
+    for (ObjectLog& log : logs[i]) {
+      if (estimates[i].system.empty() && folders.at(log.estimator) > 1)
+        log.estimator = logs[i].size() == 1 ? labels[i] : labels[i] + "_" + log.estimator;
+    }
+  }
+}
+
 /// Returns the first known rate: --rate, the data set's, that of the log's time stamps, 10 Hz.
 FrameRate frame_rate(const ObjectFiles& files, ObjectLog& log, const std::optional<SourceObjects>& source) {
   if (files.rate_hz) return {*files.rate_hz, "--rate"};
@@ -251,11 +267,16 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   ObjectScores scores;
   std::map<std::string, int> runs;
   std::vector<std::string> folders;  // folders for --save-tum
-  for (const std::string& text : files.folders) {
-    const Estimate estimate = parse_estimate(text);
+  std::vector<Estimate> estimates;
+  for (const std::string& text : files.folders) estimates.push_back(parse_estimate(text));
+  std::vector<std::vector<ObjectLog>> logs;
+  for (const Estimate& estimate : estimates) logs.push_back(logs_of(estimate, files));
+  name_apart(estimates, logs);
+  for (size_t i = 0; i < estimates.size(); ++i) {
+    const Estimate& estimate = estimates[i];
     scores.folders.push_back(estimate.path);
     const std::string name = fs::path(estimate.path).lexically_normal().filename().string();
-    for (ObjectLog& log : logs_of(estimate, files)) {
+    for (ObjectLog& log : logs[i]) {
       const FrameRate rate = frame_rate(files, log, source);
       scores.rates[log.estimator] = rate;
       camera_motions_to_world(log, source ? source->truth.camera : Trajectory());

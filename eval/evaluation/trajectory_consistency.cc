@@ -89,8 +89,10 @@ void check_order_of_blocks(const PoseSeries& estimate, const PoseSeries& referen
       }
     }
     constexpr double sure = 25, a_pose = 1;
-    const bool better = read == exchanged ? declared >= explains_times * other && declared > 6
-                                          : gain > sure && gain > a_pose * n;
+    constexpr double consistent = 6, at_most = 2 * consistent;
+    const bool better = read == exchanged
+                            ? declared >= explains_times * other && declared > consistent && other <= at_most
+                            : gain > sure && gain > a_pose * n;
     if (!possible || !better) continue;
     fail("{}: the covariances do not fit the errors, NEES {:.4g} instead of 6, but {:.4g} read otherwise: {}",
          place(estimate, at, name), declared, other, cause);

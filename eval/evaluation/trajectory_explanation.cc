@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
@@ -290,14 +291,23 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   const auto found = explain(declared, readings, {.negligible = negligible});
   if (!found) return std::nullopt;
   const Reading best = chosen(*found, pair);
+  std::string others;
+  std::set<std::string> named = {best.code};
+  for (const Reading& other : found->alike) {
+    constexpr size_t most = 3;
+    const bool same_side = other.cause.starts_with("the estimate") == best.cause.starts_with("the estimate");
+    if (same_side && named.size() < most && named.insert(other.code).second)
+      others += fmt::format("; or {}: {}", other.cause, other.remedy);
+  }
   std::string with;
   if (choice.alignment != given) with = fmt::format(", with --align {}", to_string(choice.alignment));
   std::string rest = agreement_text(*now, pair.estimate.size(), rotations);
   return TrajectoryWarning{
       best.code,
       fmt::format(
-          "{}: {}{} (declared reading{}: {}; read so, {:.3g} times less of the squared error is left)",
-          best.cause, best.remedy, with, with, rest, declared / std::max(best.residual, 1e-12 * declared))};
+          "{}: {}{}{} (declared reading{}: {}; read so, {:.3g} times less of the squared error is left)",
+          best.cause, best.remedy, with, others, with, rest,
+          declared / std::max(best.residual, 1e-12 * declared))};
 }
 
 std::optional<TrajectoryWarning> convention(const TrajectoryPair& pair, const AlignmentChoice& choice,
@@ -319,11 +329,17 @@ std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const P
   if (!a) return std::nullopt;
   const auto b = explain_alone(estimate);
   if (!b || a->best.code != b->best.code) return std::nullopt;
-  const std::string what = a->best.code == "inverse"
-                               ? "hold inverse poses, T_camera_world: give --inverse and --ref-inverse"
-                           : a->best.code == "transposed"
-                               ? "hold transposed rotations: transpose the rotation of each line"
-                               : "have quaternions with w at the other end: check the order of the columns";
+  const auto text_of = [](const std::string& code) {
+    return code == "inverse" ? "hold inverse poses, T_camera_world: give --inverse and --ref-inverse"
+           : code == "transposed"
+               ? "hold transposed rotations: transpose the rotation of each line"
+               : "have quaternions with w at the other end: check the order of the columns";
+  };
+  std::string what = text_of(a->best.code);
+  std::set<std::string> named = {a->best.code};
+  for (const Reading& other : a->alike) {
+    if (named.insert(other.code).second) what += fmt::format("; or to {}", text_of(other.code));
+  }
   return TrajectoryWarning{
       a->best.code,
       fmt::format(
@@ -435,6 +451,24 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   return l;
 }
 
+namespace {
+
+/// Least sum of squared distances that another place of the world or of the body on its carrier leaves.
+double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate, AlignmentChoice choice) {
+  if (!turns_world(choice.alignment)) choice.alignment = Alignment::se3;
+  PoseSeries moved = estimate;
+  const auto lever_m = estimate_lever_arm(reference, estimate);
+  for (size_t i = 0; lever_m && i < moved.size(); ++i) moved.positions_m[i] += moved.rotations[i] * *lever_m;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& found :
+       {aligned_agreement(reference, estimate, choice), aligned_agreement(reference, moved, choice)}) {
+    if (found) least = std::min(least, found->squares);
+  }
+  return least;
+}
+
+}  // namespace
+
 std::optional<TrajectoryWarning> warning_of_rows_shifted(
     const PoseSeries& reference, const PoseSeries& estimate, const AlignmentChoice& choice,
     const std::function<std::string(int frames)>& remedy) {
@@ -455,6 +489,8 @@ std::optional<TrajectoryWarning> warning_of_rows_shifted(
     return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
   };
   const auto [squares_0, steps_0] = shifted(0);
+  constexpr double of_path = 25;
+  const double by_place = squares_of_place(reference, estimate, all);
   std::vector<Reading> readings;
   for (int k = -most_rows; k <= most_rows; ++k) {
     if (k == 0) continue;
@@ -465,7 +501,11 @@ std::optional<TrajectoryWarning> warning_of_rows_shifted(
         squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
     const bool by_steps =
         explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
-    if (by_path || by_steps) readings.push_back({"lag", cause, remedy(-k), steps, 0});
+    // Where independent errors of the poses hide the steps, the path decides, if no other place of the world
+    // or of the body explains it.
+    const bool by_path_alone =
+        squares && squares_0 && of_path * *squares <= *squares_0 && explains_times * *squares <= by_place;
+    if (by_path || by_steps || by_path_alone) readings.push_back({"lag", cause, remedy(-k), steps, 0});
   }
   const auto best = std::ranges::min_element(readings, {}, &Reading::residual);
   if (best == readings.end() || !(steps_0 > 1e-12)) return std::nullopt;

@@ -66,7 +66,7 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
   const double step_a = median_step(a), step_b = median_step(b);
   if (!(step_a > 0) || !(step_b > 0)) return warnings;
   for (const auto& [step, side] : {std::pair(step_a, &reference_side), std::pair(step_b, &estimate_side)}) {
-    constexpr double shortest_s = 1e-5, longest_s = 1000;
+    constexpr double shortest_s = 1e-5, longest_s = 10;
     if (step >= shortest_s && step <= longest_s) continue;
     warnings.push_back({"clock", fmt::format("the time steps of {} are {:.3g} s: are its stamps seconds?",
                                              side->name, step)});
@@ -181,6 +181,16 @@ void check_physical(const PoseSeries& poses, const std::string& name, double max
     if (place.empty())
       place =
           poses.frames.empty() ? fmt::format(": pose {}", i + 1) : fmt::format(": frame {}", poses.frames[i]);
+    const auto is_identity = [&](size_t k) {
+      return k > 0 && poses.positions_m[k].isZero(0) &&
+             (!poses.has_rotations() || poses.rotations[k] == Eigen::Matrix3d::Identity());
+    };
+    if (is_identity(i) || is_identity(i - 1)) {
+      fail(
+          "{}{}: the true pose {} exactly the identity, {:.4g} m from the next: missing truth that was "
+          "logged as identity? Leave such poses out",
+          name, place, is_identity(i) ? "is" : "before is", step_m);
+    }
     const std::string what = stamped ? fmt::format("{:.4g} m in {:.4g} s, {:.4g} m/s, is above {:.4g} m/s",
                                                    step_m, duration_s, step_m / duration_s, max_speed_m_s)
                                      : fmt::format("{:.4g} m in {} frame{} is above {:.4g} m a frame", step_m,

@@ -160,6 +160,7 @@ std::string first_of(const LogFolder& folder, std::initializer_list<const char*>
 std::vector<ObjectLog> read_plain(const LogFolder& folder) {
   const bool poses = folder.request().format == LogFormat::poses;
   ObjectLog log;
+  log.holds_poses_only = poses;
   log.estimator = std::filesystem::path(folder.path()).lexically_normal().filename().string();
   if (log.estimator.empty())
     log.estimator = std::filesystem::path(folder.path()).lexically_normal().parent_path().filename().string();

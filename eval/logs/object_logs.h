@@ -78,6 +78,7 @@ struct ObjectLog {
   std::optional<double> rate_hz;          ///< from the log's time stamps
   LogLines motion_lines, pose_lines, camera_lines;  ///< lines of the truth
   bool truth_of_source = false;                     ///< take_truth() has replaced the log's own truth
+  bool holds_poses_only = false;                    ///< the motions are computed from `poses`
   std::vector<std::string> warnings;
 };
 
