@@ -1,5 +1,5 @@
-// Time of the channels that are computed, and of MOTS masks, on one thread. With SEXTANT_DATA set, on real
-// images and labels; otherwise on synthetic ones of the same size.
+// Time of the computed channels (SGBM, DIS) and of MOTS masks, on one thread: on real images and labels if
+// SEXTANT_DATA is set, otherwise on synthetic ones of the same size.
 
 #include <benchmark/benchmark.h>
 

@@ -1,7 +1,7 @@
-// Throughput of the file decoders, in bytes of file per second: of PNG ours against OpenCV's and, where
-// libspng-dev is installed, libspng's. With SEXTANT_DATA set, on frame 0 of its kitti_03_demo; otherwise on
-// synthetic images of the same size. Poses as text and as XML, of 20,000 frames; pugixml's document where
-// libpugixml-dev is installed.
+// Throughput of the file decoders, in bytes of file per second. PNG: ours against that of OpenCV and, if
+// libspng-dev is installed, of libspng. The images are those of frame 0 of kitti_03_demo if SEXTANT_DATA is
+// set, otherwise synthetic ones of the same size. Poses: 20,000 frames as text and as XML; if libpugixml-dev
+// is installed, also the XML parser of pugixml.
 
 #include <benchmark/benchmark.h>
 #ifdef SEXTANT_LIBSPNG
@@ -155,7 +155,7 @@ BENCHMARK(poses_as_text)->Unit(benchmark::kMillisecond);
 BENCHMARK(poses_as_xml)->Unit(benchmark::kMillisecond);
 
 #ifdef SEXTANT_PUGIXML
-/// The document alone, without a number of it.
+/// Parses the document alone, without converting its numbers.
 void xml_pugixml(benchmark::State& state) {
   run(state, poses_xml(), [](const std::string& b) {
     pugi::xml_document document;

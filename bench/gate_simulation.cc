@@ -1,10 +1,11 @@
 // False-alarm rate and power of `sextant compare`, from recorded runs: the table in docs/ci.md.
-// bench/gate_power makes the runs and calls it.
+// bench/gate_power makes the runs and calls this program.
 //
 // usage: gate_simulation BASE REORDERED MORE_POINTS [TRIALS]
 //   BASE          folder of a sweep with 40 seeds or more
-//   REORDERED     the same with another start of the refinement, as after points in another order
-//   MORE_POINTS   the same with 10 % more points
+//   REORDERED     the same sweep with another start of the refinement, as if its points had another order
+//   MORE_POINTS   the same sweep with 10 % more points
+//   TRIALS        number of simulated comparisons per row (500)
 
 #include <fmt/format.h>
 
@@ -38,7 +39,8 @@ Plant on_camera(double factor) {
   };
 }
 
-/// Errors of objects times exp(1.2 normal): one of twenty is 7 times the median or more.
+/// Returns the factor exp(1.2 normal) for errors of objects: one error in twenty is then 7 times the median
+/// or more.
 double heavy_tail(const Subject& subject, Interned, double normal) {
   return subject.body == "ego" ? 1.0 : std::exp(1.2 * normal);
 }
@@ -51,7 +53,8 @@ void print_row(const Scenario& scenario, const std::vector<SubjectCases>& base, 
   options.on_new = scenario.on_new;
   const SimulationCounts n = simulate_gate(base, scenario.fresh, options, Policy{},
                                            static_cast<int>(std::thread::hardware_concurrency()));
-  if (n.invalid > 0) fmt::print(stderr, "{}: {} trials invalid\n", scenario.change, n.invalid);
+  if (n.invalid > 0)
+    fmt::print(stderr, "{}: {} trials gave the verdict invalid\n", scenario.change, n.invalid);
   const auto percent = [&](int count) { return 100.0 * count / n.trials; };
   fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {} |\n", scenario.change, scenario.seeds, percent(n.ok),
              percent(n.regressed), percent(n.inconclusive), scenario.expected);

@@ -1,4 +1,5 @@
-// Draws per second: a normal as a function of the pixel against a generator that can only count on.
+// Random numbers per second: normals as a function of the pixel (noise/draws.h), compared with a sequential
+// generator.
 
 #include <benchmark/benchmark.h>
 
@@ -18,7 +19,7 @@ struct Row {
   }
 };
 
-// Both normals of a call count: a flow takes two, a depth one.
+// Each call yields two normals, and both are counted: a flow needs two, a depth one.
 void normals_in_batches(benchmark::State& state) {
   Row row(static_cast<int>(state.range(0)));
   const Draws draws(1, "vdo", "0003");
@@ -32,7 +33,7 @@ void normals_in_batches(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * 2 * state.range(0));
 }
 
-/// As errors of a network.
+/// Correlation similar to that of a network's errors.
 const NoiseCorrelation spatial(SpatialCorrelation{{{5, 0.4}, {40, 0.5}}});
 
 void correlated_normals(benchmark::State& state, Row row) {
@@ -48,7 +49,7 @@ void correlated_normals(benchmark::State& state, Row row) {
 
 void correlated_normals_of_a_row(benchmark::State& state) { correlated_normals(state, Row(1242)); }
 
-/// Spread over an image.
+/// Draws correlated normals at 4000 pixels that are spread over an image.
 void correlated_normals_of_features(benchmark::State& state) {
   Row row(4000);
   std::mt19937 random(1);
@@ -83,7 +84,8 @@ void mersenne_twister(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 
-/// Common random numbers the usual way: one generator a frame, seeded anew, of which all pixels are drawn.
+/// Common random numbers in the usual way: one generator per frame, seeded with the frame's number, from
+/// which all pixels are drawn in order.
 void mersenne_twister_seeded_per_frame(benchmark::State& state) {
   uint64_t frame = 0;
   for (auto _ : state) {
@@ -94,7 +96,7 @@ void mersenne_twister_seeded_per_frame(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
 
-/// A frame pair as a sweep sees it: depth and flow noise on every point, with verification.
+/// Applies depth and flow noise to every point of a frame pair and verifies it, as a sweep does.
 void noise_on_the_points_of_a_pair(benchmark::State& state) {
   FramePair pair;
   pair.curr = 1;

@@ -84,7 +84,7 @@ std::vector<FramePair> extract_all() {
   return pairs;
 }
 
-/// One benchmark iteration = one frame pair; the clip is cycled through in order.
+/// Calls step(k) for one frame pair per benchmark iteration; the clip is repeated in order.
 template <typename Step>
 void cycle(benchmark::State& state, size_t n, Step step) {
   size_t k = 0;

@@ -1,12 +1,12 @@
-// Reading records.jsonl, in bytes a second of one thread, on the committed baseline: our scanner
-// (eval/records/record_stream.h), a plain pass with nlohmann's parser and, where it was found at configure
-// time, simdjson's on-demand parser, which fills the same Record from the same list of fields in the same
-// order. Its on-demand parser is chosen when it is compiled: for any x86-64 that is the portable fallback,
-// without SIMD. Two ways:
+// Throughput of readers of records.jsonl, in bytes per second of one thread, on the committed baseline: our
+// scanner (eval/records/record_stream.h), nlohmann's parser and, if it was found at configure time, the
+// on-demand parser of simdjson, which fills the same Record from the same list of fields in the same order.
+// The instruction set of that parser is chosen at compile time: for any x86-64 it is the portable fallback
+// without SIMD. simdjson is used in two ways:
 //
-//   simdjson_lines   a document a line, which is what a record is: the message of a bad line can name it
-//   simdjson_block   all documents of the text at once: faster, but a record over two lines, or two in one,
-//                    are not seen
+//   simdjson_lines   one document per line, as records are defined: a message can name the bad line
+//   simdjson_block   all documents of the text at once: faster, but a record that extends over two lines, and
+//                    two records in one line, are not noticed
 
 #include <benchmark/benchmark.h>
 
@@ -58,7 +58,7 @@ void nlohmann_pass(benchmark::State& state) {
 BENCHMARK(nlohmann_pass)->Unit(benchmark::kMillisecond);
 
 #ifdef SEXTANT_SIMDJSON
-/// Takes the fields as they come.
+/// Reads the fields of a record in the order of the file, which must be that of visit_fields().
 class SimdjsonReader {
  public:
   explicit SimdjsonReader(simdjson::ondemand::object object)

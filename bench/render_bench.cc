@@ -1,4 +1,4 @@
-// Time to render one frame of a synthetic scene on one core: all channels together, and apart.
+// Time to render one frame of a synthetic scene on one core: all channels together, and each channel alone.
 
 #include <benchmark/benchmark.h>
 
@@ -14,7 +14,8 @@ std::unique_ptr<Sequence> open_scene(const char* source, const char* cache = "")
   return open_source(spec);
 }
 
-/// Every frame in turn, each by a sequence just opened (not timed): no geometry is left over from others.
+/// Renders every frame in turn, each by a sequence that has just been opened (not timed), so that no geometry
+/// is left over from other frames.
 void render(benchmark::State& state, const char* source, Channels channels) {
   const int n = open_scene(source)->info().last_frame - 1;
   int k = 1;
@@ -30,8 +31,8 @@ void render(benchmark::State& state, const char* source, Channels channels) {
   }
 }
 
-/// Frames one after the other, as a run reads them:
-/// neighbours share the geometry that flow and occlusion need.
+/// Renders frames one after the other, as a run reads them: neighbouring frames share the geometry that flow
+/// and occlusion need.
 void in_order(benchmark::State& state, const char* source, Channels channels) {
   const auto sequence = open_scene(source);
   const SequenceInfo& info = sequence->info();

@@ -1,4 +1,5 @@
-// The solver and the robust start on random problems; ours and Ceres on identical instances in one run.
+// Times of the estimators and the robust start on random problems; our estimators against their references in
+// Ceres, on identical problems in one run.
 
 #include <benchmark/benchmark.h>
 #include <Eigen/Dense>
@@ -22,14 +23,14 @@ RandomProblem instance(int n_points, double outlier_share) {
       1, {.n_points = n_points, .outlier_share = outlier_share, .delta_d_px = 0.1, .depth_curr = true});
 }
 
-/// Processor time of the calling thread: both sides use one, and other processes do not count.
+/// Returns the processor time of the calling thread. Both sides use one thread; other processes do not count.
 double thread_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-/// One refinement of the same points from the same start.
+/// Returns the time of one refinement; every call uses the same points and the same start.
 double solve_ms(const Estimator& estimator, const RandomProblem& random, MotionEstimate& estimate) {
   const double start = thread_ms();
   estimate = estimator.estimate(random.problem, random.start);
@@ -45,8 +46,9 @@ void estimate(benchmark::State& state, const char* name) {
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
 
-/// Ours and Ceres alternately: same cost and pose, ratio of the medians of their times. For joint_flow_depth
-/// `decide_ms` is what both spend on points, levels and kernel; `ratio_solve` leaves it out on both sides.
+/// Runs our estimator and its reference in Ceres alternately. Reports the differences of cost and pose, and
+/// the ratio of their median times. For joint_flow_depth, `decide_ms` is the time that both spend on the
+/// choice of points, noise levels and kernel; `ratio_solve` is the ratio without it.
 void against_ceres(benchmark::State& state, const char* name, const Json& options) {
   const RandomProblem random = instance(static_cast<int>(state.range(0)), 0.1);
   const std::unique_ptr<Estimator> ours = make_estimator(name, options);
@@ -101,7 +103,8 @@ void ransac(benchmark::State& state) {
   state.counters["samples"] = iterations;
 }
 
-/// The normal equations of smooth errors (correlated_weights.h), by ours and by Eigen in turns.
+/// Solves normal equations of the size of those of smooth errors (correlated_weights.h) with our solver and
+/// with Eigen's in turns.
 void cholesky(benchmark::State& state) {
   const auto n = static_cast<size_t>(state.range(0));
   const auto size = static_cast<Eigen::Index>(n);

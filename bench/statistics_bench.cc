@@ -1,4 +1,4 @@
-// Quantiles of distributions, ours and Boost's, and what an interval costs that needs five of them.
+// Time of quantiles of distributions, ours and Boost's, and of an interval that needs five quantiles.
 
 #include <benchmark/benchmark.h>
 

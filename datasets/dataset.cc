@@ -81,7 +81,8 @@ SourceSpec find_source(const std::string& text, const std::string& data_root) {
 
 void choose_frames(const SourceSpec& source, const std::set<int>& available, const std::string& where,
                    SequenceInfo& info) {
-  if (available.empty()) fail("{}: there are no frames", where);
+  if (available.empty())
+    fail("{}: there are no frames: expected images named by frame number, or ground truth with poses", where);
   info.first_frame = source.first.value_or(*available.begin());
   info.last_frame = source.last.value_or(*available.rbegin());
   if (info.first_frame < *available.begin() || info.last_frame > *available.rbegin()) {

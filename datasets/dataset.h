@@ -8,8 +8,8 @@
 //      channels/channel_source.cc;
 //   2. add one line to the table in registry.cc.
 //
-// adapter_test.cc then requires a miniature of the data set, declared by a line there, and tests every file
-// of every channel.
+// adapter_test.cc then requires a miniature of the data set, which a layout of the same name (layout.h) or a
+// branch of its make_miniature() writes, and tests every file of every channel.
 
 #include <Eigen/Core>
 #include <functional>
@@ -38,7 +38,7 @@ struct SourceSpec {
   std::optional<int> first, last;  ///< frame numbers after '@', inclusive
   Json options = Json::object();   ///< options of the adapter (strict)
 
-  /// Parses a SOURCE. Throws Error that shows the expected form.
+  /// Parses a SOURCE. Throws Error that shows the expected form if the text does not have it.
   static SourceSpec parse(const std::string& text);
   /// Adds the options of `tree` that concern this adapter: those below the adapter's name ("kitti.flow"), and
   /// those that are not below any adapter's name, which apply to every source.
@@ -52,13 +52,15 @@ struct SequenceInfo {
   double rate_hz = 0;
   int width = 0;
   int height = 0;
-  int first_frame = 0;  ///< inclusive, after @first-last
+  int first_frame = 0;  ///< first and last frame, inclusive, with @first-last applied
   int last_frame = 0;
-  Channels channels;                  ///< channels that read() can return; none for text-only truth
-  Channels exact;                     ///< channels that are the ground truth of the data set
-  std::string depth_kind;             ///< as in channels/channel_source.h ("cm"); empty: not read from files
-  std::map<int, double> times_s;      ///< time stamps of frames, if the data set has them
-  std::vector<std::string> warnings;  ///< messages for the user, one line each
+  Channels channels;  ///< channels that read() can return; none for text-only truth
+  Channels exact;     ///< channels of read() that are ground truth (of files: depth and flow only)
+  /// choice in channels/channel_source.h by which depth is read or computed ("cm", "sgbm"); empty: rendered,
+  /// or no depth
+  std::string depth_kind;
+  std::map<int, double> times_s;        ///< time stamps of frames, if the data set has them
+  std::vector<std::string> warnings;    ///< messages for the user, one line each
   std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
 };
 
@@ -69,13 +71,14 @@ class Sequence {
   virtual const SequenceInfo& info() const = 0;
   /// Returns the ground truth that is available without images (poses, object tracks); may be empty.
   virtual const SequenceTruth& truth() const = 0;
-  /// Decodes the requested channels of one frame. Safe to call from several threads. The last frame of a
-  /// source may have no flow, since it has no successor: the image is then empty. Throws Error on missing or
-  /// bad files.
+  /// Decodes the requested channels of one frame; channels that the source does not have are empty. Safe to
+  /// call from several threads. Flow may be empty in the last frame of a source, which has no successor, and
+  /// backward flow in the first. Throws Error on a frame outside the source, and on missing or damaged files.
   virtual Frame read(int frame, Channels channels) const = 0;
   /// Returns the dense true flow to the next frame, if the data set has it.
   virtual std::optional<Image<Flow>> true_flow(int /*frame*/) const { return std::nullopt; }
-  /// Returns the dense true depth (m), if the data set has it separately from the depth of read().
+  /// Returns the dense true depth (m), if the data set has it in files; read() may return the same depth.
+  /// Rendered sequences return nullopt, because their depth of read() is exact.
   virtual std::optional<Image<float>> true_depth(int /*frame*/) const { return std::nullopt; }
   /// Checks that every file needed for a run over all frames exists, without decoding; throws Error on the
   /// first missing file.
@@ -102,7 +105,8 @@ std::span<const Adapter> adapters();
 /// looked up in the data root.
 SourceSpec find_source(const std::string& text, const std::string& data_root);
 
-/// Opens a parsed SOURCE.
+/// Opens a parsed SOURCE. Throws Error with the nearest name if there is no such adapter, and the errors of
+/// Adapter::open.
 std::unique_ptr<Sequence> open_source(const SourceSpec& source);
 
 // Frame range of a source: all available frames, which must be consecutive, or @first-last.
@@ -112,21 +116,22 @@ std::unique_ptr<Sequence> open_source(const SourceSpec& source);
 void choose_frames(const SourceSpec& source, const std::set<int>& available, const std::string& where,
                    SequenceInfo& info);
 
-/// Throws Error unless `frame` lies in the range.
+/// Throws Error unless `frame` lies in info.first_frame..info.last_frame; `where` as above.
 void check_frame(const SequenceInfo& info, int frame, const std::string& where);
 
 class Sequence;
 
-/// RMS errors of the ground truth's own camera steps over the sequence, lateral and in rotation, if a data
+/// Errors of the ground truth's own camera steps, RMS over the sequence, lateral and in rotation, if a data
 /// set allows to compute them (KITTI: kitti_truth.h). The longitudinal error is
 /// SequenceTruth::camera_step_floor_m.
 struct TruthFloor {
-  std::optional<double> lateral_m;            ///< error of the steps across the heading
+  std::optional<double> lateral_m;            ///< error of the steps perpendicular to the heading
   std::optional<double> rotation_deg;         ///< error of the rotations, upper bound
   std::optional<double> rotation_timing_deg;  ///< error of the rotations, lower bound
-  std::optional<Eigen::Vector3d> gyro_deg;  ///< mean absolute difference to the turn rates: roll, pitch, yaw
+  /// rotation of a step minus turn rate times duration, mean absolute value: roll, pitch, yaw
+  std::optional<Eigen::Vector3d> gyro_deg;
 
-  /// Returns the known fields under their metric keys (metrics/definitions.h).
+  /// Returns the known fields, except gyro_deg, under their metric keys (metrics/definitions.h).
   std::map<std::string, double> numbers() const;
 };
 

@@ -1,8 +1,6 @@
 #pragma once
 
 // Sequences of files in folders: the declarations that adapters make, and their common implementation.
-//
-// Object truth by frame number, as read from the label files of any data set.
 
 #include <map>
 #include <memory>
@@ -17,6 +15,7 @@
 
 namespace sextant {
 
+/// Object truth by frame number, as read from the label files of a data set.
 using ObjectTruths = std::map<int, std::vector<ObjectTruth>>;
 
 /// Sets `interpolated` for objects whose position steps from the previous and to the next frame are equal:
@@ -24,7 +23,7 @@ using ObjectTruths = std::map<int, std::vector<ObjectTruth>>;
 /// steps; real motion does not.
 void mark_interpolated(ObjectTruths& objects);
 
-/// Returns the 2-D boxes of all objects that have one, for masks made from boxes.
+/// Returns the 2-D boxes, by frame, of all objects that have one, for masks made from boxes.
 std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects);
 
 // A sequence with one folder per channel and one file per frame: the common part of the adapters. An adapter
@@ -45,7 +44,7 @@ std::map<int, std::vector<LabelBox>> label_boxes(const ObjectTruths& objects);
 // in codec/dense_maps.h, a line in the table of channels/channel_source.cc, and one in the list at the head
 // of channels/channel_source.h.
 
-/// Options of an adapter whose channels are its own files or any other source of the channel.
+/// Options of an adapter that reads every channel from its own files, or from any other source.
 struct ChannelOptions {
   SEXTANT_OPTIONS((std::string, flow, "auto", "", flow_option_help()),
                   (std::string, depth, "auto", "", depth_option_help()),
@@ -82,11 +81,11 @@ class FolderSequence final : public Sequence, public KnowsTruthFloor {
  public:
   explicit FolderSequence(const SourceSpec& source) : source_(source) { info_.dataset = source.adapter; }
 
-  /// Chooses the frames: those of the first existing folder of left, depth, masks and flow, otherwise the
-  /// declared ones; they must be consecutive, or are given by @first-last. Also sets the image size. `where`
-  /// is the sequence in messages.
+  /// Chooses the frames: those of the first declared folder among left, depth, masks and flow, otherwise
+  /// files.frames. All of them, or those of @first-last, must be consecutive. Also sets the image size, from
+  /// the first file or as declared. `where` is the sequence in messages.
   void choose_frames(const FolderFiles& files, const std::string& where);
-  /// Opens the declared channels; info() must have its camera and truth() its boxes.
+  /// Opens the declared channels, after choose_frames(); info() must have its camera and truth() its boxes.
   void open_channels(const FolderFiles& files);
 
   SequenceInfo& info() { return info_; }
@@ -101,7 +100,7 @@ class FolderSequence final : public Sequence, public KnowsTruthFloor {
   void check_files() const override;
 
  private:
-  /// A channel as it is read, and its exact files, which may be the same ones.
+  /// The source of a channel for read(), and the one that reads its exact files; both may be the same.
   template <typename T>
   struct Opened {
     std::shared_ptr<ChannelSource<T>> source, exact;

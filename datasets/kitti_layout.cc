@@ -188,7 +188,7 @@ class KittiWriter {
 
   void check_request() const {
     if (name_.find_first_of("/\\#@") != std::string::npos) {
-      fail("sequence name '{}': expected one such as 0005, without / # @", name_);
+      fail("sequence name '{}': expected one such as 0005, without any of the characters / \\ # @", name_);
     }
     const auto must_be_new = [](const fs::path& path) {
       if (fs::exists(path))
@@ -237,8 +237,8 @@ class KittiWriter {
            largest_id);
     }
     if (!object.size_m || !object.box) {
-      fail("{}: frame {}: object {} has no {}, which a KITTI label needs", source_name(), frame, object.id,
-           object.size_m ? "2-D box" : "size");
+      fail("{}: frame {}: object {} has no {}, which a KITTI label needs: take a source whose truth has it",
+           source_name(), frame, object.id, object.size_m ? "2-D box" : "size");
     }
     if (object.type.find_first_of(" \t\r\n") != std::string::npos) {
       fail("{}: frame {}: object {} is of type '{}': expected a single word, as in KITTI labels",
@@ -313,7 +313,7 @@ class KittiWriter {
 
 void KittiLayoutOptions::check() const {
   check_option(std::isfinite(oxts_jitter_ms) && oxts_jitter_ms >= 0, "oxts_jitter_ms", oxts_jitter_ms,
-               ">= 0");
+               "finite and >= 0");
 }
 
 std::string write_kitti_layout(const Sequence& sequence, const LayoutRequest& request) {

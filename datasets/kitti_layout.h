@@ -9,9 +9,9 @@
 //   east, y north, z up), then moved so that the first sample lies at 49.011 N, 8.4229 E, 112 m
 //
 // Sample k is taken at time k / rate + jitter_k, jitter_k normal with mean 0. Between frames, positions
-// follow cubic Hermite curves with central differences as slopes, and rotations have a constant rate; without
-// jitter the samples are the poses of the frames. Speeds are the derivative of the curve at the time of the
-// sample.
+// follow the twice continuously differentiable cubic spline through the poses whose first and last segments
+// are parabolas, and rotations have a constant rate from one frame to the next; without jitter the samples
+// are the poses of the frames. Speeds are the derivative of the spline at the time of the sample.
 
 #include <cstdint>
 #include <vector>
@@ -32,8 +32,8 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
                                      const SE3& T_camera_imu, const OxtsJitter& jitter = {});
 
 // Layout `kitti`: writes a sequence in the format of KITTI tracking below OUT/training, with MOTS masks and
-// two channels that the data set lacks, depth_02 and flow_02 (kitti_tracking.h). Channels that the source
-// lacks are left out.
+// three additions that the data set lacks: depth_02, flow_02 (kitti_tracking.h) and object_pose
+// (codec/pose_text.h). Channels that the source lacks are left out.
 //
 // Frames are numbered from 0 regardless of their numbers in the source, because lines of oxts are not
 // numbered. The calibration has R_rect = I and camera 2 = camera 0, so that both values of ground_truth give
@@ -41,9 +41,11 @@ std::vector<KittiOxts> oxts_of_track(const std::vector<SE3>& T_world_camera, dou
 //
 // Information that the format does not store:
 //   - the world frame: poses come back relative to the first one
-//   - roll and pitch of objects: rotation_y is the heading of their z axis; an object that is tilted by e
-//     against the camera's vertical comes back turned by at most about e (position is exact)
+//   - roll and pitch of objects, except in object_pose: rotation_y of label_02 is the heading of their z
+//     axis; without object_pose an object that is tilted by e against the camera's vertical comes back turned
+//     by at most about e (its position is exact)
 //   - depth beyond 255.99 m and steps finer than 1/256 m; flow beyond 512 px and steps finer than 1/64 px
+//   - backward flow, occlusion, and the `moving` flag of objects
 //   - rates other than 10 Hz: an Error
 
 struct KittiLayoutOptions {
@@ -53,8 +55,9 @@ struct KittiLayoutOptions {
   void check() const;
 };
 
-/// Implements Layout::write of layout.h. Also throws Error for a frame without camera pose if others have
-/// one, an object without box or size, or ids outside the range of MOTS.
+/// Implements Layout::write of layout.h. Also throws Error for a frame rate other than 10 Hz, a frame without
+/// camera pose if others have one, an object without box or size or with blanks in its type, and an id
+/// outside 1..1000, the range of MOTS.
 std::string write_kitti_layout(const Sequence& sequence, const LayoutRequest& request);
 
 }  // namespace sextant

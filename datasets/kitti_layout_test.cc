@@ -393,7 +393,7 @@ TEST(KittiLayoutErrors, TheNextWriterRemovesFilesOfAKilledOne) {
   })));
   ASSERT_EQ(stages(), 1);
   request.between_frames = [&] {
-    if (stages() != 1) throw std::runtime_error("the other's is still there");  // this one's own
+    if (stages() != 1) throw std::runtime_error("a stage is left");  // one belongs to this writer
   };
   find_layout("kitti").write(sequence, request);
   EXPECT_EQ(stages(), 0);
@@ -422,7 +422,7 @@ TEST(KittiLayoutErrors, TheNextWriterCompletesAnInterruptedMove) {
 
   fs::remove_all(temp.path() / "a");
   cut_off();
-  write(sequence, temp.path() / "a", Json::object(), "0008");  // something else: both are there then
+  write(sequence, temp.path() / "a", Json::object(), "0008");  // another request: both exist then
   write(sequence, temp.path() / "whole", Json::object(), "0008");
   EXPECT_EQ(files("a"), files("whole"));
 }

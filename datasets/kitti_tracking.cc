@@ -5,7 +5,7 @@
 namespace sextant {
 namespace {
 
-/// Throws Error if there are images beyond the poses of oxts, whose motion has no truth.
+/// Throws Error if the chosen frames reach beyond the samples of oxts; a sequence without oxts passes.
 void check_poses(const KittiTruth& truth, const fs::path& oxts, const SequenceInfo& info) {
   if (truth.n_poses == 0 || info.last_frame < truth.n_poses) return;
   const bool none = info.first_frame >= truth.n_poses;
@@ -32,18 +32,19 @@ FolderFiles declare(const fs::path& training, const std::string& sequence,
                  .kind = "depth256",
                  .files = if_there(depth),
                  .computed = "sgbm",
-                 .if_none = fmt::format("no {} and no {}: no depth", depth, right)};
+                 .if_none = fmt::format("{} and {} do not exist, so there is no depth", depth, right)};
   files.flow = {.option = options.flow,
                 .kind = "kitti_png",
                 .files = if_there(flow),
                 .computed = "dis",
-                .if_none = fmt::format("no {} and no images: no flow", flow)};
+                .if_none = fmt::format("{} and images do not exist, so there is no flow", flow)};
   files.masks = {
       .option = options.masks,
       .kind = "mots_png",
       .files = if_there(masks),
-      .if_none = fmt::format("no {} and no {}: no masks (option masks = boxes takes the label boxes)", masks,
-                             masks_text)};
+      .if_none = fmt::format(
+          "{} and {} do not exist, so there are no masks (option masks = boxes takes the label boxes)", masks,
+          masks_text)};
   if (files.masks.files.empty() && fs::is_regular_file(masks_text)) {
     files.masks.kind = "mots_txt";
     files.masks.files = masks_text;
@@ -55,7 +56,7 @@ FolderFiles declare(const fs::path& training, const std::string& sequence,
 
 void KittiTrackingOptions::check() const {
   KittiTruthOptions::check();
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "> 0");
+  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
 }
 
 std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
@@ -76,8 +77,8 @@ std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
   const std::string where = fmt::format("{}: sequence {}", training.string(), source.sequence);
   FolderFiles files = declare(training, source.sequence, options);
   if (files.left.empty()) {
-    info.warnings.push_back(
-        fmt::format("no {}: no images", (training / "image_02" / source.sequence).string()));
+    info.warnings.push_back(fmt::format("{} does not exist, so there are no images",
+                                        (training / "image_02" / source.sequence).string()));
     const KittiImageSize size = kitti_image_size(source.path, source.sequence, sequence->inputs());
     files.width = size.width;
     files.height = size.height;

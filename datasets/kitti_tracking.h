@@ -18,8 +18,9 @@
 // Everything except calib is optional: without images only the channels with files can be read, without any
 // files only the truth. Depth and flow are computed if they have no files (channels/channel_source.h).
 //
-// Frames: all with an image (without images: all with a pose), which must be consecutive, or @first-last.
-// Source: cvlibs.net/datasets/kitti/eval_tracking.php.
+// Frames: all with an image, or @first-last, which must be consecutive. Without images they are those of the
+// first folder that exists of depth_02, instances and flow_02; without any of these folders, all samples of
+// oxts; without oxts, all frames up to the last label. Source: cvlibs.net/datasets/kitti/eval_tracking.php.
 
 #include <memory>
 

@@ -32,7 +32,7 @@ Eigen::Vector3d turn_rate(const KittiOxts& sample) {
   return {sample.rest[turn_rates], sample.rest[turn_rates + 1], sample.rest[turn_rates + 2]};
 }
 
-/// Minimises over x the sum of w_k (x_k - y_k)^2 and ((x_k+1 - x_k) / walk)^2; at least one weight is
+/// Minimises over x the sum of w_k (x_k - y_k)^2 and ((x_k+1 - x_k) / walk)^2; at least one weight must be
 /// positive.
 class WalkSmoother {
  public:
@@ -180,7 +180,8 @@ Eigen::Matrix4d camera_from_imu(const KittiCalibration& calibration, bool rectif
   return rectify * unrectified;
 }
 
-/// Returns where vn, ve and vf, vl differ as velocities (in KITTI they agree to 0.002 m/s); empty if nowhere.
+/// Returns the first sample in which the speeds by (vn, ve) and by (vf, vl) differ by more than 0.1 m/s (in
+/// KITTI they agree to 0.002 m/s), as text for a message; empty if there is none.
 std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs::path& path) {
   constexpr double apart_mps = 0.1;
   for (size_t i = 0; i < samples.size(); ++i) {
@@ -355,7 +356,7 @@ class KittiTruthReader {
     const std::optional<StepFloor> steps = kitti_step_floor(samples);
     const std::string differing = differing_velocities(samples, path);
     if (!differing.empty() && needs_direction()) {
-      fail("{}: {} requires them to agree", differing,
+      fail("{}: {} requires them to agree within 0.1 m/s: take velocity = raw and heading = yaw", differing,
            options_.heading == KittiHeading::course
                ? std::string("heading = course")
                : fmt::format("velocity = {}", to_string(options_.velocity)));
@@ -386,14 +387,15 @@ class KittiTruthReader {
     floor = kitti_pose_floor(imu, samples, steps, course ? course->lever_m : 0);
     if (!corrected) out_.truth.camera_step_floor_m = steps.floor_m;
     out_.provenance.push_back(fmt::format(
-        "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}; they "
-        "lie {:.4f} m RMS beside the measured velocity's direction",
-        steps.floor_m, steps.mean_s, steps.n_steps, corrected ? "; replaced by it" : "", steps.across_m));
+        "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}; their "
+        "component perpendicular to the measured velocity is {:.4f} m RMS",
+        steps.floor_m, steps.mean_s, steps.n_steps, corrected ? " and are replaced by it" : "",
+        steps.across_m));
     if (!course) return;
     out_.provenance.push_back(fmt::format(
-        "camera truth heading: course minus yaw ranges from {:.2f} to {:.2f} deg, lever arm {:.2f} m; true "
-        "steps "
-        "lie {:.4f} m RMS beside the heading; rotations differ by {:.4f} (timing alone) to {} deg RMS",
+        "camera truth heading: course minus yaw ranges from {:.2f} to {:.2f} deg, lever arm {:.2f} m; the "
+        "component of the true steps perpendicular to the heading is {:.4f} m RMS (lever arm subtracted); "
+        "errors of the rotations: {:.4f} (timing alone) to {} deg RMS",
         course->lowest_deg, course->highest_deg, course->lever_m, *floor.lateral_m,
         *floor.rotation_timing_deg,
         floor.rotation_deg ? fmt::format("{:.4f} (turn rates)", *floor.rotation_deg)
@@ -446,13 +448,12 @@ class KittiTruthReader {
 }  // namespace
 
 void KittiTruthOptions::check() const {
-  check_option(std::isfinite(bf) && bf >= 0, "bf", bf, "0 (by bf_preset) or larger");
+  check_option(std::isfinite(bf) && bf >= 0, "bf", bf, "finite, 0 (by bf_preset) or larger");
   check_option(std::abs(velocity_lag_s) <= 1, "velocity_lag_s", velocity_lag_s, "-1 to 1");
   if (heading == KittiHeading::course && velocity == KittiVelocity::velocity_heading) {
     fail(
-        "options heading = course and velocity = velocity_heading: one turns the heading to the velocity, "
-        "the "
-        "other the velocity to the heading: give one of them");
+        "options heading = course and velocity = velocity_heading: the first turns the heading to the "
+        "velocity, the second the velocity to the heading: give one of them");
   }
 }
 

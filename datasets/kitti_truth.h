@@ -1,6 +1,6 @@
 #pragma once
 
-// Ground truth of KITTI tracking: poses from oxts, objects from labels, and the accuracy of both.
+// Ground truth of KITTI tracking: poses from oxts, objects from labels, and the accuracy of the poses.
 //
 // Difference between heading and course of the car, and accuracy of the truth's steps and rotations, from the
 // samples of oxts alone.
@@ -11,18 +11,22 @@
 //   course_k = direction of v_k + lag (v_k+1 - v_k-1) / (2 dt)
 //   course_k - yaw_k = lever w_k / |v_k| + slow_k + noise     (rad; counter-clockwise, as yaw)
 //
-// lag: delay of the receiver's velocities relative to its positions. slow: drift between the two, a random
-// walk of 0.0004 rad per sample. noise: 0.02 m/s across, i.e. 0.02 / |v| rad; samples below 1 m/s are not
-// used. Lever (prior: 0 +- 1 m) and slow are the least-squares solution, as of a Kalman smoother; at 10 m/s
-// it averages over about five samples on either side.
+// lag: delay of the receiver's velocities relative to its positions. slow: drift of the course against the
+// heading, a random walk of 0.0004 rad per sample. noise: 0.02 m/s across, i.e. 0.02 / |v| rad; samples below
+// 1 m/s are not used. The lever (prior: 0 +- 1 m) and slow_k are the least-squares solution, as of a Kalman
+// smoother; at 10 m/s the smoother averages over about five samples on either side.
 //
-// Accuracy of the truth, over the steps between successive samples, d = position step, o = rotation step:
-//   step_m               rms of d - mean(d / v) v, v = mean speed at both ends, where v > 1 m/s
-//   lateral_m            rms of the part of d across the heading, minus lever times turn, where v > 1 m/s
-//   rotation_deg         rms angle between o and the mean turn rates (wx wy wz) at its ends times mean(d / v)
-//   rotation_timing_deg  rms of |o| |d / (mean(d / v) v) - 1|: effect of samples taken off the image's time
-// rotation_deg contains the errors of both sides, so it is an upper bound; rotation_timing_deg is a lower
-// bound.
+// Accuracy of the truth, over the steps between successive samples. d: step of the position; o: step of the
+// rotation, as a rotation vector; v: mean speed at both ends of the step; s: mean of |d| / v. Steps with v <=
+// 1 m/s have no part in s, step_m and lateral_m, and count as 0 in rotation_timing_deg.
+//
+//   step_m               rms of |d| - s v
+//   lateral_m            rms of the component of d perpendicular to the heading, minus lever times turn
+//   rotation_deg         rms of |o - s w|, w = mean turn rate (wx wy wz) at both ends
+//   rotation_timing_deg  rms of |o| ||d| / (s v) - 1|: effect of samples taken off the times of the images
+//
+// rotation_deg contains the errors of the attitude and of the turn rates, so it is an upper bound;
+// rotation_timing_deg is a lower bound.
 
 #include <filesystem>
 #include <optional>
@@ -41,14 +45,14 @@ namespace sextant {
 inline constexpr double kitti_slow_mps =
     1.0;  ///< slower samples are left out: their speed determines the step too inaccurately
 
-/// Returns the poses of the GPS/IMU unit in map axes.
+/// Returns the poses of the GPS/IMU unit in map axes (x east, y north, z up); `samples` must not be empty.
 std::vector<SE3> kitti_imu_poses(const std::vector<KittiOxts>& samples);
 
 /// Comparison of the steps of a trajectory with the measured speed; see step_m above.
 struct StepFloor {
   int n_steps = 0;     ///< number of steps with v > 1 m/s
-  double mean_s = 0;   ///< mean of d / v
-  double floor_m = 0;  ///< rms of d - mean_s v
+  double mean_s = 0;   ///< s: mean of |d| / v
+  double floor_m = 0;  ///< rms of |d| - mean_s v
   /// rms of the component of the steps perpendicular to the mean velocity at their ends
   double across_m = 0;
 };
@@ -56,15 +60,15 @@ struct StepFloor {
 std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples);
 
 struct CourseFit {
-  std::vector<double> slow_rad;            ///< by sample
+  std::vector<double> slow_rad;            ///< slow_k, by sample
   double lever_m = 0;                      ///< position of the unit ahead of the point without lateral slip
   double lowest_deg = 0, highest_deg = 0;  ///< extremes of slow_rad
 };
 /// Fits lever and drift; `step_s` is the time between samples. nullopt if no sample is faster than 1 m/s.
 std::optional<CourseFit> kitti_course(const std::vector<KittiOxts>& samples, double step_s, double lag_s);
 
-/// Returns all accuracies except step_m, for poses made of these samples. rotation_deg is nullopt if the file
-/// has no turn rates (all 0 although the unit rotates).
+/// Returns all accuracies except step_m for the poses `imu`, which were made of `samples` and may have been
+/// corrected. rotation_deg and gyro_deg are nullopt if all turn rates are 0, as in files without them.
 TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<KittiOxts>& samples,
                             const StepFloor& steps, double lever_m);
 
@@ -82,8 +86,8 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
 // where v > 1 m/s, with v the mean speed at their ends and d their length:
 //
 //   raw                 unchanged; their lengths jitter, since samples are not taken exactly at the images
-//   velocity_corrected  length mean(d / v) v, direction unchanged, including the receiver's position
-//                       corrections
+//   velocity_corrected  length mean(d / v) v; unchanged direction, which still contains the corrections of
+//                       positions by the receiver
 //   velocity_vector     mean(d / v) times the mean velocity (east, north, up) at their ends
 //   velocity_heading    the same velocity, taken velocity_lag_s later and rotated by the slow drift between
 //                       course and heading, so that the car moves in the direction of its heading
@@ -91,9 +95,9 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
 // heading = course rotates the attitude instead, by the same slow drift, so that the heading follows the
 // velocity; velocity_vector then also uses velocities taken velocity_lag_s later.
 //
-// Objects: id = track id + 1 (the id in the MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y,
+// Objects: id = track id + 1 (as in decoded MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y,
 // z)), or the pose in training/object_pose/%04d.txt, an extension of this project, if given there
-// (codec/pose_text.h).
+// (codec/pose_text.h). Rows of type DontCare are no objects.
 
 enum class KittiPoses { rectified, authors };
 constexpr Names<2> names_of(KittiPoses) { return {"rectified", "authors"}; }
@@ -147,8 +151,9 @@ struct KittiTruth {
   std::vector<std::string> provenance;
 };
 
-/// Reads the truth; `root` is the folder that contains training/. Throws Error if a folder or the calibration
-/// is missing or a file is malformed; missing oxts or labels are warnings.
+/// Reads the truth; `root` is the folder that contains training/. Missing oxts or labels are warnings. Throws
+/// Error if training/calib or the sequence's calibration is missing, if a file is malformed or does not fit
+/// the others, and if the options require velocities that agree and they differ.
 KittiTruth read_kitti_truth(const std::filesystem::path& root, const std::string& sequence,
                             const KittiTruthOptions& options, InputLog& inputs);
 

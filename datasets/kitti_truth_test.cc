@@ -65,7 +65,7 @@ TEST(KittiCourse, FindsLeverAndWander) {
 TEST(KittiCourse, AnotherLagIsTakenForALever) {
   const std::vector<KittiOxts> samples = drive(600, 0, 0.05, wander(600, 0));
   EXPECT_NEAR(kitti_course(samples, step_s, 0.05)->lever_m, 0, 0.03);
-  // both are proportional to the turn rate
+  // lag and lever arm both shift the course in proportion to the turn rate
   EXPECT_NEAR(kitti_course(samples, step_s, 0)->lever_m, -0.05 * 10, 0.05);
 }
 

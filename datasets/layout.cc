@@ -29,8 +29,8 @@ constexpr const char* stage_prefix = ".sextant_incomplete_";
 /// Marks a stage with complete files; contains the request and the SOURCE that reads the result.
 constexpr const char* complete_file = ".complete";
 
-/// Lock of a stage, which ends with its process. Several writers may write into one root (base/file_lock.h
-/// would refuse the second).
+/// Lock of a stage, which the system releases when the process ends. It concerns the stage alone, because
+/// several writers may write into one root (the lock of base/file_lock.h would refuse the second).
 class StageLock {
  public:
   explicit StageLock(const fs::path& folder)
@@ -44,8 +44,8 @@ class StageLock {
   StageLock(const StageLock&) = delete;
   StageLock& operator=(const StageLock&) = delete;
   bool held() const { return held_; }
-  /// Returns true if the stage is gone or locked by another process. Neither held nor refused: the file
-  /// system has no locks.
+  /// Returns true if the stage is gone or locked by another process. If neither held() nor refused() is true,
+  /// the file system has no locks.
   bool refused() const { return refused_; }
 
  private:
@@ -53,7 +53,8 @@ class StageLock {
   bool held_ = false, refused_ = false;
 };
 
-/// Moves text files last: without them no reader takes the images for a sequence with truth.
+/// Moves all files of a stage to `out`, text files last: as long as they are missing, no reader takes the
+/// images for a sequence with truth.
 void move_into_place(const fs::path& stage, const fs::path& out) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(stage)) {
@@ -92,8 +93,8 @@ std::optional<std::string> take_abandoned(const fs::path& out, const Json& what)
   return source;
 }
 
-/// A hidden folder in `out` for the files being written. It is removed, together with the parent folders made
-/// for it, unless the files are complete.
+/// A hidden folder in `out` for the files being written. The destructor removes it, and those parent folders
+/// made for it that are empty, unless publish() was interrupted.
 class Stage {
  public:
   /// `what` identifies the request.
@@ -118,7 +119,7 @@ class Stage {
   Stage& operator=(const Stage&) = delete;
   const fs::path& folder() const { return folder_; }
 
-  /// The SOURCE of a stage with the same request that a killed writer had completed.
+  /// Returns the SOURCE that a killed writer had completed for the same request; nullopt if there is none.
   const std::optional<std::string>& finished() const { return finished_; }
 
   /// Moves the files into place. If this is interrupted, the next writer in the folder completes it.

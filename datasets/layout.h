@@ -1,8 +1,8 @@
 #pragma once
 
 // Layouts: writing a sequence in the format of a published data set, so that the adapter of the data set
-// reads it like a download. To add a layout, write one file with a function like these and one line in
-// layout.cc.
+// reads it like a download. To add a layout, write a file with a function such as write_vdo_layout()
+// (vdo_folder.h), and one line in the table of layout.cc.
 
 #include <filesystem>
 #include <functional>
@@ -16,21 +16,23 @@ namespace sextant {
 
 struct LayoutRequest {
   std::filesystem::path out;  ///< root of the data set; created if missing
-  std::string sequence;       ///< name of the sequence in the layout ("0018/clone"); empty: default_number()
-  Json options = Json::object();         ///< options of the layout (strict)
-  std::filesystem::path stage;           ///< folder for the files until all are complete; empty: out
-  std::function<void()> between_frames;  ///< called often, may throw to abort; may be empty
-  int jobs = 1;                          ///< number of threads, which does not affect the files
-  bool quiet = false;                    ///< no progress line
+  /// name of the sequence in the layout ("0018/clone"); empty: made from default_number() (vdo: no subfolder)
+  std::string sequence;
+  Json options = Json::object();  ///< options of the layout (strict)
+  std::filesystem::path stage;    ///< folder for the files until all are complete; empty: out
+  /// called before each frame, by several threads; may throw to abort; may be empty
+  std::function<void()> between_frames;
+  int jobs = 1;        ///< number of threads; the files do not depend on it
+  bool quiet = false;  ///< no progress line
 };
 
 struct Layout {
   std::string name;
   std::string description;  ///< one line for help
   /// Writes all frames and the truth; returns the SOURCE that reads them. Throws Error if the sequence exists
-  /// already, or contains something that the format cannot represent. Files appear in `out` when all are
-  /// complete; after an error nothing is left. If the process is killed while files are moved, the next
-  /// writer in `out` first moves the rest, and has finished if its request is the same.
+  /// already, or contains something that the format cannot represent. Files appear in `out` only when all are
+  /// complete; an error before that leaves nothing behind. If moving them is interrupted, the next writer in
+  /// `out` moves the remaining ones first; if its request is the same, it then has nothing left to write.
   std::function<std::string(const Sequence&, const LayoutRequest&)> write;
   std::function<std::vector<OptionHelp>()> options;
 };
@@ -39,8 +41,8 @@ struct Layout {
 struct LayoutFolder {
   bool Channels::*channel;
   std::filesystem::path path;
-  std::string name;                                 ///< name of a file, such as "{:06}.png"
-  std::function<std::string(const Frame&)> encode;  ///< returns empty if the frame has no such file
+  std::string name;                                 ///< format of the file names, such as "{:06}.png"
+  std::function<std::string(const Frame&)> encode;  ///< returns the bytes of the file; empty: no file
 };
 
 /// Declares a folder for an image channel; frames with an empty image have no file.

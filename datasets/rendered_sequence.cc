@@ -79,7 +79,7 @@ class RenderedSequence final : public Sequence {
   void check_files() const override {}  // frames are rendered on demand
 
  private:
-  /// Calls `visit` with the same channel of two frames.
+  /// Calls visit(name, wanted, image of a, image of b) for each channel except gray.
   template <typename Visit>
   static void each_channel(Channels& channels, Frame& a, Frame& b, const Visit& visit) {
     visit("rgb", channels.rgb, a.rgb, b.rgb);
@@ -158,13 +158,13 @@ std::set<int> frames_of(const SequenceTruth& truth) {
 }  // namespace
 
 void ReplayVkitti1Options::check() const {
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "> 0");
-  check_option(std::isfinite(bf) && bf > 0, "bf", bf, "> 0");
+  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
+  check_option(std::isfinite(bf) && bf > 0, "bf", bf, "finite and > 0");
 }
 
 void ReplayKittiOptions::check() const {
   KittiTruthOptions::check();
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "> 0");
+  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
 }
 
 std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source) {

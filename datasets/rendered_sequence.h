@@ -25,15 +25,16 @@ struct RenderCacheOptions {
 };
 
 struct RenderedSource {
-  /// dataset, sequence, frames, rate, warnings; open_rendered() sets camera, size and channels
+  /// data set, sequence, frames, warnings, provenance; open_rendered() adds camera, rate, size and channels
   SequenceInfo info;
   synthetic::Scenario scenario;
   int first_scenario_frame = 0;        ///< number in the data set of the scenario's frame 0
-  std::optional<SequenceTruth> truth;  ///< if it does not come from the scenario
+  std::optional<SequenceTruth> truth;  ///< nullopt: rendered from the scenario
 };
 
 /// Opens the sequence that `make` describes; `make` may log the files that it reads. Throws Error for an
-/// invalid scenario, and whatever `make` throws.
+/// invalid scenario and for a cache folder that other users own or can write into, and whatever `make`
+/// throws.
 std::unique_ptr<Sequence> open_rendered(const std::function<RenderedSource(InputLog&)>& make,
                                         const RenderCacheOptions& options);
 
@@ -54,16 +55,17 @@ std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source);
 
 // Adapters `replay-vkitti1` and `replay-kitti`: the true motions of a real sequence, from its text files
 // only, as a rendered scene. Camera and objects move exactly as in the truth; cars with the sizes of the
-// label boxes drive on a street that is generated along their paths. Depth, flow and masks are exact, so that
-// the geometry of a data set can be evaluated without its images.
+// label boxes drive on a street that is generated along the path of the camera. Depth, flow and masks are
+// exact, so that the geometry of a data set can be evaluated without its images.
 //
 //   replay-vkitti1:DIR#0018[/clone]@124-134   DIR as in vkitti1.h
 //   replay-kitti:ROOT#0003@0-30               ROOT/training/{calib,oxts,label_02}, and instances_txt for the
-//                                             size of the images where it is there
+//                                             size of the images if it exists
 //
-// Synthetic are the shapes within the boxes, the street, and the absence of other objects. Masks are
-// therefore a little smaller than the boxes, and objects are occluded by each other only. Pedestrians and
-// cyclists move as rigid bodies.
+// The shapes within the boxes and the street are synthetic, and there are no objects without a label. Masks
+// are therefore a little smaller than the boxes, and objects are mainly occluded by each other: no house or
+// tree stands on the line from the camera to an object within 60 m. Pedestrians and cyclists move as rigid
+// bodies.
 
 struct ReplayVkitti1Options {
   SEXTANT_OPTIONS((double, rate_hz, 10, "Hz", "frame rate"),

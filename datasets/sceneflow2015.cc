@@ -38,7 +38,7 @@ StereoCamera decode_camera(std::string_view text, const std::string& name) {
   return camera;
 }
 
-/// Returns ROOT, or its folder training.
+/// Returns `path` or its folder training, whichever contains image_2.
 fs::path find_root(const fs::path& path) {
   if (!fs::is_directory(path)) fail("{}: no such folder", path.string());
   for (const fs::path& root : {path, path / "training"}) {
@@ -137,8 +137,8 @@ std::unique_ptr<Sequence> open_sceneflow2015(const SourceSpec& source) {
   info.rate_hz = rate_hz;
   info.camera = decode_camera(sequence->inputs().read(calibration), calibration.string());
   info.camera.check();
-  info.warnings.push_back(
-      fmt::format("{}: the data set has no poses: nothing to measure motion with", root.string()));
+  info.warnings.push_back(fmt::format(
+      "{}: the data set has no poses, so there is no true motion of camera and objects", root.string()));
 
   const auto pattern = [&](const char* folder) { return (root / folder / (pair + "_*")).string(); };
   // The truth is the reference of a run; only an explicit option uses it as a measurement.

@@ -18,7 +18,7 @@ bool is_trajectory(const fs::path& folder) {
   return fs::exists(folder / poses_file) || fs::is_directory(folder / images_folder);
 }
 
-/// Returns the names of the trajectories ENV/Data_easy/P000 below a folder.
+/// Returns the names of up to 20 trajectories ENV/Data_easy/P000 below a folder.
 std::set<std::string> trajectories(const fs::path& root) {
   constexpr int deepest = 2;
   constexpr size_t most = 20;
@@ -101,7 +101,7 @@ class StaticMasks final : public MaskSource {
 }  // namespace
 
 void TartanairOptions::check() const {
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "> 0");
+  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
 }
 
 std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
@@ -149,8 +149,10 @@ std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
          camera.poses().size() - 1);
   }
   if (info.width != tartanair_size_px || info.height != tartanair_size_px) {
-    fail("{}: images of {}x{} pixels: the data set's camera (f = 320, c = (320, 320)) belongs to {}x{}",
-         folder.string(), info.width, info.height, tartanair_size_px, tartanair_size_px);
+    fail(
+        "{}: images of {}x{} pixels: the data set's camera (f = 320, c = (320, 320)) belongs to {}x{}; "
+        "take images of that size",
+        folder.string(), info.width, info.height, tartanair_size_px, tartanair_size_px);
   }
   sequence->open_channels(files);
   return sequence;

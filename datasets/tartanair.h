@@ -6,15 +6,15 @@
 //
 //   image_lcam_front/%06d_lcam_front.png         8-bit RGB, 640x640
 //   image_rcam_front/%06d_rcam_front.png         the right camera
-//   depth_lcam_front/%06d_lcam_front_depth.png   float32 in four channels (codec/tartanair_png.h)
-//   flow_lcam_front/%06d_%06d_flow.png           16-bit RGB (codec/tartanair_png.h), to the next frame
+//   depth_lcam_front/%06d_lcam_front_depth.png   float32 in four channels (codec/dense_maps.h)
+//   flow_lcam_front/%06d_%06d_flow.png           16-bit RGB (codec/dense_maps.h), to the next frame
 //   pose_lcam_front.txt                          tx ty tz qx qy qz qw per line; line k + 1 is frame k
 //
-// Any of them may be missing; with the poses only, there is camera truth and no channel. Poses are
-// T_world_camera with NED axes (x ahead, y right, z down) on both sides; they are converted to `opencv` axes
-// (geometry/axes.h). The scenes are static: there are no objects, and all mask pixels are background.
-// seg_lcam_front contains classes, not instances, and is not read.
-// Camera: f = 320 px, c = (320, 320), baseline 0.25 m, 10 Hz. Source: tartanair.org/modalities.html
+// Each of them may be missing, but not both the poses and the left images; with the poses only, there is
+// camera truth and no channel. Poses are T_world_camera, with NED axes (x ahead, y right, z down) of world
+// and camera; they are converted to `opencv` axes (geometry/axes.h). The scenes are static: there are no
+// objects, and all mask pixels are background. seg_lcam_front contains classes, not instances, and is not
+// read. Camera: f = 320 px, c = (320, 320), baseline 0.25 m, 10 Hz. Source: tartanair.org/modalities.html
 
 #include <memory>
 

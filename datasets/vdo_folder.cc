@@ -63,11 +63,12 @@ std::vector<LayoutFolder> folders(const fs::path& root, double bf) {
 std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request) {
   const SequenceInfo& info = sequence.info();
   if (request.sequence.find_first_of("/\\#@") != std::string::npos) {
-    fail("sequence name '{}': expected one such as 0005, without / # @", request.sequence);
+    fail("sequence name '{}': expected one such as 0005, without any of the characters / \\ # @",
+         request.sequence);
   }
   if (info.first_frame < 0 || info.last_frame > largest_frame) {
-    fail("{} sequence {}: frames {}-{}: file names of this layout hold 0 to {}", info.dataset, info.sequence,
-         info.first_frame, info.last_frame, largest_frame);
+    fail("{} sequence {}: frames {}-{}: expected 0 to {}, which file names of six digits can store",
+         info.dataset, info.sequence, info.first_frame, info.last_frame, largest_frame);
   }
   const fs::path final_folder = request.out / request.sequence;
   for (const char* name : {"image_0", "depth", "flow", "semantic", "pose_gt.txt"}) {
@@ -246,7 +247,7 @@ fs::path find_images(const fs::path& dir) {
 
 void VdoFolderOptions::check() const {
   const auto not_negative = [](const char* name, double value) {
-    check_option(std::isfinite(value) && value >= 0, name, value, "0 (from the folder) or larger");
+    check_option(std::isfinite(value) && value >= 0, name, value, "finite, 0 (from the folder) or larger");
   };
   not_negative("rate_hz", rate_hz);
   not_negative("fx", fx);

@@ -22,7 +22,7 @@
 
 namespace sextant {
 
-/// Implements Layout::write of layout.h.
+/// Implements Layout::write of layout.h. Also throws Error for frame numbers above 999999.
 std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request);
 
 // Adapter `vdo`: folders of the multimot / VDO-SLAM data set (KITTI tracking with network outputs).
@@ -31,12 +31,14 @@ std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& requ
 //   depth/%06d.png                16-bit, disparity * 256; depth = bf / (n / 256) m, 0 = invalid
 //   flow/%06d.flo                 Middlebury, px, to the next frame; the last frame needs none
 //   semantic/%06d.txt             instance ids as text, 0 = background, label = KITTI track id + 1
-//   *.yaml                        OpenCV YAML camera; if absent, that of KITTI 0003, with a warning
+//   *.yaml                        OpenCV YAML camera; if absent, that of KITTI 0003, with a warning, if the
+//                                 images have 1242x375 pixels; other images need the options fx, fy, cx, cy
+//                                 and bf
 //   pose_gt.txt                   truth, optional: frame + 4x4 matrix camera -> world
 //   object_pose.txt               truth, optional: frame id l t r b x y z ry; box (px), position (m) and
 //                                 yaw (rad) in the camera: T_camera_object = (Ry(ry + pi/2), (x, y, z))
-//   times.txt                     only compared with the rate: the authors' file has 0.05 s steps for 10 Hz
-//                                 data
+//   times.txt                     time stamps of the frames, s; steps that contradict the rate are a warning
+//                                 only: the authors' file has 0.05 s steps for 10 Hz data
 //
 // Options flow, depth and masks replace the folder's own (channels/channel_source.h).
 //
@@ -63,8 +65,8 @@ struct VdoFolderOptions : ChannelOptions {
 std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source);
 
 /// Decodes object_pose.txt: "frame id l t r b x y z ry" per line. Returns the objects by frame, ordered by
-/// id, with `interpolated` set. Throws Error "NAME:LINE: ..." on another number of values or an object that
-/// is repeated in a frame.
+/// id, with `interpolated` set. Throws Error "NAME:LINE: ..." on another number of values, values that are
+/// not finite, an id outside 1..65535, or an object that is repeated in a frame.
 ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name);
 
 }  // namespace sextant

@@ -19,7 +19,7 @@ constexpr const char* prefix = "vkitti_1.3.1_";
 constexpr const char* flat_variation = "clone";
 
 // Worlds in which `moving` = 0 is reliable. In worlds 0006 and 0018 such rows include rolling cars
-// (docs/datasets.md), so that the poses decide there.
+// (docs/datasets.md), so outside of the worlds listed here the poses decide.
 const std::set<std::string> reliable_parked = {"0001", "0002"};
 
 bool is_world(std::string_view name) {
@@ -109,7 +109,7 @@ std::set<std::string> vkitti1_worlds(const fs::path& root) {
 std::set<std::string> vkitti1_variations(const fs::path& root, const std::string& world) {
   std::set<std::string> variations;
   for_each_sequence(root, [&](const std::string& other, const std::string& variation) {
-    // The colour table of scenegt has a similar name but lies next to extrinsics in no release.
+    // The name of a colour table of scenegt would look like a variation if it lay in extrinsicsgt or motgt.
     if (other == world && !variation.ends_with("_encoding")) variations.insert(variation);
   });
   return variations;
@@ -201,7 +201,8 @@ class SceneColors {
     const std::string name = table_.string();
     for (const Vkitti1Color& row : decode_vkitti1_colors(inputs.read(table_), name)) {
       const int id = row.tid ? *row.tid + 1 : 0;
-      if (id > std::numeric_limits<uint16_t>::max()) fail("{}: track id {} is too large", name, *row.tid);
+      if (id > std::numeric_limits<uint16_t>::max())
+        fail("{}: track id {} is too large, expected at most 65534", name, *row.tid);
       ids_[key_of(row.color)] = static_cast<uint16_t>(id);
     }
   }
@@ -247,8 +248,8 @@ VkittiName parse_sequence(const SourceSpec& source) {
 }  // namespace
 
 void Vkitti1Options::check() const {
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "> 0");
-  check_option(std::isfinite(bf) && bf > 0, "bf", bf, "> 0");
+  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
+  check_option(std::isfinite(bf) && bf > 0, "bf", bf, "finite and > 0");
 }
 
 std::unique_ptr<Sequence> open_vkitti1(const SourceSpec& source) {

@@ -11,9 +11,9 @@
 //
 // Result: T_world_camera = inverse of the extrinsics. For each object with id = tid + 1: T_camera_object,
 // with its origin in the middle of the box's bottom face and the rotation of vkitti_text.h; size_m = (w3d,
-// h3d, l3d); type = orig_label; and the box. `moving` is taken from its column. The value 0 is reliable in
-// worlds 0001 and 0002 only, because the other worlds include rolling cars among their zeros; there the step
-// to the next frame decides.
+// h3d, l3d); type = orig_label; and the box. `moving` is taken from its column, except for the value 0 in
+// worlds other than 0001 and 0002, whose zeros include rolling cars: there moves() of vkitti_layout.h
+// decides.
 
 #include <filesystem>
 #include <memory>
@@ -39,7 +39,7 @@ struct Vkitti1TextFiles {
 std::optional<std::filesystem::path> vkitti1_folder(const std::filesystem::path& root,
                                                     const std::string& kind);
 
-/// Returns the worlds of which any file exists ("0001"), and the variations of one world ("clone").
+/// Return the worlds of which any file exists ("0001"), and the variations of one world ("clone").
 std::set<std::string> vkitti1_worlds(const std::filesystem::path& root);
 std::set<std::string> vkitti1_variations(const std::filesystem::path& root, const std::string& world);
 
@@ -48,7 +48,7 @@ Vkitti1TextFiles find_vkitti1_text(const std::filesystem::path& root, const std:
 
 struct Vkitti1Truth {
   SequenceTruth truth;
-  std::vector<std::string> warnings;  ///< missing or unreliable data, one line each
+  std::vector<std::string> warnings;  ///< missing files, one line each
 };
 
 /// Reads the existing files; a missing file is a warning. Throws Error on a damaged file, and on objects in
@@ -67,7 +67,7 @@ void require_vkitti1_sequence(const std::filesystem::path& root, const std::stri
 //
 //   vkitti_1.3.1_rgb/<world>/<variation>/%05d.png    8-bit RGB
 //   vkitti_1.3.1_depthgt/...                         16-bit, cm; 65535 = sky or beyond 655.34 m
-//   vkitti_1.3.1_flowgt/...                          16-bit RGB (codec/kitti_png.h); none for the last frame
+//   vkitti_1.3.1_flowgt/...                          16-bit RGB (codec/dense_maps.h); none for the last frame
 //   vkitti_1.3.1_scenegt/...                         8-bit RGB; colours in *_scenegt_rgb_encoding.txt
 //   vkitti_1.3.1_extrinsicsgt, vkitti_1.3.1_motgt    text files; see above for alternative places
 //

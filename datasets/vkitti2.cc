@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-// The extrinsics have seven digits, for values of up to some hundred metres.
+// Tolerance for a rectified pair: the extrinsics have seven digits, for values of up to some hundred metres.
 constexpr double rectified = 0.02;  // m, rad
 
 class Vkitti2Reader {
@@ -35,14 +35,14 @@ class Vkitti2Reader {
   std::vector<Row> rows(const char* file, std::vector<Row> (*decode)(std::string_view, const std::string&),
                         const char* consequence) {
     if (!fs::is_regular_file(path(file))) {
-      out_.warnings.push_back(fmt::format("no {}: {}", path(file).string(), consequence));
+      out_.warnings.push_back(fmt::format("{} does not exist: {}", path(file).string(), consequence));
       return {};
     }
     return decode(inputs_.read(path(file)), path(file).string());
   }
 
   void read_extrinsics() {
-    const auto all = rows("extrinsic.txt", decode_vkitti2_extrinsics, "no true camera motion");
+    const auto all = rows("extrinsic.txt", decode_vkitti2_extrinsics, "there is no true camera motion");
     std::set<int> cameras;
     std::map<int, std::map<int, SE3>> by_frame;
     for (const Vkitti2Extrinsic& row : all) {
@@ -70,13 +70,13 @@ class Vkitti2Reader {
     }
     fail(
         "{}: frame {}: the cameras are not a rectified pair with the "
-        "same baseline in every frame (here {:.6f} m, {:.6f} off)",
+        "same baseline in every frame: baseline {:.6f} m; other offsets and rotation up to {:.6f} m or rad, "
+        "expected less than 0.02",
         path("extrinsic.txt").string(), frame, baseline_m, off);
   }
 
   void read_intrinsics() {
-    const auto all =
-        rows("intrinsic.txt", decode_vkitti2_intrinsics, "taking f = 725.0087, c = (620.5, 187)");
+    const auto all = rows("intrinsic.txt", decode_vkitti2_intrinsics, "using f = 725.0087, c = (620.5, 187)");
     int first_frame = 0;
     for (const Vkitti2Intrinsic& row : all) {
       if (row.camera != camera_) continue;
@@ -99,7 +99,7 @@ class Vkitti2Reader {
   }
 
   void read_objects() {
-    const auto poses = rows("pose.txt", decode_vkitti2_poses, "no true object motion");
+    const auto poses = rows("pose.txt", decode_vkitti2_poses, "there is no true object motion");
     const auto boxes = rows("bbox.txt", decode_vkitti2_boxes, "objects have no boxes");
     const auto infos = rows("info.txt", decode_vkitti2_infos, "objects have no types");
     for (const Vkitti2Box& row : boxes) {
@@ -251,7 +251,7 @@ void choose_camera(const Vkitti2Truth& text, SequenceInfo& info) {
 }  // namespace
 
 void Vkitti2Options::check() const {
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "> 0");
+  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
   check_option(camera == 0 || camera == 1, "camera", camera, "0 or 1");
 }
 

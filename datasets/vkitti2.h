@@ -32,8 +32,8 @@ struct Vkitti2Truth {
 };
 
 /// Reads the existing files; missing ones are warnings. Throws Error on a damaged file, a missing `camera`,
-/// intrinsics that change, objects in frames without extrinsics, and tracks that are missing in bbox.txt or
-/// info.txt.
+/// two cameras that are not a rectified pair with a constant baseline, intrinsics that change, objects in
+/// frames without extrinsics, and tracks that are missing in bbox.txt or info.txt.
 Vkitti2Truth read_vkitti2_truth(const std::filesystem::path& folder, int camera, InputLog& inputs);
 
 // Adapter `vkitti2`: Virtual KITTI 2.0.3. SOURCE is vkitti2:ROOT#<scene>/<variation>[@first-last], such as
@@ -43,14 +43,15 @@ Vkitti2Truth read_vkitti2_truth(const std::filesystem::path& folder, int camera,
 //   {extrinsic,intrinsic,pose,bbox,info}.txt                         see above
 //   frames/rgb/Camera_{0,1}/rgb_%05d.jpg
 //   frames/depth/Camera_{0,1}/depth_%05d.png                         16-bit, cm; 65535 = sky or too far
-//   frames/forwardFlow/Camera_{0,1}/flow_%05d.png                    16-bit RGB (codec/kitti_png.h), to the
+//   frames/forwardFlow/Camera_{0,1}/flow_%05d.png                    16-bit RGB (codec/dense_maps.h), to the
 //   frames/backwardFlow/Camera_{0,1}/backwardFlow_%05d.png           next frame and to the one before
 //   frames/instanceSegmentation/Camera_{0,1}/instancegt_%05d.png     trackID + 1, 0 = background
 //
 // An archive may also lie in a folder of its own name (vkitti_2.0.3_rgb/<scene>/...). Ids in masks and truth
 // are track ids + 1. With text files only, there are poses and objects, and no channels. The left image is
-// that of the chosen camera; camera 0 has camera 1 as its right one. The baseline is read from extrinsic.txt
-// (0.532725 m). Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-2
+// that of the chosen camera; camera 0 has camera 1 as its right one. The baseline is 0.532725 m, or that of
+// extrinsic.txt, with a warning, if it differs by more than 2 mm. Source:
+// europe.naverlabs.com/proxy-virtual-worlds-vkitti-2
 
 struct Vkitti2Options : ChannelOptions {
   SEXTANT_OPTIONS_OF(ChannelOptions, (double, rate_hz, 10, "Hz", "frame rate"),

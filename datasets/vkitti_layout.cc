@@ -109,7 +109,8 @@ VkittiRow make_row(const Sequence& sequence, int frame, const ObjectTruth& objec
   return row;
 }
 
-/// Returns the content of a frame that the layout can represent.
+/// Returns a frame with the true flow and depth, if the sequence has them, and without flow that leaves the
+/// image.
 Frame vkitti_frame(const Sequence& sequence, int frame, Channels channels) {
   auto flow = channels.flow ? sequence.true_flow(frame) : std::nullopt;
   auto depth = channels.depth ? sequence.true_depth(frame) : std::nullopt;
@@ -195,7 +196,7 @@ void check_vkitti_poses(const Sequence& sequence) {
 
 namespace {
 
-// All pixels without a track: the source does not distinguish roads from trees.
+// Category of all pixels without a track, because sources do not distinguish roads from trees.
 constexpr const char* static_category = "Misc";
 constexpr Rgb static_color{80, 80, 80};
 

@@ -9,9 +9,10 @@ die() {
   exit 2
 }
 
-# arguments NAME... -- "$@": reads the flags of the calling script. Of the NAMEs, `out=` sets the variable out to the value
-# of --out, `keep` sets keep to true, `bench+` appends to an array (a '-' becomes '_'); `words` lets other arguments go to
-# the array words, and `rest` those after `--` to the array rest. --help prints the help text.
+# arguments NAME... -- "$@": reads the flags of the calling script. A NAME `out=` sets the variable out to the value of --out,
+# `keep` sets the variable keep to true, and `bench+` appends the value to the array bench (a '-' in a name becomes '_'). With
+# the NAME `words`, arguments that are no flags go to the array words; with `rest`, those after `--` go to the array rest.
+# --help prints the help text.
 arguments() {
   local known=" " flag name
   while [[ $1 != -- ]]; do known+="$1 "; shift; done
@@ -43,7 +44,8 @@ arguments() {
 # Prints the comment block at the top of the calling script, which is its help text.
 usage() { sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"; }
 
-# Compilers at once: the cores, but no more than memory for them (the largest sources need over 1 GB).
+# Prints the number of parallel compilers: SEXTANT_JOBS, otherwise one per core, but at most one per 1.5 GB of available memory
+# (the largest sources need over 1 GB).
 build_jobs() {
   local cores memory_kb
   cores=$(nproc)

@@ -21,16 +21,16 @@ REGISTER = ("The KITTI page asks for a registration before it gives its links; p
 @dataclasses.dataclass(frozen=True)
 class Part:
     name: str
-    kind: str  # text or image
+    kind: str  # text or image; text parts are fetched if no part is named
     archive: str
     address: str  # of the archive, or with / at its end of the archive's folder
     size: str  # approximate, from public notes; - is unknown
     content: str
     globs: typing.Callable  # of a sequence or '': the members to unpack; * matches / as well
-    folder: str  # glob of the unpacked folders that are placed in DIR/target
+    folder: str  # glob of the unpacked folders that are moved to DIR/target
     target: str = "."
-    else_whole: bool = False  # an archive without that folder is placed as a whole under its name
-    required: tuple = ()  # what a single such folder holds, alternatives by |; then its content is placed in DIR
+    else_whole: bool = False  # True: an archive without such a folder is moved to DIR/target/folder as a whole
+    required: tuple = ()  # not empty: there must be one such folder with these entries ("a|b": either one), whose content is moved to DIR
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,10 +42,10 @@ class DataSet:
     licence: str
     parts: tuple
     hint: str  # what to try next, with {data}, {out}, {sequence}
-    pattern: str = ""  # of an entry of --sequences; empty: no such option
-    sequences: str = ""  # the same for readers
-    example: str = ""
-    variation: str = ""
+    pattern: str = ""  # regular expression of an entry of --sequences; empty: the data set has no such option
+    sequences: str = ""  # description of these entries for messages
+    example: str = ""  # sequence of the hint if none is requested
+    variation: str = ""  # appended to a sequence without a variation, for the hint
 
     def complete_sequence(self, sequence):
         return sequence + self.variation if "/" not in sequence else sequence
@@ -154,7 +154,7 @@ def sceneflow2015():
               for name, kind, file, size, content in rows),
         "In place: {out}/training/{{image_2,image_3,flow_occ,flow_noc,disp_occ_0,disp_noc_0,disp_occ_1,disp_noc_1,"
         "calib_cam_to_cam}}\n"
-        "No adapter reads this folder as a sequence; its pairs are the truth for flow and stereo sources.")
+        "Try:\n  sextant data check sceneflow:{out}#000002      # with --images")
 
 
 def demo(ref="15ec535739d5e6c075de1db21f70d52419d207d9"):

@@ -3,24 +3,24 @@
 // One channel of a sequence (flow, depth or masks), read from files of a known format or computed from the
 // images. Adapters offer the choice as an option with the values in the first column:
 //
-//   flow    dis                 OpenCV's DIS, medium preset, previous to next image
+//   flow    dis                 OpenCV's DIS, medium preset, from the image to the next
 //           flo:DIR             Middlebury .flo
 //           kitti_png:DIR       16-bit PNG, (n - 2^15) / 64 px
 //           vkitti_png:DIR      16-bit PNG, (2 n / 65535 - 1)(size - 1) px
-//           tartanair_png:DIR   16-bit PNG of TartanAir V2 (codec/tartanair_png.h)
-//           onnx:FILE           a network
+//           tartanair_png:DIR   16-bit PNG of TartanAir V2 (codec/dense_maps.h)
+//           onnx:FILE           a network (network.h)
 //   depth   sgbm                OpenCV's semi-global block matching with left-right check
 //           disparity256:DIR    16-bit PNG, z = bf / (n / 256)
 //           depth256:DIR        16-bit PNG, z = n / 256 m, 0 = invalid (KITTI depth benchmark)
 //           cm:DIR              16-bit PNG, z = n / 100 m, 65535 = invalid
-//           tartanair_png:DIR   PNG of TartanAir V2, a float32 in four channels (codec/tartanair_png.h)
+//           tartanair_png:DIR   PNG of TartanAir V2, a float32 in four channels (codec/dense_maps.h)
 //   masks   instance_png:DIR    8- or 16-bit gray or palette PNG, the stored number is the id
 //           mots_png:DIR        16-bit PNG, class * 1000 + track id; class 10 is ignored; id = track id + 1
 //           mots_txt:FILE       "frame id class height width rle" (COCO run lengths); id = track id + 1
-//           detections_txt:FILE the same form with arbitrary ids, used unchanged; earlier lines in front
+//           detections_txt:FILE the same form with any ids 1..65535, unchanged; earlier lines in front
 //           vdo_text:DIR        integers as text
 //           boxes               the 2-D label boxes, nearer objects in front; the least accurate choice
-//           onnx:FILE           a network
+//           onnx:FILE           a network (network.h)
 //
 // A file in DIR belongs to the frame whose number is the first run of digits in its name; DIR/PREFIX* selects
 // names that begin with PREFIX, and the number follows the prefix (see FrameFiles below).
@@ -57,18 +57,19 @@ struct ChannelInputs {
 struct LabelBox {
   int id = 0;  ///< as in masks
   ImageBox box;
-  double depth_m = 0;  ///< order of overlapping boxes
+  double depth_m = 0;  ///< of overlapping boxes the nearer one is in front
 };
 
 template <typename T>
 class ChannelSource {
  public:
   virtual ~ChannelSource() = default;
-  /// Reads the channel. Safe to call from several threads. Throws Error that names the file and the problem.
+  /// Reads or computes the channel of a frame; the flow of the last frame may be empty. Safe to call from
+  /// several threads. Throws Error that names the file, if there is one, and the problem.
   virtual Image<T> read(int frame) const = 0;
   /// Returns true if the files for read(frame) exist.
   virtual bool has(int /*frame*/) const { return true; }
-  /// Throws Error if a file needed by a run does not exist.
+  /// Throws Error if the file that a run needs for this frame does not exist.
   virtual void check_file(int /*frame*/) const {}
   /// Returns the choice of a depth source without its path ("cm", "sgbm").
   virtual std::string kind() const { return ""; }
@@ -84,14 +85,14 @@ using MaskSource = ChannelSource<uint16_t>;
 void check_size(int width, int height, const std::string& path, const ChannelInputs& inputs);
 
 /// Make the source of a channel. Throw Error on an unknown choice (with the known ones), a folder that does
-/// not exist, or a computation without its images. `inputs` is copied; the functions in it must outlive the
-/// source.
+/// not exist or has no such files, or a computation without its images. `inputs` is copied; everything that
+/// its functions and pointers refer to must outlive the source.
 std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs);
 std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const ChannelInputs& inputs);
 std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
                                              std::map<int, std::vector<LabelBox>> boxes = {});
 
-/// Meaning of the options flow, depth and masks of adapters: what auto is, and all choices.
+/// Return the help of the options flow, depth and masks of adapters: the meaning of auto, and all choices.
 const char* flow_option_help();
 const char* depth_option_help();
 const char* mask_option_help();
@@ -134,8 +135,8 @@ class FolderSource final : public ChannelSource<T> {
  public:
   using Decode = std::function<Image<T>(const std::string& bytes, const std::string& path)>;
 
-  /// Opens the files of a channel ("flow") of a kind ("flo"); `path` is FILES as above. Throws Error if the
-  /// folder does not exist, or contains no file with the extension.
+  /// Opens the files of a channel ("flow") of a kind ("flo"); `path` is FILES as above. Throws the errors of
+  /// FrameFiles.
   FolderSource(std::string channel, std::string kind, const char* extension, const std::string& path,
                const ChannelInputs& inputs, Decode decode)
       : channel_(std::move(channel)),

@@ -60,7 +60,9 @@ Image<uint16_t> rasterise_boxes(std::vector<LabelBox> boxes, int width, int heig
   Image<uint16_t> mask(width, height);
   for (const auto& [id, box, depth_m] : boxes) {
     for (const double value : {box.left, box.top, box.right, box.bottom, depth_m})
-      if (!std::isfinite(value)) fail("masks: the box of object {} is not finite", id);
+      if (!std::isfinite(value))
+        fail("masks: the box of object {} is not finite: expected finite edges (px) and a finite depth (m)",
+             id);
     if (id < 1 || id > 65535) fail("masks: a box has id {}: expected 1 to 65535", id);
     const int x0 = static_cast<int>(std::clamp(std::ceil(box.left), 0.0, width * 1.0));
     const int x1 = static_cast<int>(std::clamp(std::floor(box.right), -1.0, width - 1.0));
@@ -91,7 +93,8 @@ class BoxSource final : public MaskSource {
   std::map<int, std::vector<LabelBox>> boxes_;
 };
 
-// Adds `border` columns on the left of both images, because OpenCV does not match the first n columns.
+// Adds `border` columns on the left. Both images of a pair get one column for each disparity, because OpenCV
+// does not match as many columns at the left border.
 cv::Mat with_border(const Image<uint8_t>& image, int border) {
   cv::Mat wide;
   cv::copyMakeBorder(view(image), wide, 0, 0, border, 0, cv::BORDER_REPLICATE);

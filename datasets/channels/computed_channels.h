@@ -11,30 +11,35 @@
 namespace sextant {
 
 /// Returns the flow from `prev` to `curr` by DIS, preset medium. Valid everywhere, also where the point is
-/// occluded or outside in `curr`. Throws Error if the images are smaller than 16 px in either direction.
+/// occluded or outside in `curr`. Throws Error if the images differ in size, or are smaller than 16 px in
+/// either direction.
 Image<Flow> dis_flow(const Image<uint8_t>& prev, const Image<uint8_t>& curr);
 
-/// Options of SGBM, within the ranges recommended by OpenCV's documentation of StereoSGBM. On KITTI scene
-/// flow 2015, 000002 and 000007, luminance and three paths give fewer outliers, more pixels and less time
-/// than colour, five or eight paths.
+/// Options of SGBM; the defaults lie within the ranges that OpenCV's documentation of StereoSGBM recommends.
+/// Luminance is matched, and costs are aggregated along three paths: on the pairs 000002 and 000007 of KITTI
+/// scene flow 2015 this gives fewer outliers and more pixels in less time than colour, or than five or eight
+/// paths.
 struct SgbmOptions {
-  int block_size_px = 5;        ///< odd; penalties 8 and 32 times its square for steps of 1 px and more
-  int n_disparities = 0;        ///< multiple of 16; 0: the image's width / 8, rounded up
+  /// odd; its square times 8 is the penalty for disparity steps of 1 px, times 32 for larger ones
+  int block_size_px = 5;
+  int n_disparities = 0;        ///< multiple of 16; 0: width / 8, rounded up to a multiple of 16
   int uniqueness_percent = 10;  ///< margin by which the best cost must be lower than the second
   int left_right_px = 1;        ///< largest difference between the disparities of both views
   int speckle_size_px = 100;    ///< smaller regions are removed
   int speckle_range_px = 2;     ///< largest step within a region
 };
 
-/// Returns the disparity of the left image (px, to 1/16 px); NaN where both views disagree, in speckles, and
-/// where the match would lie outside the right image. Throws Error if the images differ in size.
+/// Returns the disparity of the left image (px, to 1/16 px); NaN where no match is unique, where both views
+/// disagree, in speckles, and where the match would lie outside the right image. Throws Error if the images
+/// differ in size.
 Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& right,
                             const SgbmOptions& options = {});
 
 /// Returns bf / disparity (m); NaN stays NaN, and a disparity of 0 (infinite depth) becomes NaN.
 Image<float> depth_from_disparity(const Image<float>& disparity_px, double bf);
 
-/// Make the channel sources; `inputs` as for make_flow_source().
+/// Make the channel sources; `inputs` as for make_flow_source(). Throw Error if there are no images (sgbm: of
+/// both cameras) or boxes.
 std::unique_ptr<FlowSource> make_dis_source(const ChannelInputs& inputs);
 std::unique_ptr<DepthSource> make_sgbm_source(const ChannelInputs& inputs);
 std::unique_ptr<MaskSource> make_box_source(const ChannelInputs& inputs,

@@ -167,7 +167,7 @@ class Network {
           const std::string& expected)
       : path_(path), bytes_(inputs.inputs->read(path)), header_(read_onnx_header(bytes_, path)) {
     internal::one_opencv_thread();
-    // its errors are reported as Error
+    // errors of OpenCV are reported as Error instead
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     check_inputs(channels, expected);
     if (header_.outputs.size() != 1) {
@@ -200,7 +200,8 @@ class Network {
       fail("{}: OpenCV cannot run this network: {}", path_, one_line(error.err));
     }
     give_back(std::move(net));
-    if (output.depth() != CV_32F) fail("{}: its output is not of type float", path_);
+    if (output.depth() != CV_32F)
+      fail("{}: its output is not of type float32: expected a network with float32 output", path_);
     return output;
   }
 
@@ -418,12 +419,12 @@ Image<uint16_t> connected_instances(const Image<uint16_t>& classes, const std::s
 }
 
 std::unique_ptr<FlowSource> make_network_flow_source(const std::string& path, const ChannelInputs& inputs) {
-  if (!inputs.left) fail("flow: a network needs images, and this source has none");
+  if (!inputs.left) fail("flow: a network needs images, and this source has none: give the flow in files");
   return std::make_unique<NetworkFlow>(path, inputs);
 }
 
 std::unique_ptr<MaskSource> make_network_mask_source(const std::string& path, const ChannelInputs& inputs) {
-  if (!inputs.left) fail("masks: a network needs images, and this source has none");
+  if (!inputs.left) fail("masks: a network needs images, and this source has none: give the masks in files");
   return std::make_unique<NetworkMasks>(path, inputs);
 }
 

@@ -146,8 +146,9 @@ constexpr size_t flo_header = 12;
 constexpr float unknown_limit = 1e9f;
 constexpr float unknown_value = 1e10f;
 
-// As integers, NaN and infinity also exceed the limit. Written to vectorise: files without an unknown pixel,
-// as networks produce them, cost one pass at memory speed.
+// Returns true if a pixel of the row is unknown. Bit patterns are compared as integers, which puts NaN and
+// infinity above the limit, and without branches, which lets the loop vectorise: files without an unknown
+// pixel, as networks write them, cost one pass at memory speed.
 bool has_unknown(const Flow* row, size_t n) {
   const uint32_t limit = std::bit_cast<uint32_t>(unknown_limit);
   uint32_t above = 0;
@@ -304,8 +305,8 @@ Image<uint16_t> decode_mask_text(std::string_view text, const std::string& name)
           name, parser.line(), n, width, column);
     }
   };
-  // A label takes at least two bytes with its separator: with fewer bytes some row is short, and no memory is
-  // allocated for the image.
+  // A label takes at least two bytes with its separator: if there are fewer bytes, some row is short, and
+  // read_row() throws Error before memory for the image is allocated.
   if (width * height > (text.size() + 1) / 2) {
     for (size_t y = 0; y < height; ++y) read_row(nullptr, 0);
   }

@@ -7,7 +7,7 @@
 //
 //   disparity (KITTI, VDO-SLAM folders):  z = bf / (n / 256)  (m), n = 0 invalid
 //   depth in m / 256 (KITTI depth):       z = n / 256         (m), n = 0 invalid
-//   depth in centimetres (Virtual KITTI): z = n / 100         (m), n = 65535 invalid (sky, beyond 655.35 m)
+//   depth in centimetres (Virtual KITTI): z = n / 100         (m), n = 65535 invalid (sky, beyond 655.34 m)
 //   flow (KITTI scene flow):              u = (R - 2^15) / 64, v = (G - 2^15) / 64  (px), B = 0 invalid
 //   flow (Virtual KITTI):                 u = (2 R / 65535 - 1) (w - 1), v = (2 G / 65535 - 1) (h - 1)  (px),
 //                                         B = 0 invalid
@@ -27,7 +27,7 @@ Image<float> depth_from_cm(const Image<uint16_t>& depth_cm);
 Image<Flow> flow_from_kitti(const Image<Rgb16>& image);
 Image<Flow> flow_from_vkitti(const Image<Rgb16>& image);
 
-/// Encode depth, rounded to nearest; values outside the range of the format become invalid.
+/// Encode depth (m) and flow (px), rounded to nearest; values outside the range of the format become invalid.
 Image<uint16_t> disparity256_from_depth(const Image<float>& depth_m, double bf);
 Image<uint16_t> depth256_from_depth(const Image<float>& depth_m);
 Image<uint16_t> cm_from_depth(const Image<float>& depth_m);
@@ -47,8 +47,8 @@ inline constexpr float tartanair_sky_m = 5000;
 Image<float> depth_from_tartanair(const Image<Rgba>& image);
 Image<Flow> flow_from_tartanair(const Image<Rgb16>& image);
 
-/// Encode depth and flow. Depth is exact, invalid depth becomes 0. Flow is rounded to 1/64 px; flow that is
-/// invalid or outside the range of the format gets the mask 1.
+/// Encode depth and flow. Depth is exact; depth that is not finite becomes 0. Flow is rounded to 1/64 px;
+/// flow that is invalid or outside the range of the format gets the mask 1.
 Image<Rgba> tartanair_from_depth(const Image<float>& depth_m);
 Image<Rgb16> tartanair_from_flow(const Image<Flow>& flow);
 
@@ -56,8 +56,8 @@ Image<Rgb16> tartanair_from_flow(const Image<Flow>& flow);
 // pairs of float (u, v), px, row by row; all little-endian. A component above 1e9 in magnitude or NaN means
 // "unknown" and is an invalid Flow here. Source: vision.middlebury.edu/flow/code/flow-code/README.txt
 
-/// Decodes a .flo file. Throws Error on another magic number or a number of bytes that does not match the
-/// size in the header.
+/// Decodes a .flo file. Throws Error on another magic number, a width or height outside 1..1000000, or a
+/// number of bytes that does not match them.
 Image<Flow> decode_flo(std::string_view bytes, const std::string& name);
 
 /// Encodes a .flo file; invalid pixels are written as 1e10, as the format specifies.

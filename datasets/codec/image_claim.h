@@ -6,8 +6,7 @@
 //   decoded bytes     at most 64 MB, or 200 times the size of the file if that is larger
 //
 // The second limit rejects decompression bombs: camera images, depth, flow and masks of more than 64 MB are
-// never compressed to that degree. Text formats compare the declared size with the number of values that the
-// file can contain instead.
+// never compressed to that degree. Masks as text have limits of their own (dense_maps.cc, mots.cc).
 
 #include <algorithm>
 #include <cstdint>
@@ -31,8 +30,7 @@ inline void check_image_claim(const char* kind, const std::string& name, uint64_
   if (decoded_bytes <= std::max(free_bytes, max_ratio * file_bytes)) return;
   fail(
       "{}: its header claims a {} of {}x{} pixels, which is {} MB from a file of {} bytes, expected at most "
-      "{} "
-      "times the file: is it damaged?",
+      "64 MB or {} times the file: is the file damaged?",
       name, kind, width, height, decoded_bytes / 1'000'000, file_bytes, max_ratio);
 }
 

@@ -10,8 +10,8 @@
 
 namespace sextant {
 
-/// Decodes an image. Throws Error if the bytes are not a JPEG file, or if it is truncated or damaged.
-/// Orientation tags are ignored.
+/// Decodes an image. Throws Error if the bytes are not a JPEG file, if it is truncated or damaged, or if its
+/// header claims more pixels than image_claim.h allows. Orientation tags are ignored.
 Image<Rgb> decode_jpeg_rgb(std::string_view bytes, const std::string& name);
 
 /// Encodes an image with `quality` 1..100.

@@ -46,7 +46,7 @@ void check_projection(const TextRows& rows, const Entry& entry) {
   const bool pinhole = p(0, 0) > 0 && p(1, 1) > 0 && p(0, 1) == 0 && p(1, 0) == 0 && p(2, 0) == 0 &&
                        p(2, 1) == 0 && p(2, 2) == 1;
   if (pinhole) return;
-  rows.fail_here("{}: expected a rectified projection f 0 cx a  0 f cy b  0 0 1 c with f > 0, got {}",
+  rows.fail_here("{}: expected a rectified projection fx 0 cx a  0 fy cy b  0 0 1 c with fx, fy > 0, got {}",
                  entry.spelling, fmt::join(rows.fields().subspan(1), " "));
 }
 

@@ -53,7 +53,7 @@ struct KittiCalibration {
 KittiCalibration decode_kitti_calibration(std::string_view text, const std::string& name);
 
 /// Encodes with 17 significant digits, in the dialect of the tracking benchmark or, with `object_dialect`, in
-/// the other one.
+/// that of the object benchmark.
 std::string encode_kitti_calibration(const KittiCalibration& calibration, bool object_dialect = false);
 
 // Object labels of KITTI tracking (label_02/%04d.txt), 17 columns:
@@ -81,8 +81,8 @@ struct KittiLabel {
 };
 
 /// Decodes labels in the order of the file. Throws Error "NAME:LINE: ..." on another number of columns,
-/// values that are not finite, negative frames, ids or (except DontCare) sizes, and a track that is repeated
-/// in a frame.
+/// values that are not finite, frames outside 0..9999999, (except DontCare) track ids outside 0..65534 or
+/// sizes that are not positive, and a track that is repeated in a frame.
 std::vector<KittiLabel> decode_kitti_labels(std::string_view text, const std::string& name);
 
 /// Encodes labels with 17 significant digits for the pose; boxes and sizes to 1e-6.
@@ -128,7 +128,8 @@ double mercator_scale(double first_latitude_deg);
 
 SE3 pose_from_oxts(const KittiOxts& sample, double scale);
 
-/// Inverts the pose of a sample; velocities are 0. Angles: roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2].
+/// Returns the sample with this pose, the inverse of pose_from_oxts(); its other values are 0. Angles: roll
+/// and yaw in (-pi, pi], pitch in [-pi/2, pi/2].
 KittiOxts oxts_from_pose(const SE3& T_world_imu, double scale);
 
 }  // namespace sextant

@@ -43,7 +43,7 @@ class RleReader {
   size_t at_ = 0;
 };
 
-// The new value of an object's pixels, and the treatment of pixels of other objects.
+// The id to paint, and the pixels that already belong to other objects: their number, and the first of them.
 struct Brush {
   uint16_t id = 0;
   int64_t n_overlap = 0;

@@ -6,9 +6,9 @@
 //   PNG   16-bit gray: the same ids, 0 = background
 //   id    class_id * 1000 + track id; class 1 car, 2 pedestrian, 10 ignore (an unlabelled region)
 //   rle   COCO's compressed run lengths: the image column by column, runs of 0 and 1 in turn, the first of 0.
-//         Each number, from the fourth on minus the number two before it, is cut into groups of 5 bits,
-//         lowest first, as two's complement: bit 4 of the last group is the sign. Each group is one
-//         character, whose code is 48 + group, + 32 if another group follows.
+//         From the fourth run on, the number two places before is subtracted. Each number is cut into groups
+//         of 5 bits, lowest first, as two's complement: bit 4 of the last group is the sign. Each group is
+//         one character, whose code is 48 + group, + 32 if another group follows.
 //
 // In decoded masks, an object's id is its track id + 1 (as in all masks of KITTI in this project); ignored
 // regions are background. Detections in the same text format (TrackR-CNN) have arbitrary ids and may overlap.
@@ -25,9 +25,9 @@
 
 namespace sextant {
 
-/// Decodes the runs, in pixels. `where` ("FILE:LINE") is the prefix of messages. Throws Error on a character
-/// outside the alphabet, a truncated number, a negative run, or runs that do not add up to `width` *
-/// `height`.
+/// Returns the lengths of the runs, px. `where` ("FILE:LINE") is the prefix of messages. Throws Error on a
+/// character outside the alphabet, a truncated number, a negative run, or runs that do not add up to `width`
+/// * `height`.
 std::vector<uint32_t> decode_rle(std::string_view rle, int width, int height, const std::string& where);
 std::string encode_rle(std::span<const uint32_t> runs);
 
@@ -52,14 +52,15 @@ class MotsText {
   };
 
   /// Parses the file. Throws Error "NAME:LINE: ..." on a malformed row, a class or id outside the range of
-  /// MOTS, or an id that is repeated in a frame.
+  /// `ids`, or an id or track that is repeated in a frame.
   MotsText(std::string_view text, std::string name, MotsIds ids = MotsIds::tracks);
 
   std::set<int> frames() const;                ///< frames with at least one object
   std::span<const Row> rows(int frame) const;  ///< in the order of the file; may be empty
 
   /// Returns the mask of a frame, all background without rows. Throws Error "NAME:LINE: ..." if a row has
-  /// another size, its run lengths are invalid, or two objects overlap. Safe to call from several threads.
+  /// another size, its run lengths are invalid, or two objects overlap (MotsIds::tracks). Safe to call from
+  /// several threads.
   Image<uint16_t> mask(int frame, int width, int height) const;
 
  private:
@@ -70,12 +71,13 @@ class MotsText {
   std::map<int, std::vector<Row>> rows_;
 };
 
-/// Encodes masks by frame, whose ids are track id + 1 (at most 1000); `class_of` contains the class of each
-/// id, 1 if absent.
+/// Encodes masks by frame. `class_of` contains the class of each id, 1 if absent. Throws Error if an id
+/// (track id + 1) is above 1000 or a class is not 1 or 2.
 std::string encode_mots_text(const std::map<int, Image<uint16_t>>& masks, const std::map<int, int>& class_of);
 
-/// Convert between the numbers of a MOTS PNG and object ids (track id + 1). Decoding throws Error, which
-/// names the pixel, on a number that is not a MOTS id, and on a track id with two classes.
+/// Convert between the numbers of a MOTS PNG and object ids (track id + 1). Decoding throws Error that names
+/// the pixel if a number is not a MOTS id or a track has two classes; encoding throws Error like
+/// encode_mots_text().
 Image<uint16_t> mask_from_mots(const Image<uint16_t>& image, const std::string& name);
 Image<uint16_t> mots_from_mask(const Image<uint16_t>& mask, const std::map<int, int>& class_of);
 

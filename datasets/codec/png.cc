@@ -129,8 +129,9 @@ void read_chunks(std::string_view bytes, const std::string& name, Chunks& out) {
     }
     at += 12 + length;
   }
-  if (n_data == 0) fail("{}: PNG without pixels (no IDAT chunk)", name);
-  if (out.header.color_type == palette_kind && !has_palette) fail("{}: palette PNG without a palette", name);
+  if (n_data == 0) fail("{}: PNG has no pixels (no IDAT chunk): copy or download it again", name);
+  if (out.header.color_type == palette_kind && !has_palette)
+    fail("{}: palette PNG has no palette (no PLTE chunk): copy or download it again", name);
 }
 
 struct FreeDecompressor {
@@ -177,7 +178,8 @@ class RawRows {
     for (int y = 0; y < header_.height; ++y) {
       uint8_t* row = raw_.get() + static_cast<size_t>(y) * (n_row + 1);
       if (!internal::png_unfilter(row[0], row + 1, prior, n_row, bytes_per_pixel)) {
-        fail("{}: PNG row {} has filter type {}, known are 0 to 4", name_, y, row[0]);
+        fail("{}: PNG row {} has filter type {}, expected 0 to 4: copy or download the file again", name_, y,
+             row[0]);
       }
       consume(y, row + 1);
       prior = row + 1;
@@ -226,7 +228,7 @@ PngHeader png_header(std::string_view bytes, const std::string& name) {
     fail("{}: not a PNG image (its signature is missing)", name);
   if (bytes.size() < header_end) truncated(name, bytes.size());
   if (bytes.substr(12, 4) != "IHDR" || big_endian32(bytes.data() + 8) != 13) {
-    fail("{}: PNG does not start with its header (IHDR)", name);
+    fail("{}: PNG does not start with its header (IHDR): copy or download it again", name);
   }
   if (libdeflate_crc32(0, bytes.data() + 12, 17) != big_endian32(bytes.data() + 29)) {
     fail("{}: PNG header is damaged (its CRC-32 is wrong): copy or download the file again", name);
@@ -242,8 +244,10 @@ PngHeader png_header(std::string_view bytes, const std::string& name) {
   header.color_type = static_cast<uint8_t>(bytes[25]);
   header.interlaced = bytes[28] != 0;
   if (!known_kind(header)) {
-    fail("{}: PNG header names bit depth {} and colour type {}, which do not exist", name, header.bit_depth,
-         header.color_type);
+    fail(
+        "{}: PNG header names bit depth {} and colour type {}, which PNG does not combine: the file is "
+        "damaged",
+        name, header.bit_depth, header.color_type);
   }
   check_claim(header, name, bytes.size(), 0);
   return header;

@@ -2,12 +2,13 @@
 
 // PNG images (ISO/IEC 15948): decoding and encoding from and to memory.
 //
-// Read: 1/2/4/8-bit gray, palette, 8-bit gray + alpha, RGB and RGBA (alpha is dropped), 16-bit gray and RGB.
-// Not read: interlaced files, 16-bit with alpha.
+// Read: 1/2/4/8-bit gray, palette, 8-bit gray + alpha, RGB and RGBA (only decode_png_rgba() keeps alpha),
+// 16-bit gray and RGB. Not read: interlaced files, 16-bit with alpha.
 //
 // Every decoder takes the bytes of one file and its name for messages. It throws Error if the file is not a
-// PNG, is truncated, has a chunk with a wrong CRC-32 or data with a wrong Adler-32, or contains another kind
-// of pixels than requested. A damaged file is never decoded in part. Safe to call from several threads.
+// PNG, is truncated, has a chunk with a wrong CRC-32 or data with a wrong Adler-32, or contains pixels of
+// another kind than the decoder expects. A damaged file is never decoded in part. Safe to call from several
+// threads.
 
 #include <string>
 #include <string_view>
@@ -49,10 +50,10 @@ Image<uint16_t> decode_png16(std::string_view bytes, const std::string& name);
 Image<Rgb16> decode_png_rgb16(std::string_view bytes, const std::string& name);
 /// Decodes 8-bit RGBA, with the four bytes of each pixel unchanged.
 Image<Rgba> decode_png_rgba(std::string_view bytes, const std::string& name);
-/// Decodes up to 8 bits as colour: palettes are looked up, gray is repeated.
+/// Decodes up to 8 bits as colour, without alpha: palettes are looked up, gray is repeated.
 Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name);
-/// Decodes up to 8 bits as luminance: gray unchanged (1/2/4 bits scaled to 0..255), colour through
-/// rgb_to_gray().
+/// Decodes up to 8 bits as luminance, without alpha: gray unchanged (1/2/4 bits scaled to 0..255), colour
+/// through rgb_to_gray().
 Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name);
 /// Decodes the stored numbers of a palette or gray image of up to 8 bits, without looking them up (label
 /// images).

@@ -14,8 +14,8 @@ namespace sextant::internal {
 constexpr size_t png_row_slack = 8;
 
 /// Inverts `filter` in place; png_row_slack bytes after both rows must be readable. `prior` is the unfiltered
-/// row above; nullptr for the first row. `bytes_per_pixel` is 1 to 8. Returns false if there is no such
-/// filter.
+/// row above; nullptr for the first row. `bytes_per_pixel` is 1, 2, 3, 4, 6 or 8. Returns false if there is
+/// no such filter.
 bool png_unfilter(int filter, uint8_t* row, const uint8_t* prior, size_t n, int bytes_per_pixel);
 
 /// Applies `filter` (0..4) to `row`; `prior` is the row above, not filtered.

@@ -15,15 +15,15 @@
 namespace sextant {
 
 /// Decodes poses by frame number. Throws Error "NAME:LINE: ..." on another number of values, values that are
-/// not finite, a last row other than 0 0 0 1, a rotation that differs from orthonormal by more than 1e-3, and
-/// a repeated frame.
+/// not finite, a last row other than 0 0 0 1, a rotation that differs from orthonormal by more than 1e-3 or
+/// is a reflection, and a repeated frame.
 std::map<int, SE3> decode_pose_text(std::string_view text, const std::string& name);
 
-/// Returns the 4x4 matrix in fields `first` .. `first + 15` of a row, with the checks of decode_pose_text();
-/// the last row of the matrix may be missing at the end of the fields.
+/// Returns the pose whose 4x4 matrix is in fields `first` .. `first + 15` of a row, with the checks of
+/// decode_pose_text(); the last row of the matrix may be missing at the end of the fields.
 SE3 read_pose_fields(const TextRows& rows, size_t first);
 
-/// Encodes with 17 significant digits, which read back as the same poses.
+/// Encodes the matrices with 17 significant digits, so that the poses read back are equal up to rounding.
 std::string encode_pose_text(const std::map<int, SE3>& poses);
 
 // Poses of objects as text, an extension of the KITTI layout by this project (training/object_pose/%04d.txt)
@@ -39,8 +39,8 @@ std::string encode_pose_text(const std::map<int, SE3>& poses);
 /// repeated in a frame.
 std::map<std::pair<int, int>, SE3> decode_object_poses(std::string_view text, const std::string& name);
 
-/// Encodes with 17 significant digits, which read back as the same poses, after a comment that explains the
-/// columns.
+/// Encodes the matrices with 17 significant digits, so that the poses read back are equal up to rounding. The
+/// first lines are comments that explain the columns.
 std::string encode_object_poses(const std::map<std::pair<int, int>, SE3>& poses);
 
 // Stereo cameras in OpenCV YAML, in the format of ORB-SLAM2 and VDO-SLAM: "%YAML:1.0" and the keys Camera.fx,
@@ -52,8 +52,8 @@ struct YamlCamera {
   double rate_hz = 0;  ///< 0 = not given
 };
 
-/// Decodes a camera. Throws Error that names the missing keys, or the key whose value is not a positive
-/// number.
+/// Decodes a camera. Throws Error on a file without %YAML in its first line, and Error that names the missing
+/// keys, a repeated key, or the key whose value is not a number from 1e-6 to 1e9.
 YamlCamera decode_yaml_camera(std::string_view text, const std::string& name);
 
 std::string encode_yaml_camera(const YamlCamera& camera);

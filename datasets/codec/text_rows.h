@@ -1,8 +1,8 @@
 #pragma once
 
 // Text files with one record per line: numbers and words separated by blanks, tabs or one given separator.
-// CRLF, a byte order mark, blanks at either end and empty lines are accepted. All messages start with
-// "NAME:LINE: ".
+// CRLF, a byte order mark, blanks at either end and empty lines are accepted. Messages about a line start
+// with "NAME:LINE: ".
 //
 //   for (TextRows rows(bytes, path); rows.next();) {
 //     rows.expect(2, "time and value");
@@ -138,7 +138,8 @@ class TextRows {
 
 class TextTable {
  public:
-  /// Reads the header. Throws Error if the file is empty, or lacks columns (all missing ones are named).
+  /// Reads the header. Throws Error if the file is empty, or if columns of `names` are missing (all of them
+  /// are named).
   TextTable(std::string_view bytes, std::string name, std::vector<std::string> names);
 
   /// Advances to the next row; returns false at the end. Throws Error unless the row has as many fields as

@@ -47,8 +47,8 @@ VkittiAngles vkitti_angles(const Eigen::Quaterniond& R_camera_object);
 //
 // Decoders accept CRLF, a byte order mark and empty lines, find columns by name, and throw Error "NAME:LINE:
 // ..." on missing columns (with their names), rows of another length, values that are not finite, and on
-// repeated frames, objects of a frame, or colours. Encoders write the fewest digits that read back the same.
-// Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-1, the data set's own README.
+// repeated frames, objects of a frame, or colours of a track. Encoders write the fewest digits that read back
+// the same. Source: europe.naverlabs.com/proxy-virtual-worlds-vkitti-1, the data set's own README.
 
 /// One row of motgt. Camera coordinates; m, rad, px.
 struct Vkitti1Object {

@@ -28,6 +28,7 @@ struct Advance {
 };
 
 using Drive = std::function<Advance(int frame)>;  ///< from this frame to the next
+/// Returns the stances of a vehicle that begins at `at`, frame by frame.
 std::vector<Stance> drive(Stance at, int n_frames, const Drive& advance);
 
 /// A path of straight lines and arcs.
@@ -37,14 +38,15 @@ struct Route {
     double turn_rad = 0;  ///< heading change over the length of the leg
   };
   Stance start;
-  std::vector<Leg> legs;  ///< continues straight after the last one
+  std::vector<Leg> legs;  ///< the last leg goes straight on without end; its length and turn are ignored
 
+  /// Returns the stance `way_m` after the start.
   Stance at(double way_m) const;
 };
 
 /// Speed (m per frame) at some frames, in order; linear interpolation in between, constant outside.
 using Speeds = std::vector<std::pair<int, double>>;
-/// Drives along a route, beginning at `way_m`.
+/// Returns the stances along a route, frame by frame, beginning `way_m` after its start.
 std::vector<Stance> drive(const Route& route, double way_m, int n_frames, const Speeds& speeds);
 
 SE3 pose(const Stance& at, double y_m);
@@ -66,7 +68,7 @@ class Cast {
   explicit Cast(Scenario& scenario) : scenario_(scenario) {}
 
   void moving(const CarShape& shape, const Stance& start, const Drive& advance);
-  /// Adds a car that exists in frames `from`..`to` only.
+  /// Adds a car that exists in frames `from`..`to` (inclusive) only.
   void moving(const CarShape& shape, const std::vector<Stance>& stances, int from = 0, int to = 1 << 30);
   void parked(const CarShape& shape, const Stance& at);
 
@@ -84,12 +86,14 @@ Scenario city();
 Scenario highway();
 Scenario stereo_drive();
 
-// A scenario from true motions: cars replace the labelled boxes, on a street along their paths.
+// A scenario from true motions: cars replace the labelled boxes, and a street is built along the path of the
+// camera; houses and trees keep clear of the objects.
 
-/// Frames first..last of `truth` become frames 0..last - first. World axes are translated (not rotated) so
-/// that the first camera is near the origin; y must point down within 30 degrees. Objects without a size get
-/// the usual one of their type. `shape` provides name, camera, image size and rate. Throws Error if a frame
-/// has no camera pose.
+/// Returns a scenario in which frames first..last of `truth` are frames 0..last - first. World axes are
+/// translated (not rotated), so that the first camera is at the origin. Objects without a size get the usual
+/// one of their type. `shape` provides name, camera, image size and rate. Throws Error if a frame has no
+/// camera pose, or if the first camera's y axis is more than 30 degrees off the y axis of the world, which
+/// must point down.
 Scenario replay_scenario(const SequenceTruth& truth, int first, int last, Scenario shape);
 
 }  // namespace sextant::synthetic

@@ -24,7 +24,8 @@ std::filesystem::path cache_folder(const std::string& option);
 
 class FrameCache {
  public:
-  /// With an empty folder, nothing is found or stored.
+  /// With an empty folder, nothing is found or stored. Throws Error if the folder exists and does not belong
+  /// to this user, or if other users can write into it.
   FrameCache(const std::filesystem::path& folder, const std::string& key, uint64_t max_bytes);
 
   /// Returns false if the image is missing, damaged, or of another size.

@@ -71,13 +71,13 @@ struct Mesh {
   /// Adds an irregular ball; the same seed gives the same shape.
   void add_blob(const Look& look, const Eigen::Vector3d& centre, const Eigen::Vector3d& radii_m);
 
-  /// Adds all of another mesh, given in coordinates b.
+  /// Adds all of another mesh, whose coordinates are those of frame b.
   void append(const Mesh& other, const SE3& T_this_b);
   /// Adds a convex polygon with the look of patch `patch`.
   void add_fan(const std::vector<Eigen::Vector3d>& points, uint32_t patch);
 };
 
-/// Returns a hash of three numbers, the only source of randomness of the scenes.
+/// Returns a hash of three numbers, the only source of randomness of the geometry of the scenes.
 uint32_t hash3(uint32_t a, uint32_t b, uint32_t c);
 /// Returns hash3() as a number in [0, 1).
 double random01(uint32_t a, uint32_t b, uint32_t c);

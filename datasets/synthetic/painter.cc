@@ -118,8 +118,8 @@ class Painter final : private Shader::Sink {
     return (depth_m * ray + (0.003 + 1e-4 * depth_m) * normal).cast<float>();
   }
 
-  /// Computes shadows at every second pixel of every second row first; where the surrounding ones agree, the
-  /// others take their value.
+  /// Computes shadows at every second pixel of every second row first. A pixel in between takes the value of
+  /// these neighbours if they agree and show the same look as the pixel.
   void find_shadows() {
     sun_ = Image<uint8_t>(width_, height_, unknown);
     std::vector<Pixel> ask;
@@ -280,7 +280,8 @@ class Painter final : private Shader::Sink {
     return states;
   }
 
-  /// Returns the shadow of the neighbours that show the same triangle, if they agree.
+  /// Returns the shadow of this pixel and its neighbours, as far as they show the same triangle; unknown if
+  /// there is none or they disagree.
   uint8_t near_state(const Pixel& p, uint32_t surface) const {
     uint8_t state = unknown;
     for (const auto& [dx, dy] : {std::pair(0, 0), {-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {

@@ -89,7 +89,7 @@ SEXTANT_SIMD void fill(const Surfaces::Scan& scan, int width, int height, float*
   });
 }
 
-/// Updates the z-buffer at some columns of the rows only.
+/// Updates the z-buffer with the triangle at samples (x + dx, y + dy) of the pixels in `spots` only.
 SEXTANT_SIMD void fill_at(const Surfaces::Scan& scan, int width, int height, double dx, double dy,
                           const Spots& spots, float* nearest, uint32_t* surfaces) {
   const std::array<double, 3> inverse = scan.inverse_depth;

@@ -20,7 +20,7 @@
 
 namespace sextant::synthetic {
 
-/// The meshes of a scene, with one number, its surface, for every triangle of all meshes.
+/// The meshes of a scene. Every triangle of every mesh has one number of its own, its surface.
 class Bodies {
  public:
   static constexpr uint32_t sky_surface = 0xffffffffU;

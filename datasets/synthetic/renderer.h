@@ -7,12 +7,14 @@
 //   depth_m        z-depth of the visible surface at the pixel centre; NaN = sky
 //   flow           displacement of this point (at the stored depth) to its position in the next frame under
 //                  the true motion of its body, px, also if it is occluded there or outside the image; NaN =
-//                  sky, or behind the next camera, or the body does not exist then. The last frame has none
+//                  sky, or less than 0.1 m ahead of the next camera, or the body does not exist then. The
+//                  last frame has none
 //   backward_flow  likewise to the previous frame. The first frame has none
 //   occlusion      visible: in the next frame, this point is visible at the end of its flow (at one of the
-//                  four pixels around it: same body, depth within 3 cm or 0.5 %); hidden: something else is
-//                  visible there; outside: beyond the image or behind the camera; unknown: sky, or the body
-//                  does not exist then. The last frame has none
+//                  four pixels around it: same body, depth within 3 cm or 0.5 %, whichever is larger);
+//                  hidden: something else is visible there; outside: beyond the image, or less than 0.1 m
+//                  ahead of the camera; unknown: sky, or the body does not exist then. The last frame has
+//                  none
 //   mask           ids of all cars, moving or parked
 //
 // A pure function of scenario and frame.
@@ -27,7 +29,7 @@ namespace sextant::synthetic {
 
 class Renderer {
  public:
-  /// Throws Error if check() rejects the scenario.
+  /// Throws Error if Scenario::check() rejects the scenario.
   explicit Renderer(Scenario scenario);
   ~Renderer();
 
@@ -35,8 +37,8 @@ class Renderer {
   /// Renders the requested channels of a frame in [0, n_frames). Safe to call from several threads. The
   /// geometry of the last few frames is cached, so that channels may be requested one by one.
   Frame render(int frame, const Channels& channels) const;
-  /// Returns the camera poses of all frames, and the objects visible in frames first..last, with the bounding
-  /// box of their visible pixels.
+  /// Returns the camera poses of frames first..last and the objects visible in them, with the bounding boxes
+  /// of their visible pixels.
   SequenceTruth truth(int first, int last) const;
 
  private:

@@ -99,7 +99,7 @@ std::vector<Stance> straight(const Stance& start, const Speeds& speeds) {
 void traffic(Cast& cast) {
   // Ahead in the own lane, without stopping.
   cast.moving(saloon(silver), straight({city_lane_m, 13, north}, {{0, 0.64}, {40, 0.60}, {60, 0.85}}));
-  // Oncoming: one passes on the street, one while the camera stands, one later behind it.
+  // Oncoming: the red car passes before the camera stops, the yellow one when it starts again.
   cast.moving(wagon(red), straight({-city_lane_m, 62, south}, {{0, 0.80}, {50, 0.85}}), 0, 75);
   cast.moving(small(yellow), straight({-city_lane_m, 112, south}, {{0, 1.10}, {70, 1.02}}), 0, 110);
   // Across the street while the camera stands.
@@ -285,7 +285,7 @@ constexpr double drive_lane_m = 1.75;
 /// Bends to the right, then to the left.
 Route route() { return {{0, 0, 0}, {{14, 0}, {24, 22 * degree}, {10, 0}, {26, -26 * degree}, {0, 0}}}; }
 
-/// Returns a position beside the route.
+/// Returns the stance `right_m` to the right of the route.
 Stance beside(double way_m, double right_m, double turn_rad = 0) {
   Stance at = route().at(way_m);
   at.x_m += right_m * std::cos(at.heading_rad);
@@ -368,8 +368,8 @@ Scenario make_scenario(const std::string& name) {
 Scenario every_nth_frame(Scenario scenario, int n) {
   if (n == 1) return scenario;
   if (n < 1 || scenario.n_frames() <= n)
-    fail("scenario '{}': every {} frames of its {}: expected 1 to {}", scenario.name, n, scenario.n_frames(),
-         scenario.n_frames() - 1);
+    fail("scenario '{}': every = {} with {} frames: expected 1 to {}, which leaves two or more",
+         scenario.name, n, scenario.n_frames(), scenario.n_frames() - 1);
   const auto thin_out = [n](auto& per_frame) {
     size_t kept = 0;
     for (size_t frame = 0; frame < per_frame.size(); frame += static_cast<size_t>(n))

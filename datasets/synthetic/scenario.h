@@ -28,8 +28,8 @@ struct Actor {
   std::string type = "Car";                        ///< type in the truth: "Car", "Van"
   std::vector<std::optional<SE3>> T_world_object;  ///< one per frame; nullopt while the car is absent
 
-  /// Returns the flag of the truth, as in Virtual KITTI: a step of 1 cm or more to the next frame; in the
-  /// last frame of the car, from the previous one.
+  /// Returns the `moving` flag of the truth, as in Virtual KITTI: true for a step of 1 cm or more to the next
+  /// frame; in the last frame of the car, from the previous one.
   bool moves(int frame) const;
 };
 
@@ -50,8 +50,9 @@ struct Scenario {
   static StereoCamera virtual_kitti_camera() { return {{725.0, 725.0, 620.5, 187.0}, 725.0 * 0.532725}; }
 };
 
-/// The frames 0, n, 2n, .. of a scenario, at the n-th part of its frame rate, under the name "NAME/everyN";
-/// the scenario itself for n = 1. Throws Error where fewer than two frames are left.
+/// Returns a scenario of the frames 0, n, 2n, .. at the n-th part of the frame rate, with the name
+/// "NAME/everyN"; the given scenario for n = 1. Throws Error if n < 1, or if fewer than two frames would be
+/// left.
 Scenario every_nth_frame(Scenario scenario, int n);
 
 /// Returns the scenario of this name; throws Error with the nearest name if there is none.

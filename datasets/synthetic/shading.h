@@ -47,7 +47,8 @@ class ShadowCasters {
   std::unique_ptr<Handles> handles_;
 };
 
-/// The bodies at one time. For use by one thread; objects of several threads may share ShadowCasters.
+/// Casts rays to the sun among the bodies of one frame. An object is for use by one thread; objects of
+/// several threads may share ShadowCasters.
 class SunRays {
  public:
   SunRays(const ShadowCasters& casters, std::span<const std::optional<SE3>> T_camera_body,
@@ -98,12 +99,12 @@ class Shader {
   /// Properties that are constant over a triangle. The normal points towards the camera.
   struct Facet {
     Linear inverse_depth;  ///< 1 / m
-    float distance_m = 0;  ///< distance of its plane
+    float distance_m = 0;  ///< distance of its plane from the camera
     float nearest_m = 0, farthest_m = 0;
     Linear u, v;                       ///< coordinates of the ray along the texture's axes
     float u_camera = 0, v_camera = 0;  ///< texture coordinates at the camera, m
     float n_x = 0, n_y = 0;            ///< normal in camera axes, divided by the focal length in pixels
-    float normal_y = 0;                ///< normal in world axes
+    float normal_y = 0;                ///< y component of the normal, world axes
     float sky_light[3] = {}, sun_light[3] = {};
   };
   /// Directions of the rays: (x, y, 1) in camera axes, whose norm is the length of a ray per depth, and in
@@ -114,8 +115,8 @@ class Shader {
   /// Lighting of a sample, apart from its texture.
   struct Light {
     Lane range_m;   ///< along the ray
-    Lane facing;    ///< cosine of ray and normal
-    Lane mirror_y;  ///< reflected ray, world axes
+    Lane facing;    ///< cosine of the angle between ray and normal
+    Lane mirror_y;  ///< y component of the reflected ray, world axes
     Lane red, green, blue;
   };
 

@@ -59,7 +59,7 @@ using Eigen::Vector3f;
 
 const Vector3f street_grey(0.34F, 0.34F, 0.35F);
 
-/// A block of houses: a rectangle on the ground, and its sides that face a road.
+/// The rectangle on the ground that a block of houses with its pavement occupies.
 struct Block {
   double x0, x1, z0, z1;
 };
@@ -110,7 +110,7 @@ class StreetBuilder : Furnisher {
     const Look road{Material::road, street_grey, 101, marked};
     const Look plain{Material::asphalt, street_grey, 101, 0};
     const Look stripes{Material::stripes, street_grey, 101, 0};
-    // Far below everything, for the area beyond the blocks.
+    // A plane 30 cm below the road, which is visible beyond the blocks.
     ground({Material::grass, {0.30F, 0.36F, 0.20F}, 103, 0}, -400, 400, plan_.z_from_m - 300,
            plan_.z_to_m + 300, 0.3);
     if (!plan_.crossing_z_m) {
@@ -269,11 +269,13 @@ class Builder : Furnisher {
  private:
   /// Samples the path in steps of about step_m, with straight ends.
   void sample_way() {
-    if (way_.points.empty()) fail("street along a way: it has no points");
+    if (way_.points.empty()) fail("street along a path: the path has no points");
     const auto heading = [](const StreetWay::Point& point) -> Vector3d {
       const Vector3d ahead(point.ahead.x(), 0, point.ahead.z());
       if (!point.ground.allFinite() || !ahead.allFinite() || ahead.norm() < 1e-9) {
-        fail("street along a way: a point is not finite, or has no direction in the plane");
+        fail(
+            "street along a path: a point of the path or its direction is not finite, or the direction has "
+            "no horizontal component");
       }
       return ahead.normalized();
     };
@@ -287,7 +289,8 @@ class Builder : Furnisher {
         const Vector3d last = samples_.back();
         const double gap_m = (flat(point.ground) - flat(last)).norm();
         if (gap_m < step_m) continue;
-        if (gap_m > 1000) fail("street along a way: a step of {:.0f} m; expected less than 1 km", gap_m);
+        if (gap_m > 1000)
+          fail("street along a path: consecutive points are {:.0f} m apart, expected at most 1 km", gap_m);
         const int n = static_cast<int>(gap_m / step_m);
         for (int i = 1; i < n; ++i) samples_.push_back(last + (point.ground - last) * i / n);
       }
@@ -302,7 +305,8 @@ class Builder : Furnisher {
   void thin_out_free() {
     std::set<std::pair<int64_t, int64_t>> taken;
     for (const Vector3d& place : way_.keep_free) {
-      if (!place.allFinite()) fail("street along a way: a point to keep free is not finite");
+      if (!place.allFinite())
+        fail("street along a path: the position of an object is not finite: expected finite coordinates, m");
       if (taken.emplace(std::llround(place.x() * 2), std::llround(place.z() * 2)).second) {
         free_.push_back(place);
       }
@@ -336,7 +340,7 @@ class Builder : Furnisher {
         Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ());
   }
 
-  /// Dashes, and a line to the right, just above the ground.
+  /// Adds a dashed line, and a solid line on the right, just above the ground.
   void marks() {
     const Look white{Material::plaster, {0.80F, 0.80F, 0.78F}, 105, 0};
     for (size_t i = 0; i + 1 < samples_.size(); ++i) {
@@ -348,7 +352,7 @@ class Builder : Furnisher {
           const Vector2d p = at + (offset_m + half) * right;
           corners.emplace_back(p.x(), terrain_->height(p.x(), p.y()) - 0.015, p.y());
         }
-        // Four corners on hilly ground lie in no plane: two triangles.
+        // Four corners on hilly ground are not coplanar, so each strip consists of two triangles.
         mesh.add_polygon(white, {corners[0], corners[1], corners[2]});
         mesh.add_polygon(white, {corners[0], corners[2], corners[3]});
       };

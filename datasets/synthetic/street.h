@@ -82,8 +82,9 @@ struct StreetWay {
   uint32_t seed = 1;
 };
 
-/// Throws Error if there are no points, if one is not finite or has no direction, or if the path jumps by a
-/// kilometre or spans more than six.
+/// Throws Error if there are no points, if a point or position is not finite, if a point has no horizontal
+/// direction, if consecutive points are more than a kilometre apart, or if the terrain would have more than
+/// 36 km^2.
 Mesh make_street_along(const StreetWay& way);
 
 }  // namespace sextant::synthetic

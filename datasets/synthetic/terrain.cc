@@ -29,7 +29,8 @@ Terrain::Terrain(const std::vector<Support>& supports, const std::vector<Disc>& 
   n_x_ = static_cast<int>((x1 - x0_) / cell_m) + 2;
   n_z_ = static_cast<int>((z1 - z0_) / cell_m) + 2;
   if (static_cast<int64_t>(n_x_) * n_z_ > 4'000'000) {
-    fail("street: its way spans {:.0f} m x {:.0f} m; expected less than 6 km x 6 km", x1 - x0_, z1 - z0_);
+    fail("street along a path: its terrain has {:.0f} m x {:.0f} m, expected at most 36 km^2", x1 - x0_,
+         z1 - z0_);
   }
   nodes_.resize(static_cast<size_t>(n_x_) * n_z_);
   for (const Support& support : supports) {

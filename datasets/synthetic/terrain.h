@@ -21,10 +21,11 @@ class Terrain {
     Eigen::Vector3d place;
     double radius_m = 0;
   };
-  /// Covers everything within `margin_m` of the supports, of which there must be at least one.
+  /// Covers everything within `margin_m` of the supports, of which there must be at least one. Throws Error
+  /// if that is more than 36 km^2.
   Terrain(const std::vector<Support>& supports, const std::vector<Disc>& road, double margin_m);
 
-  /// Returns the height of the mesh surface; outside the grid, that of the nearest point.
+  /// Returns the y coordinate (down, m) of the mesh surface; outside the grid, that of the nearest point.
   double height(double x, double z) const;
   /// Adds road, kerb, pavement and grass to a mesh.
   void add_to(Mesh& mesh, double pavement_m) const;

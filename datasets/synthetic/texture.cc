@@ -297,7 +297,7 @@ SEXTANT_SIMD void masonry(const Footprints& f, const Lane& noise, int n, Lane& s
   }
 }
 
-/// Elements that cover the wall, with shares in [0, 1]; the light of panes.
+/// Shares in [0, 1] of each sample that sills, frames and panes cover, and the colour of the panes.
 struct Windows {
   Lane sill, frame, pane, red, green, blue;
 };

@@ -35,7 +35,8 @@ class NoiseTile {
 // aliasing at any distance. The texture is a function of the position on the surface only: a point looks the
 // same in every frame (up to the filter, the light and shadows).
 
-/// Values of samples that are shaded together.
+/// One quantity of all samples of a batch: at[i] belongs to sample i. The samples of a batch are shaded
+/// together.
 struct Lane {
   alignas(32) float at[NoiseTile::batch] = {};
   float& operator[](int i) { return at[i]; }
@@ -62,7 +63,8 @@ struct Colours {
 /// Computes the colours of the surface, unlit, at `n` positions, at most NoiseTile::batch.
 void surface_colours(const Look& look, const Footprints& footprints, int n, Colours& colours);
 
-/// Computes the sky in the world directions (u, v, u_x), of any length.
+/// Computes the colours of the sky in the world directions (u, v, u_x), of any length; overwrites
+/// `directions`.
 void sky_colours(Footprints& directions, int n, Colours& colours);
 
 }  // namespace sextant::synthetic

@@ -126,7 +126,10 @@ std::vector<fs::path> benchmark_sweeps(const fs::path& folder) {
         sweeps.push_back(estimator.path().filename() / sweep.path().filename());
     }
   }
-  if (sweeps.empty()) fail("{}: holds no sweeps of a benchmark", folder.string());
+  if (sweeps.empty())
+    fail(
+        "{}: holds no sweeps of a benchmark: expected the folder that was given to `sextant benchmark --out`",
+        folder.string());
   std::ranges::sort(sweeps);
   return sweeps;
 }

@@ -3,7 +3,6 @@
 // Runs a suite: the sweeps of its tracks, each an ordinary sweep (experiment/sweep.h) in its own folder.
 //
 //   OUT/<estimator>/<sweep>/            plan.json, records.jsonl, cases.jsonl, run.json
-//
 //   OUT/<estimator>/left_out.json       tracks that did not run, with the reason; only if there are any
 //   OUT/<estimator>/card.json .md .html (card.h), written when all sweeps are finished
 //
@@ -43,8 +42,8 @@ struct BenchmarkPlan {
   std::map<std::string, std::string> left_out;  ///< reason for each track that does not run
 };
 
-/// Returns one plan per estimator. Throws Error on an unknown suite, track or estimator. A track whose data
-/// are missing is left out unless it is requested by name.
+/// Returns one plan per estimator. Throws Error on an unknown track or estimator, and if no track is left to
+/// run. A track with `needs_data` is left out if its data are missing, unless it is requested by name.
 std::vector<BenchmarkPlan> plan_benchmark(const BenchmarkRequest& request, const Suite& suite);
 
 /// Runs the sweeps of one estimator, or resumes them. Throws the exceptions of sweep().
@@ -60,10 +59,11 @@ std::vector<std::string> write_benchmark_plans(const std::vector<BenchmarkPlan>&
 /// Returns <estimator>/<sweep> of all sweeps below OUT, sorted. Throws Error if there are none.
 std::vector<std::filesystem::path> benchmark_sweeps(const std::filesystem::path& folder);
 
-/// Returns the distinct <estimator> of these names.
+/// Returns each <estimator> of benchmark_sweeps() once, sorted.
 std::vector<std::string> benchmark_estimators(const std::filesystem::path& folder);
 
-/// Joins the folders of shards (OUT of `--shard I/N`) sweep by sweep (merge_sweeps()).
+/// Joins the folders of shards (OUT of `--shard I/N`) sweep by sweep (merge_sweeps()). Throws Error like
+/// merge_sweeps(), and if the shards do not have the same sweeps.
 SweepOutcome merge_benchmarks(const std::vector<std::filesystem::path>& shards,
                               const std::filesystem::path& out, bool allow_mixed);
 

@@ -21,7 +21,7 @@
 
 namespace sextant {
 
-/// With fewer seeds a bootstrap over seeds has too few clusters.
+/// Smallest number of seeds for a bootstrap over seeds; fewer seeds are too few clusters.
 inline constexpr size_t min_seed_clusters = 5;
 
 /// Frame pairs with truth at one level.
@@ -52,7 +52,7 @@ struct BreakdownLevel {
   std::string interval_text() const;
 };
 
-/// The levels must be ascending.
+/// Computes the breakdown level of a curve, given its levels in ascending order (at least one).
 BreakdownLevel breakdown_of(const std::vector<LevelCounts>& levels, double nominal, double error_ratio,
                             double min_coverage);
 

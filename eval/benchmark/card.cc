@@ -58,7 +58,8 @@ struct CostSamples {
   }
 };
 
-/// Few seeds determine their spread badly, so frames are the clusters, as with a single seed.
+/// Returns the clusters of the bootstrap: frames if there are fewer than min_seed_clusters seeds, which would
+/// be too few clusters.
 ClusterBy clusters_of(const NoiseLevel& level) {
   return level.n_seeds() < min_seed_clusters ? ClusterBy::frames : ClusterBy::seeds;
 }

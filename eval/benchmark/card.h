@@ -40,7 +40,7 @@ struct CurvePoint {
   std::optional<IntervalEstimate> efficiency;
   std::optional<double> anees;
   std::optional<Interval> anees_expected;
-  std::string records;  ///< file that holds its records, relative to the card
+  std::string records;  ///< file with its records, relative to the card
 
   double coverage() const { return static_cast<double>(n_estimated) / n_truth; }
 };
@@ -82,11 +82,11 @@ struct Card {
                                double level) const;
 };
 
-/// Tracks that an estimator cannot run, as {"TRACK": "reason"}; the file lies beside its sweeps.
+/// Name of the file with the tracks that were not run, as {"TRACK": "reason"}, in the folder of the sweeps.
 inline constexpr const char* left_out_name = "left_out.json";
 
 /// Makes a card from the sweeps in FOLDER/<sweep>/ and from FOLDER/left_out.json. Throws Error if a sweep is
-/// missing, unfinished, or a single shard.
+/// missing, unfinished, or one of several shards.
 Card make_card(const Suite& suite, const std::filesystem::path& folder);
 
 /// Makes card.json. Everything except `costs` is independent of jobs, shards and interruptions.

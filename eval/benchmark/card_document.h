@@ -19,7 +19,7 @@
 
 namespace sextant {
 
-/// A card, and the path it was read from, relative to the page.
+/// A card, and the folder from which it was read, relative to the page.
 struct PlacedCard {
   Card card;
   std::string folder;
@@ -48,7 +48,8 @@ std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards
 ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& suite);
 
 /// Makes index.html from the cards in these folders; `out` is the folder of the page. Throws Error on a
-/// folder without a card and on cards of several suites.
+/// folder without a card, and on cards of several suites or of another version of the suite than this program
+/// has.
 OutputFiles page_files(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
                        int jobs);
 

@@ -5,21 +5,20 @@
 // change of a suite is a new file with a new name, so that two cards of one suite always mean the same cases.
 //
 //   { "name": "sextant-1", "title": "..",
-//     "metric": "Et_m",                                    // the error that the breakdown level is of
+//     "metric": "Et_m",                                    // the error that defines the breakdown level
 //     "breakdown": {"error_ratio": 2, "min_coverage": 0.9},
 //     "tracks": [
 //       { "name": "depth", "title": "Depth noise",
 //         "level": "disparity noise delta_d [px]",         // meaning of the numbers of its levels
-//         "nominal": 0.2,                                  // level that the errors of the others are
-//                                                          relative to
-//         "quick": [0.2, 0.8],                             // levels of a quick run, which has the first seed
-//                                                          only
+//         "nominal": 0.2,                                  // level to whose errors those of the other
+//                                                          levels are compared
+//         "quick": [0.2, 0.8],                             // levels of a quick run, which has seed 0 only
 //         "objects": {"s18": [1, 2]},                      // objects that count, by sequence; without: all
-//         "needs_data": false,                             // true: left out where the data are not there
+//         "needs_data": false,                             // true: left out if its data are missing
 //         "plans": {"depth": {"sources": [..], "noise": {..}, "seeds": 5, "options": {..}}} } ] }
 //
-// A plan has the keys of experiment/plan.h but for "name" and "estimators". The name of a plan is the name of
-// its sweep's folder.
+// A plan has the keys "sources", "noise" (required), "seeds" and "options" of experiment/plan.h. The name of
+// a plan is the name of its sweep's folder.
 
 #include <map>
 #include <span>
@@ -83,7 +82,7 @@ Suite find_suite(const std::string& name);
 inline constexpr const char* quick_ending = ", quick";
 
 /// Returns the plan of one sweep for an estimator (an entry of "estimators" in a plan), as JSON text for
-/// parse_plan(). `quick` keeps only the first seed and the quick levels of the track; empty if no level
+/// parse_plan(). `quick` keeps only seed 0 and the quick levels of the track; empty if no level
 /// remains.
 std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep,
                       const Json& estimator, bool quick);

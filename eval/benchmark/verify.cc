@@ -168,12 +168,13 @@ void check_card(const Suite& suite, const Json& stored, const fs::path& folder) 
     given.erase(key);
   }
   if (computed != given)
-    fail("{}: '{}' does not agree with the records", (folder / "card.json").string(),
+    fail("{}: the value of '{}' does not agree with the records", (folder / "card.json").string(),
          first_difference(given, computed));
 }
 
-/// Every number that the stored record has is that of the record of the same pair and body, to nine digits:
-/// records may be stored without numbers that no card needs.
+/// Returns true if the records have the same frame, body and status, and every number of the stored record
+/// agrees with that of the other one within a relative difference of 1e-8. Records may be stored without
+/// numbers that no card needs.
 bool agrees(const Record& stored, const Record& again) {
   constexpr double digits = 1e-8;
   const auto agree = [&](const Record::Numbers& a, const Record::Numbers& b) {
@@ -242,8 +243,8 @@ std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, cons
   return records;
 }
 
-/// Selects cases that are the same for everyone who verifies this card, but that nobody can choose
-/// beforehand.
+/// Runs a sample of cases again and compares their records. The sample follows from the hashes of the
+/// records, so that it is the same for everyone who verifies this card, but cannot be chosen beforehand.
 void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, const VerifyOptions& options,
                   std::vector<std::string>& lines) {
   const std::string name = sweeps.front().plan.at("estimators").at(0).at("name").get<std::string>();
@@ -272,8 +273,8 @@ std::vector<std::string> verify_benchmark(const fs::path& folder, const VerifyOp
   const Card card = parse_card(text, file.string());
   const Suite suite = find_suite(options.suite.empty() ? card.suite : options.suite);
   if (card.suite_sha256 != suite.sha256)
-    fail("{}: belongs to another suite '{}': SHA-256 {}, this program's has {}", file.string(), card.suite,
-         card.suite_sha256, suite.sha256);
+    fail("{}: belongs to another suite '{}': its SHA-256 is {}, that of this program's suite {}",
+         file.string(), card.suite, card.suite_sha256, suite.sha256);
   std::vector<std::string> lines;
   const std::vector<CheckedSweep> sweeps = check_sweeps(suite, card, folder, options.data_root, lines);
   uint64_t n_cases = 0;

@@ -5,10 +5,12 @@
 //   suite      the card belongs to a suite of this program, by SHA-256
 //   plans      every sweep has the sources, noise, levels, seeds and options of the suite
 //   cases      every case of a plan exists, and its records have its source, noise, level, seed and estimator
-//   card       the card equals the one computed from the records, to the last digit; costs are not compared
-//   rerun      a sample of cases is run again and gives the same records, except for times. This includes
-//              estimators of this program always, and external programs on request only, because their
-//              command comes from the submitted configuration
+//   card       the card equals the one computed from the records, to the last digit, except for costs and the
+//              version of the program
+//   rerun      a sample of cases is run again and gives the same records within a relative difference of
+//              1e-8, except for times. Cases of this program's estimators are always run again, those of
+//              external programs on request only, because their command comes from the submitted
+//              configuration
 
 #include <filesystem>
 #include <string>

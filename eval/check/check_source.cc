@@ -35,7 +35,7 @@ struct ChannelFrame {
   std::string error;
 };
 
-/// A channel: how to request it and how to read one of its pixels (NaN = invalid).
+/// A channel: its name, the unit of its values, and the flag that requests it.
 struct ChannelKind {
   const char* name;
   const char* unit;
@@ -124,7 +124,7 @@ void set_fail(SourceCheck& line, const std::string& message) {
   line.outcome = CheckOutcome::fail;
 }
 
-/// Returns true if there are objects that a mask could show.
+/// Returns true if a true object has a 2-D box in a frame of the source, so that a mask should show it.
 bool any_true_boxes(const Sequence& sequence) {
   const SequenceInfo& info = sequence.info();
   for (const auto& [frame, objects] : sequence.truth().objects) {
@@ -259,7 +259,7 @@ SourceCheck judge_convention(const Diagnosis& diagnosis) {
   return line;
 }
 
-/// Adds the accuracy of computed or replaced channels, if the data set has their ground truth.
+/// Adds notes on the accuracy of flow and depth that are not ground truth, if the data set has the truth.
 void add_dense_errors(const Sequence& sequence, int jobs, std::vector<SourceCheck>& lines) {
   try {
     const DenseTruthErrors errors = dense_truth_errors(sequence, jobs);
@@ -286,14 +286,13 @@ void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
   }
   if (floor.rotation_timing_deg) {
     std::string text =
-        fmt::format("the true rotations are off by {:.4f} deg (RMS) or more, from their timing alone",
+        fmt::format("the true rotations have errors of at least {:.4f} deg (RMS), from their timing alone",
                     *floor.rotation_timing_deg);
     if (floor.rotation_deg && floor.gyro_deg) {
       const Eigen::Vector3d& apart = *floor.gyro_deg;
       text += fmt::format(
           "; they differ from the turn rates by {:.4f} deg (RMS), mean absolute yaw {:.4f}, pitch {:.4f}, "
-          "roll "
-          "{:.4f} deg",
+          "roll {:.4f} deg",
           *floor.rotation_deg, apart.z(), apart.y(), apart.x());
     }
     lines.push_back(note("rotation floor", text));

@@ -9,7 +9,6 @@
 // The convention checks use all of up to 24 frames, and for longer sources 6 runs of 4 successive frames,
 // evenly distributed: their duration does not grow with the length. The checks of text truth and of mask
 // outlines use every decoded frame.
-// outlines look at every frame decoded.
 
 #include <optional>
 #include <string>
@@ -28,7 +27,7 @@ struct SourceCheck {
   /// true for a check of conventions.h: has value, limit and n, or a message why it was not possible
   bool convention = false;
   CheckOutcome outcome = CheckOutcome::pass;
-  std::optional<int> n_present;  ///< number of frames (files, channels, poses) or tracks (objects)
+  std::optional<int> n_present;  ///< number of frames (channels, poses) or tracks (objects)
   std::optional<int> n_expected;
   std::string size_px;                     ///< such as "1242x375"
   std::optional<double> valid_share;       ///< 0..1, over all pixels of all frames
@@ -52,12 +51,13 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
 
 // ---- reports of check_source() for people and for programs
 
-/// Returns two tables, content and conventions, followed by the likely causes.
+/// Returns two tables, content and conventions, each followed by the likely causes and messages of its
+/// checks.
 std::string check_page(const std::string& source, const SequenceInfo& info,
                        const std::vector<SourceCheck>& checks);
 /// Returns {"source","failed","suspect","checks":[{"check","outcome",..,"cause","message"}]}.
 Json check_json(const std::string& source, const std::vector<SourceCheck>& checks);
-/// Throws Error that names the first failed check, if there is one.
+/// Throws Error with the number of failed checks and the first one of them, if a check failed.
 void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks);
 
 }  // namespace sextant

@@ -113,7 +113,8 @@ Finding check_repeated_poses(const ConventionData& data) {
   if (identities > 0)
     finding.message += fmt::format("{} camera poses are exactly the identity; ", identities);
   if (objects > 0) finding.message += fmt::format("{} object poses are exactly the identity; ", objects);
-  if (*finding.value > 0) finding.message += "is missing truth written as identity or as the last pose?";
+  if (*finding.value > 0)
+    finding.message += "was missing truth written as the identity, or as the last pose?";
   return finding;
 }
 
@@ -161,7 +162,7 @@ Finding check_times(const ConventionData& data) {
     if (next == data.times_s.end() || next->first != it->first + 1 || !data.has(next->first)) continue;
     steps.push_back(next->second - it->second);
   }
-  if (steps.empty()) return finding.not_checkable("the source has no time stamps");
+  if (steps.empty()) return finding.not_checkable("no time stamps of successive frames");
   const double typical = median(steps);
   if (*std::ranges::min_element(steps) <= 0 || typical <= 0) {
     finding.value = 100;
@@ -269,7 +270,8 @@ struct Trial {
   double penalty = 0;
 };
 
-/// Grows from 0 with the distance from passing, at a decreasing rate.
+/// Returns the penalty of a check under a hypothesis: it grows with the ratio of value and limit at a
+/// decreasing rate, by a step of 1 at the limit.
 double penalty(const Finding& before, const Finding& after) {
   if (!after.checkable()) return before.checkable() ? lost : 0;
   return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));

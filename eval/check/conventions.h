@@ -17,7 +17,7 @@
 namespace sextant {
 
 // ---- Data of the convention checks: the truth of a sequence, and its depth, flow and masks on a coarse grid
-// of pixels. A value type: a hypothesis about a mistake is a change of a copy (diagnosis.h).
+// of pixels. A value type: a hypothesis about a mistake changes a copy of the data (diagnosis/hypothesis.h).
 //
 //   grid:  sample (i, j) is at pixel (i step + step/2, j step + step/2)
 //   flow:  the flow image of frame k belongs to the pair (k + flow_from) -> (k + flow_to)
@@ -38,7 +38,7 @@ struct ConventionData {
   double rate_hz = 0;
   int step = 1;  ///< px between samples
   int first_frame = 0;
-  /// first_frame, first_frame + 1, ...; empty images for frames that are not sampled
+  /// Frames first_frame, first_frame + 1, ...; frames that are not sampled have empty images.
   std::vector<GridFrame> frames;
   int flow_from = 0;
   int flow_to = 1;
@@ -53,7 +53,7 @@ struct ConventionData {
   double pixel(int sample) const { return sample * step + step / 2; }  // NOLINT: whole pixels
 };
 
-/// Returns everything but the grids: `frames` has the right number of empty ones.
+/// Returns the data of a sequence without the images: `frames` contains an empty GridFrame for each frame.
 ConventionData make_convention_data(const Sequence& sequence);
 
 /// Returns the grid samples of one channel.
@@ -71,7 +71,8 @@ struct FlowSample {
   Flow flow;
   int id = 0;
 };
-/// Returns the valid samples of flow image k at frame k + flow_from; empty if a channel is missing.
+/// Returns the samples of flow image k that have valid flow, and valid depth in frame k + flow_from; empty if
+/// flow or depth is missing. Without a mask all ids are 0.
 std::vector<FlowSample> flow_samples(const ConventionData& data, int k);
 
 // ---- findings
@@ -90,8 +91,8 @@ struct Finding {
   int n = 0;            ///< number of samples behind the value
   std::string counted;  ///< unit of n: "points", "objects", "steps", ...
   std::string message;  ///< may be empty
-  bool sharp =
-      false;  ///< the value is about 0 for exact data, so a hypothesis that makes it about 0 is right
+  /// The value is about 0 for exact data, so a hypothesis that makes it about 0 is right.
+  bool sharp = false;
 
   bool checkable() const { return value.has_value(); }
   bool passes() const { return checkable() && *value <= limit; }
@@ -101,7 +102,8 @@ struct Finding {
   bool measure(const std::vector<double>& values);
   /// Sets the message to "not checkable: " and the reason; returns itself.
   const Finding& not_checkable(std::string_view why);
-  /// Returns the value relative to its limit: <= 1 passes. 0 if not checkable.
+  /// Returns the value divided by its limit, which passes up to 1; 0 if not checkable. If the limit is 0: 0
+  /// for the value 0, otherwise 1 + value.
   double ratio() const;
 };
 
@@ -110,60 +112,63 @@ struct Finding {
 /// Compares the positions of background points after the true camera motion with the flow. Median residual,
 /// px.
 Finding check_static_flow(const ConventionData& data);
-/// Factor on depth for which the true camera steps explain the flow, and the relative standard error of the
-/// mean.
+/// Factor on depth for which the true camera steps explain the flow, and its relative standard error.
 struct DepthFactor {
   double factor = 1;
   double error = 0;
   int n = 0;  ///< number of pairs; 0: not known
 };
 DepthFactor fit_depth_factor(const ConventionData& data);
-/// Compares the excess of depth at the sides of the image with that in the middle (halves of the samples by
-/// the length of their rays), as a share of the effect of range along the ray instead of z. 0: a plain
-/// factor; 1: range. nullopt: not known.
+/// Returns by how much more depth is too large at the sides of the image than in the middle (two halves of
+/// the samples by the length of their rays), as a share of the difference that range along the ray in place
+/// of z would make. 0: depth has a plain factor; 1: depth is range. nullopt without pairs that determine the
+/// share.
 std::optional<double> range_share(const ConventionData& data);
-/// Determines the scale s of depth for which the true camera motion explains the flow. |s - 1|, %.
+/// Determines the factor s on depth for which the true camera motion explains the flow. |s - 1|, %.
 Finding check_depth_scale(const ConventionData& data);
 /// Compares the positions of points on an object's mask, after the object's true motion, with the flow.
 /// Median over objects, m at the object.
 Finding check_object_flow(const ConventionData& data);
-/// Compares depth (median of valid pixels) at the bottom of the image with that in the middle.
+/// Divides depth (median of valid pixels) at the bottom of the image by that in the middle. Median over
+/// frames.
 Finding check_depth_order(const ConventionData& data);
 
 // ---- objects (object_conventions.cc)
 
-/// Counts true boxes whose best fitting mask has another id than the track. Share, %.
+/// Counts true boxes whose best fitting mask has another id than the track. Share of the boxes that a mask
+/// fits, %; 100 % if no mask fits any box.
 Finding check_mask_ids(const ConventionData& data);
-/// Compares the outline of each mask with the true 2-D box: median of the largest edge distance, % of the
-/// box.
+/// Compares the outline of each mask with the true 2-D box of its id: largest distance between their edges, %
+/// of the box. 40 % quantile over boxes.
 Finding check_mask_boxes(const ConventionData& data);
 /// Horizontal and vertical offset of the projected 3-D box from the 2-D box. |median|, m at the object.
 Finding check_box_sideways(const ConventionData& data);
 Finding check_box_upright(const ConventionData& data);
-/// Compares depth on an object's mask with the surface of its true 3-D box. |median|, %.
+/// Compares depth on an object's mask with the surface of its true 3-D box. |median ratio - 1|, %.
 Finding check_object_depth(const ConventionData& data);
 /// Computes the angle between an object's z axis and its displacement in the world. Median, deg.
 Finding check_heading(const ConventionData& data);
 
-// ---- plausibility of each part on its own (plausible_conventions.cc)
+// ---- plausibility of the camera, poses and time stamps on their own (conventions.cc)
 
 Finding check_camera_model(const ConventionData& data);  ///< worst deviation in units of its limit
 Finding check_camera_path(const ConventionData& data);   ///< angle between displacement and z axis, deg
-/// number of steps with exactly equal poses during motion
+/// Counts camera poses that equal the pose before although the camera moves, and poses that are the identity.
 Finding check_repeated_poses(const ConventionData& data);
 Finding check_speed(const ConventionData& data);  ///< the largest median speed, km/h
-Finding check_times(const ConventionData& data);  ///< unevenness of the time stamps, % of a step
+Finding check_times(const ConventionData& data);  ///< largest deviation of a step from the median, %
 
-/// Runs all of the above, in the order of the report.
+/// Runs the checks above, in the order of the report.
 std::vector<Finding> check_conventions(const ConventionData& data);
 
 // ---- Search for the causes of failed checks: every hypothesis of the table is undone in a copy of the data,
 // and the checks are repeated. A check that did not pass is attributed to the hypothesis under which it
-// passes, no other check becomes worse, and all checks together have the lowest penalty; to several
-// hypotheses if they are equally good; otherwise to "no known cause fits".
+// passes, no further check fails, and all checks together have the lowest penalty; to several hypotheses if
+// they are equally good; otherwise to "no known cause fits".
 //
-// A sharp check that passes is analysed as well: if undoing a mistake removes nearly all of its residual,
-// exact data contain that mistake, however small the residual was.
+// A sharp check that passes with more than 0.2 % of its limit is analysed as well: if undoing a mistake
+// removes more than 90 % of its residual, the data are exact and contain that mistake, and the check is
+// reported as FAIL.
 
 struct Diagnosis {
   Finding finding;
@@ -171,6 +176,7 @@ struct Diagnosis {
   std::string cause;  ///< cause of a check that did not pass; otherwise empty
 };
 
+/// Returns the diagnosis of every check, in the order of check_conventions(). `jobs`: number of threads.
 std::vector<Diagnosis> diagnose(const ConventionData& data, int jobs);
 
 /// Returns the common mistakes with the conventions of data sets that apply to these data: the text for the

@@ -36,9 +36,10 @@ std::string DenseTruthErrors::flow_text() const {
 
 std::string DenseTruthErrors::disparity_text() const {
   if (!disparity) return "";
-  return fmt::format("mean disparity error {:.3g} px, outliers {:.2f} %, shift of the others {:+.2f} px, {}",
-                     disparity->mean_px, 100 * disparity->outlier_share, disparity->shift_px,
-                     share_text(disparity->n, disparity->coverage, n_depth_frames));
+  return fmt::format(
+      "mean disparity error {:.3g} px, outliers {:.2f} %, mean signed error of the inliers {:+.2f} px, {}",
+      disparity->mean_px, 100 * disparity->outlier_share, disparity->shift_px,
+      share_text(disparity->n, disparity->coverage, n_depth_frames));
 }
 
 DenseTruthErrors dense_truth_errors(const Sequence& sequence, int jobs) {

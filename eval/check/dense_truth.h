@@ -1,7 +1,7 @@
 #pragma once
 
-// Accuracy of a source's own flow and depth if its data set has dense ground truth (metrics/dense_errors.h):
-// of networks, DIS and SGBM, before an estimator uses them.
+// Accuracy of flow and depth of a source, as computed by networks, DIS or SGBM, before an estimator uses
+// them. The data set must have dense ground truth (metrics/dense_errors.h).
 
 #include <optional>
 #include <string>
@@ -17,8 +17,8 @@ struct DenseTruthErrors {
   int n_flow_frames = 0;                         ///< number of frames with both
   int n_depth_frames = 0;
 
-  /// Returns "EPE 0.95 px (0.82 along x, 0.30 along y), outliers 6.57 %, of 107 thousand pixels in 1 frame;
-  /// ...".
+  /// Return texts such as "EPE 0.95 px (0.82 along x, 0.30 along y), outliers 6.57 %, over 107000 pixels of 1
+  /// frame, 95.2 % of those with truth"; empty without errors.
   std::string flow_text() const;
   std::string disparity_text() const;
 };

@@ -75,8 +75,8 @@ std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
   return pair;
 }
 
-/// Returns the standard deviation of the rotations of true steps: the geometric mean of the bounds of
-/// dataset.h, or the known one of them.
+/// Returns the likely error of the rotations of true steps: the geometric mean of the lower and the upper
+/// bound of dataset.h, or the one that is known.
 std::optional<double> likely_rotation_error_deg(const TruthFloor& floor) {
   if (!floor.rotation_deg || !floor.rotation_timing_deg)
     return floor.rotation_deg ? floor.rotation_deg : floor.rotation_timing_deg;

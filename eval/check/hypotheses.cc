@@ -176,8 +176,9 @@ ConventionData thinned(const ConventionData& data) {
   return few;
 }
 
-/// Finds the factor in [1/limit, limit] that reduces the residual of the static flow most, and applies it;
-/// for depth (steps = 1) and camera positions (steps = -1) it is refined from the step lengths.
+/// Finds the factor in [1/limit, limit] that reduces the residual of the static flow most, and applies it.
+/// For depth (steps = 1) and camera positions (steps = -1) it is refined from the step lengths. `fitted` is
+/// the inverse of the factor; the hypothesis does not apply if the factor is within 0.5 % of 1.
 template <typename MakeUndo>  // factor -> Undo
 Undo fitted_factor(double limit, MakeUndo make_undo, int steps = 0) {
   return [limit, make_undo, steps](ConventionData& data, double& fitted) {
@@ -216,7 +217,7 @@ Undo fitted_factor(double limit, MakeUndo make_undo, int steps = 0) {
 
 constexpr double pi = std::numbers::pi;
 constexpr double min_range_share = 0.5;
-constexpr double fit_price = 0.6;  // penalty of a fitted number, which explains more than it should
+constexpr double fit_price = 0.6;  // penalty of a fitted number, which can explain residuals by chance
 
 struct Table {
   std::vector<Hypothesis<ConventionData>> lines;
@@ -243,7 +244,7 @@ constexpr Meaning meanings[] = {
     {"whole metres", [](double n, double) { return n; }},
 };
 
-/// The inverse of a reader of a kind of files (SequenceInfo::depth_kind): from depth to n.
+/// Inverse of the reader of a kind of depth files (SequenceInfo::depth_kind): from depth to the integer n.
 struct Reader {
   const char* kind;
   const char* meaning;
@@ -255,7 +256,7 @@ constexpr Reader readers[] = {
     {"depth256", "depth * 256 (KITTI depth)", [](double z, double) { return 256 * z; }},
 };
 
-/// Adds hypotheses that invert the reader to the integers of the file, and decode them with another meaning.
+/// Adds hypotheses that restore the integers of the file, and decode them with another meaning.
 void add_codings(const Reader& reader, Table& table) {
   for (const Meaning& meaning : meanings) {
     if (std::string_view(reader.meaning) == meaning.name) continue;
@@ -413,7 +414,8 @@ void add_objects(const ConventionData& data, Table& table) {
   }
 }
 
-/// Replaces each mask id by the true id whose boxes it fills most often, if that is unambiguous for all.
+/// Replaces each mask id by the id of the true object whose boxes its outline fits, and removes other masks.
+/// Does not apply if a mask fits boxes of several objects, or two masks fit those of one.
 Undo renumbered_masks() {
   return [](ConventionData& data, double& ignored) {
     std::map<int, std::map<int, int>> counts;  // mask id -> track id -> boxes that agree
@@ -446,7 +448,7 @@ Undo renumbered_masks() {
   };
 }
 
-/// Removes the class from ids that contain one.
+/// Reduces ids class * 1000 + track id to the track id + offset; applies if some id is 1000 or more.
 Undo with_class(int offset) {
   return [offset](ConventionData& data, double& ignored) {
     const auto has_class = [](const GridFrame& f) {
@@ -461,8 +463,8 @@ void add_masks(Table& table) {
   table.add("mask ids are off by one: too small (track id + 1 expected)",
             mask_ids([](int id) { return id + 1; }));
   table.add("mask ids are off by one: too large", mask_ids([](int id) { return id - 1; }));
-  table.add("mask ids are class * 1000 + track id: the class is not taken off", with_class(0));
-  table.add("mask ids are class * 1000 + track id: the class is not taken off, and 1 is missing",
+  table.add("mask ids are class * 1000 + track id: the class was not removed", with_class(0));
+  table.add("mask ids are class * 1000 + track id: the class was not removed, and 1 was not added",
             with_class(1));
   table.add("masks are of the next frame (files shifted by one)", shifted_channel(-1, take_mask));
   table.add("masks are of the previous frame (files shifted by one)", shifted_channel(1, take_mask));

@@ -63,7 +63,7 @@ void add_baseline_command(CLI::App& app) {
   add_value(*update, "new", flags->fresh, "NEW", "Folder of a run or sweep")->required();
   add_value(*update, "--baseline", flags->baseline, "DIR", "Folder of the baseline")->capture_default_str();
   add_value(*update, "--policy", flags->policy, "FILE", "What is shown as a change; see `sextant compare`");
-  update->add_flag("--yes", flags->yes, "Write it");
+  update->add_flag("--yes", flags->yes, "Make NEW the baseline");
   add_jobs_flag(*update, *flags);
   update->add_flag("--quiet", flags->quiet, "Do not show the changes");
   update->footer(

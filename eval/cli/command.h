@@ -4,7 +4,7 @@
 //   1. write eval/cli/<name>_command.cc with a function add_<name>_command(CLI::App&) that declares its flags
 //      on a new subcommand, an example in its footer, and what it does as a callback;
 //   2. declare it here and add one line to the table in program.cc.
-// Commands hold no logic of their own: they read flags, call the layers below and print.
+// Commands contain no logic of their own: they read flags, call the layers below and print.
 
 #include <span>
 #include <string>
@@ -19,15 +19,17 @@ namespace sextant {
 /// Exit codes of every command.
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_internal = 70, exit_interrupted = 130 };
 
-/// Runs the program: parses the arguments, runs one command, and turns exceptions into an exit code and one
-/// line on stderr.
+/// Adds one subcommand to the program.
 using AddCommand = void (*)(CLI::App&);
+
+/// Runs the program: parses the arguments, runs one command, and turns exceptions into an exit code and one
+/// line on stderr. Returns the exit code.
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands);
 /// Overload with every command of the program.
 int program(int argc, const char* const* argv);
 
 /// Prints "sextant: KIND: TEXT" on stderr, where KIND is error, warning or note. The output is one line of
-/// bounded length, whatever TEXT holds.
+/// bounded length, whatever TEXT contains.
 void tell(std::string_view kind, const std::string& text);
 
 /// Returns the words with which a user calls a command, e.g. "sextant evaluate ego".

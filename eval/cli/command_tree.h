@@ -25,7 +25,7 @@ enum class Takes {
   text,  ///< a number or free text: nothing to offer
 };
 
-/// A flag, or an argument without one.
+/// A flag, or a positional argument.
 struct FlagHelp {
   std::vector<std::string> names;  ///< "--out", "-h"; an argument has one name
   std::string type;                ///< "DIR"; empty: takes nothing

@@ -270,9 +270,8 @@ void add_cache_command(CLI::App& app) {
   add_cache_flag(*prune, flags->folder);
   prune->add_flag("--all", flags->all, "Remove all of them");
   prune->footer("Example:\n  sextant cache prune --all");
-  prune->callback([flags] {
-    fmt::print("{:.2f} MB set free\n", megabytes(pack_cache(flags->folder).prune(flags->all)));
-  });
+  prune->callback(
+      [flags] { fmt::print("{:.2f} MB freed\n", megabytes(pack_cache(flags->folder).prune(flags->all))); });
 }
 
 }  // namespace sextant

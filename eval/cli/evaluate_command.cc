@@ -49,7 +49,8 @@ EgoOptions options_of(const EgoFlags& flags) {
     if (!std::isfinite(value))
       fail("times, --interpolate and --delta-tolerance must be finite, got {}", value);
   }
-  if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s) fail("--t-start lies after --t-end");
+  if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s)
+    fail("--t-start lies after --t-end: expected --t-start <= --t-end");
   if (!(options.max_speed_m_s > 0))
     fail("--max-speed: expected a speed above 0 m/s, got {}", options.max_speed_m_s);
   if (!flags.covariance.empty())

@@ -85,7 +85,7 @@ TEST_F(EvaluateObjects, TheStageOfAVdoFolderIsChosen) {
   put("obj_mot_gt.txt", motions(0));
   const Outcome refused = evaluate("--format vdo");
   EXPECT_EQ(refused.code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("choose one: --stage"));
+  EXPECT_THAT(refused.err, HasSubstr("choose one with --stage"));
   const auto Et_m = [&](const std::string& stage) {
     const Outcome outcome = evaluate("--format vdo --preset vdo_slam --json --stage " + stage);
     EXPECT_EQ(outcome.code, 0) << outcome.err;

@@ -77,7 +77,7 @@ TEST(ExternalProgram, CtrlCEndsItAndTheSweepIsResumed) {
   EXPECT_FALSE(fs::exists(out / "external" / "case_000001" / "input"));
 }
 
-/// Exit code of a shell line, and what it printed.
+/// Runs a shell line; returns its exit code and output.
 std::pair<int, std::string> shell(const TempFolder& temp, const std::string& line) {
   const fs::path out = temp.path() / "said";
   const int status = std::system(fmt::format("({}) > {} 2>&1", line, out.string()).c_str());

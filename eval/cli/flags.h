@@ -92,10 +92,10 @@ void add_case_flags(CLI::App& command, CaseChoice& choice);
 /// option is an Error.
 SourceSpec source_of(const std::string& text, const CommonFlags& flags);
 
-/// Prints the first few problems on stderr as warnings, then how many more there are.
+/// Prints the first five problems on stderr as warnings, then the number of further ones.
 void warn_of_problems(std::span<const std::string> problems);
 
-/// Parses the value of --shard, "I/N".
+/// Parses the value of --shard, "I/N". Throws Error if it has another form.
 std::pair<uint64_t, uint64_t> shard_of(const std::string& text);
 
 /// Prints the summary of a sweep, after `sweep` and after `rescore` of a sweep.

@@ -205,7 +205,7 @@ INSTANTIATE_TEST_SUITE_P(Commands, OutputPlaces, testing::ValuesIn(places));
 
 TEST(OutputPlacesTable, HasEveryFlagThatNamesAnOutput) {
   const TempFolder temp;
-  // What the program says of itself: its man pages come from the same tree.
+  // The flags come from the command tree, from which the man pages are generated, too.
   ASSERT_EQ(sextant_program("man --out " + (temp / "man")).code, 0);
   std::set<std::string> known;
   for (const Place& place : places) known.insert(fmt::format("{} {}", place.command, place.flag));
@@ -231,7 +231,7 @@ TEST(OneAtATime, MergeAndItsShards) {
                    "is one of the folders that are merged");
   EXPECT_EQ(files_below(in / "shard1"), before);
   // A merge that fails leaves what others put into the folder that it made.
-  expect_bad_input(start("merge IN/shard1 --out IN/new/merged", in, in), "a shard is missing");
+  expect_bad_input(start("merge IN/shard1 --out IN/new/merged", in, in), "give the folders of all shards");
   EXPECT_FALSE(fs::exists(in / "new"));
 }
 
@@ -310,7 +310,7 @@ TEST(Cache, OfAnotherUserIsRefused) {
   expect_bad_input(sextant_program(fmt::format("cache prune --cache {}", temp / "open")),
                    "others may write into this cache");
   expect_bad_input(sextant_program(fmt::format("cache prune --all --cache {}", temp / "one")),
-                   "is not marked as a cache");
+                   "which marks a cache, so nothing was removed");
   EXPECT_TRUE(fs::exists(temp / "one/run.json"));
   if (::geteuid() != 0) GTEST_SKIP() << "only root can give a folder to another user";
   fs::permissions(temp / "open", fs::perms::owner_all);

@@ -30,7 +30,8 @@ namespace sextant {
 namespace {
 
 constexpr const char* interrupted_text =
-    "interrupted; sweep and reproduce go on when the same command is given again";
+    "interrupted; run (with --out), sweep, benchmark and reproduce continue when the same command is given "
+    "again";
 
 int report(const std::string& message, int code) {
   tell("error", message.substr(0, message.find_last_not_of(" \n") + 1));
@@ -53,7 +54,7 @@ void tell_times(std::chrono::steady_clock::time_point start) {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string parts = time_summary();
   if (seconds < long_s || parts.empty()) return;
-  std::fflush(stdout);  // so that the line does not interrupt a table where both go into one file
+  std::fflush(stdout);  // so that the line does not interrupt a table if both are written into one file
   print_error(fmt::format("Time: {:.1f} s; of it {}\n", seconds, parts));
 }
 

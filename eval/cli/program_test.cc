@@ -123,7 +123,7 @@ TEST_F(ProgramOnFixture, OverlayDrawsAPicture) {
             0);
   EXPECT_TRUE(read_file(picture).starts_with("\x89PNG"));
   expect_bad_input(sextant_program(fmt::format("overlay {} --frame 0 --out {}", fixture_.source(), picture)),
-                   "frame 0: must be in 1-4");
+                   "frame 0: expected a frame from 1 to 4");
 }
 
 TEST_F(ProgramOnFixture, RefusesMissingFiles) {

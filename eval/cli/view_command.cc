@@ -67,7 +67,8 @@ void add_view_command(CLI::App& app) {
   add_value(*command, "RUN", flags->first, "DIR",
             "Folder of `sextant run`, `sweep`, `merge` or `evaluate objects --out`")
       ->required();
-  add_value(*command, "RUN2", flags->second, "DIR", "Another one of the same source, to stand beside it");
+  add_value(*command, "RUN2", flags->second, "DIR",
+            "A second folder of the same source, shown beside the first");
   add_value(*command, "--out", flags->request.out, "DIR|FILE.html",
             "FILE.html (up to 50 MB), or a folder for index.html and, if larger, frames/")
       ->required();

@@ -10,13 +10,13 @@
 //
 //   explains_times * r_h <= r_0    and    explains_times * r_h <= r_null, where there is a null reading
 //
-// The null reading claims nothing, as "the body does not move". It keeps a hypothesis that merely shrinks the
-// data, as "these are centimetres", from explaining noise about zero. Residuals are squared errors where
-// errors are of independent samples: a hypothesis leaves at most a fifth of the error's energy, 45 % of the
-// RMS.
+// The null reading assumes that nothing happens, for example that the body does not move. It prevents a
+// hypothesis that merely scales the data down, such as "these are centimetres", from explaining noise about
+// zero. If the errors are those of independent samples, residuals are squared: a reported hypothesis then
+// leaves at most a fifth of the error's energy, 45 % of its RMS.
 //
 //   const auto readings = read_as(hypotheses, data, residual);
-//   if (const auto found = explain(residual(data), readings)) warn(message(*found, "estimate"));
+//   if (const auto found = explain(*residual(data), readings)) warn(message(*found, "estimate", "m"));
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ namespace sextant {
 /// Square of 0.1 mm, or of 0.1 mrad at a radius of 1 m: smaller errors are rounding, whatever explains them.
 inline constexpr double negligible_residual = 1e-8;
 
-/// How many times better than the declared reading a hypothesis must explain the data to be reported.
+/// A hypothesis is reported only if its residual is smaller than the declared one by this factor.
 inline constexpr double explains_times = 5;
 
 /// An alternative reading of `Data`, different from the declared one.
@@ -58,15 +58,15 @@ struct Reading {
 /// A reported hypothesis, and the other hypotheses that explain the data as well.
 struct Explanation {
   Reading best;
-  std::vector<Reading> alike;  ///< residual at most twice the best one's, lowest price first
+  std::vector<Reading> alike;  ///< residuals at most twice the lowest one, lowest price first
   double declared = 0;         ///< residual of the declared reading
 
   /// Ratio of the declared residual to the best one; infinity if the best residual is 0.
   double times() const { return declared / best.residual; }
 };
 
-/// Applies every hypothesis and returns the readings whose `residual`, a function Data ->
-/// std::optional<double>, is known.
+/// Applies every hypothesis to a copy of `data`, and returns the readings of those that apply and have a
+/// residual. `residual` is a function Data -> std::optional<double>.
 template <typename Data, typename Residual>
 std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, const Data& data,
                              const Residual& residual) {
@@ -90,14 +90,14 @@ struct ExplanationRule {
   double times = explains_times;
 };
 
-/// Returns the reading with the lowest residual if it explains the data by the rule above. Among readings
-/// within a factor of two of the lowest residual, the one with the lowest price is returned, then the
-/// first.
+/// Returns the reading with the lowest residual if it explains the data by the rule above; nullopt if it does
+/// not, or if the declared residual is negligible. Among readings within a factor of two of the lowest
+/// residual, the one with the lowest price is returned, and the first of equal prices.
 std::optional<Explanation> explain(double declared, const std::vector<Reading>& readings,
                                    const ExplanationRule& rule = {});
 
-/// Formats "SUBJECT: CAUSE (RMS residual 0.03 m read so, 1.2 m as declared): REMEDY; or: CAUSE"; residuals
-/// are squared, in the square of `unit`.
+/// Formats "SUBJECT: CAUSE (RMS residual 0.03 m read so, 1.2 m as declared): REMEDY; or: CAUSE", with at most
+/// three causes. `unit` is that of the square root of the residuals.
 std::string message(const Explanation& explanation, const std::string& subject, const std::string& unit);
 
 }  // namespace sextant

@@ -11,8 +11,8 @@ namespace {
 constexpr size_t fewest_of_shift =
     8;  // a smooth motion resembles that of the neighbouring frames, so a shift needs many frames
 constexpr double kept_share = 0.8;
-// Two mistakes at once, and shifts of the clock, are reported only where no single other mistake does as
-// well.
+// Two mistakes at once, and readings for which poses are fitted, are reported only if no cheaper mistake
+// explains the data as well.
 constexpr double price_of_two = 0.5, price_of_fit = 0.1;
 
 /// Applies `change`, SE3 and sample -> std::optional<SE3>, to every sample and drops the samples without a
@@ -103,11 +103,11 @@ SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
   return {Eigen::Quaterniond(R), t};
 }
 
-/// One motion A in the world and B in the body frame, P = inverse(L_0) L_{k-1}.
+/// The motion A in the world and B in the body frame of one step; P = inverse(L_0) L_{k-1}.
 struct BodyStep {
   SE3 A, B, P;
 
-  /// Difference of A and B with the object's first pose at L0: translation in m, rotation in m at a radius
+  /// Difference of A and B if L0 is the first pose of the object: translation in m, rotation in m at a radius
   /// of 1 m.
   Vector6d error(const SE3& L0) const {
     const SE3 L = L0 * P;
@@ -298,7 +298,7 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   };
   using S = const MotionSample&;
   using Result = std::optional<SE3>;
-  // Logs often hold no poses of the objects.
+  // Logs often contain no poses of the objects, which are then fitted.
   const auto knows_poses = [](const MotionData& data) {
     return std::ranges::any_of(data.samples, [](S s) { return s.T_world_object.has_value(); });
   };
@@ -366,7 +366,7 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
       "reorder the columns to qx,qy,qz,qw", turned(w_first));
   add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
       "reorder the columns", turned(w_last));
-  add("transposed", "the rotations look transposed (the inverse rotation beside the right translation)",
+  add("transposed", "the rotations look transposed (inverse rotations with the right translations)",
       "transpose each rotation", turned([](const Eigen::Quaterniond& q) { return q.conjugate(); }));
   table.push_back(
       {"absolute", "the values look like poses or motions since the first frame, not from frame k-1 to k",

@@ -9,15 +9,16 @@
 //   body     inverse(L) H L
 //   camera   inverse(C_k) H C_{k-1}       p_k = X p_{k-1} in camera coordinates
 //
-// A reading is compared with reference motions: the truth, or the steps of a path of poses, which a log must
-// agree with as well. The residual of one motion is the mean squared distance by which it moves points of the
-// object to other places than the reference does, for points rms_radius_m around the object's origin:
+// A reading is compared with reference motions: the truth, or the steps of a path of poses, with which the
+// motions of a log must agree as well. The residual of one motion is the mean squared distance between the
+// places to which the motion and the reference move the points of the object, whose RMS distance r from the
+// axis of rotation is rms_radius_m:
 //
 //   e^2 = |t|^2 + (2 r sin(theta / 2))^2        [R(theta) t] = inverse(M) M_reference, in the body frame
 //
-// The residual of an object is the trimmed mean of e^2 over its steps (the largest fifth is left out:
-// outliers say nothing about conventions). The rule of hypothesis.h applies to each object and to all
-// together; the null reading is an object that does not move.
+// The residual of an object is the trimmed mean of e^2 over its steps; the largest fifth is left out, because
+// outliers do not depend on conventions. The rule of hypothesis.h applies to each object and to all together;
+// in the null reading no object moves.
 
 #include <map>
 #include <optional>
@@ -34,7 +35,8 @@ namespace sextant {
 
 /// Objects with fewer steps have no residual.
 inline constexpr size_t fewest_steps = 3;
-/// A shift of the clock is reported only where no single other mistake does as well.
+/// Price of a shift of the frame numbers: it is reported only if no other single mistake explains the data as
+/// well.
 inline constexpr double price_of_lag = 0.2;
 
 enum class MotionFrame { world, body, camera };
@@ -43,17 +45,18 @@ constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
 /// Object id and frame k (the current one of a motion).
 using ObjectFrame = std::pair<int, int>;
 
-/// Radius of the points by which a rotation is weighed against a translation, m.
+/// RMS distance of an object's points from the axis of a rotation, m; it weighs rotations against
+/// translations.
 inline constexpr double rms_radius_m = 1;
 
-/// Factor explains_times for a residual of n steps. It is up to four times as large for few steps, which
-/// may agree by chance.
+/// Returns the factor that takes the place of explains_times for a residual over n steps. It is larger for
+/// few steps, which may agree by chance: 4.3 times as large for three steps, twice for ten.
 double explains_times_of(size_t n_steps);
 
 /// Squared residual of a step between poses or of a motion in the body frame, m^2.
 double squared_residual(const SE3& given, const SE3& reference);
 
-/// Mean of the smallest four fifths of the values; empty for fewer than `fewest` values.
+/// Mean of the smallest four fifths of the values, of `fewest` values at least; empty if there are fewer.
 std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest);
 
 /// Motion and poses that are known at one step, in one world.
@@ -74,36 +77,44 @@ struct MotionData {
 /// Converts `motion` from the frame `from` to the frame `to`; empty if a pose that this needs is not known.
 std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at);
 
-/// Returns the motion of a sample in the world frame; empty if a pose that this needs is not known.
+/// Function that returns the motion of a sample in the world frame; empty if a pose that this needs is not
+/// known.
 using WorldMotion = std::function<std::optional<SE3>(const MotionSample&)>;
 
-/// Fits poses of objects that are not known to motions H in the world and B in the body frame, in least
-/// squares over each stretch of ten steps or more: L_0 with H_k L_{k-1} = L_{k-1} B_k. The reference carries
-/// L_0 from frame to frame, as L_k = L_{k-1} B_k where it is in the body frame and as L_k = H_k L_{k-1} where
-/// it is in the world. Other samples keep no pose.
+/// Estimate the unknown poses T_world_object of objects by least squares. For each stretch of ten or more
+/// successive steps of one object, L_0 minimises the error of H_k L_{k-1} = L_{k-1} B_k, with H_k the motion
+/// in the world and B_k that in the body frame. The reference motions then give the other poses:
+///
+///   fit_poses_to_body_reference    B_k is the reference, H_k is in_world()    L_k = L_{k-1} B_k
+///   fit_poses_to_world_reference   H_k is the reference, B_k is `given`       L_k = H_k L_{k-1}
+///
+/// Samples of shorter stretches get no pose.
 void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world);
-void fit_poses_to_world_reference(MotionData& data);  ///< `given` is B
+void fit_poses_to_world_reference(MotionData& data);
 
 /// Residual over all samples of `data`, m^2; empty for fewer than three.
 std::optional<double> motion_residual(const MotionData& data);
 
-/// Residual of the null reading, objects that do not move.
+/// Residual of the null reading, in which the given motions are the identity.
 std::optional<double> null_of_motions(MotionData data);
-/// Residual of the given motions, as declared, if the objects stand still in the world.
+/// Residual of the given motions, as declared, against objects that stand still in the world; empty if a pose
+/// that this needs is not known.
 std::optional<double> stillness_residual(MotionData data);
 
 /// Every hypothesis about logged motions, for motions declared in `declared`:
 ///
 ///   frame_world, frame_body, frame_camera, frame_camera_axes   another frame than the declared one
-///   inverse            from frame k to k-1; also in another frame
+///   inverse            from frame k to k-1
+///   inverse_frame_world, inverse_frame_body, inverse_frame_camera   from k to k-1, and in another frame
 ///   centimetres, millimetres, too_small_100, too_small_1000
 ///   quaternion_w_first, quaternion_w_last, transposed          rotations read in another order
 ///   absolute           poses, or motions since the first frame, in place of motions from frame to frame
-///   lag_-3 .. lag_3    of other frames
+///   lag_-3 .. lag_3    the motion of frame k is logged at frame k + lag
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
 
 /// Finds readings that explain the motions of all objects, or of single ones, better than the declared
-/// reading.
+/// reading. If there is none, transposed rotations are searched by the rotations alone, then
+/// explain_hidden_shift().
 std::vector<ObjectExplanation> explain_motions(const MotionData& data);
 
 /// Detects a common shift of the frame numbers of all objects by the method of frame_shift.h, for data for
@@ -115,8 +126,8 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data);
 std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& motions);
 
 /// Returns the bodies that seem to drive backwards: in their body frame the motions point against one of
-/// the axes `forward` within 30 degrees, in all but a twentieth of at least ten steps of 0.1 m or more.
-/// Empty if any other body moves.
+/// the axes `forward` within 30 degrees, in all but a twentieth of at least ten steps of 0.1 m or more. Empty
+/// if a body with ten such steps does not seem to do so.
 std::vector<int> bodies_that_reverse(const std::map<ObjectFrame, SE3>& body_motions,
                                      const std::vector<Eigen::Vector3d>& forward);
 

@@ -20,16 +20,18 @@ struct ObjectExplanation {
   const std::string& code() const { return explanation.best.code; }
   bool allows(const std::string& code)
       const;  ///< true for the reported reading and for those that explain the data as well
-  /// Formats "SUBJECT of objects 1, 2: ...".
+  /// Formats message() as "SUBJECT of objects 1, 2: ...", or as "SUBJECT: ..." if all objects are concerned.
   std::string text(const std::string& subject) const;
 };
 
-/// Groups the explanations of single objects by the reading that explains them, the reading of the most
-/// objects first. `n_all` is the number of objects in the data.
+/// Groups the explanations of single objects by the reading that explains them; the reading that explains the
+/// most objects comes first. `n_all` is the number of objects in the data.
 std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_object, size_t n_all);
 
 /// Applies the rule of hypothesis.h to all objects `ids` together, then to each object that the hypothesis
-/// about all does not explain. `explain_of(ids)` returns the explanation of the data of these objects.
+/// about all does not explain. The hypothesis about all is dropped if single objects have explanations, but
+/// fewer than half of all objects agree with it. `explain_of(ids)` returns the explanation of the data of
+/// these objects.
 template <typename ExplainOf>
 std::vector<ObjectExplanation> explain_objects(const std::set<int>& ids, const ExplainOf& explain_of) {
   std::vector<ObjectExplanation> out;
@@ -42,7 +44,7 @@ std::vector<ObjectExplanation> explain_objects(const std::set<int>& ids, const E
     n_explained += own.has_value();
     n_agree += all && own && ObjectExplanation{{}, false, *own}.allows(all->best.code);
   }
-  // Few objects that are wrong in their own way can make another reading of all of them look better.
+  // A few objects with mistakes of their own can make another reading of all objects look better.
   if (n_explained > 0 && 2 * n_agree < ids.size()) all.reset();
   ObjectExplanation of_log{{}, false, all.value_or(Explanation{})};
   for (const int id : ids) {

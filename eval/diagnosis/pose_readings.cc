@@ -86,9 +86,10 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
       "reorder the columns to qx,qy,qz,qw", turned([](const Q& q) { return Q(q.x(), q.y(), q.z(), q.w()); }));
   add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
       "reorder the columns", turned([](const Q& q) { return Q(q.z(), q.w(), q.x(), q.y()); }));
-  add("transposed", "the rotations look transposed (the inverse rotation beside the right position)",
+  add("transposed", "the rotations look transposed (inverse rotations with the right positions)",
       "transpose each rotation", turned([](const Q& q) { return q.conjugate(); }));
-  table.push_back({"per_step", "the values look like motions from frame to frame, not poses", "chain them",
+  table.push_back({"per_step", "the values look like motions from frame to frame, not poses",
+                   "chain them to poses",
                    [](PoseData& data, double&) {
                      SE3 pose;
                      int object = 0;

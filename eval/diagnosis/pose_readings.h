@@ -1,8 +1,9 @@
 #pragma once
 
 // Readings of recorded poses T_world_object, or T_world_camera, by frame: inverse, in centimetres, in the
-// camera frame. The steps between successive frames are compared with those of reference poses, as drift
-// hides every mistake in positions; the residual is that of motion_readings.h. Two kinds of poses:
+// camera frame. Steps between successive frames are compared with the steps of reference poses, because drift
+// would hide every mistake in the positions themselves; the residual is that of motion_readings.h. Two kinds
+// of poses:
 //
 //   one body    the same body and origin on both sides, worlds may differ (cameras):  inverse(P_{k-1}) P_k
 //   one world   the same world, bodies may have other axes and origins (objects):     P_k inverse(P_{k-1})
@@ -23,11 +24,10 @@ struct PoseData {
   std::map<int, SE3> T_world_camera;            ///< needed for readings of objects only; may be empty
 };
 
-/// Mean squared difference of the steps (see above), m^2; empty for fewer than three steps that both sides
-/// have.
+/// Trimmed mean of the squared residuals of the steps that both sides have, m^2; empty for fewer than three.
 std::optional<double> pose_residual(const PoseData& data);
 
-/// Residual of the null reading, bodies that do not move.
+/// Residual of the null reading, in which no body moves.
 std::optional<double> null_of_poses(const PoseData& data);
 
 /// Every hypothesis about recorded poses:
@@ -37,7 +37,8 @@ std::optional<double> null_of_poses(const PoseData& data);
 ///   frame_camera   the poses of objects are in the camera frame
 std::vector<Hypothesis<PoseData>> pose_hypotheses();
 
-/// Explains wrong poses of all bodies together, or of single bodies, by the rule of hypothesis.h.
+/// Explains wrong poses of all bodies together, or of single bodies, by the rule of hypothesis.h; if there is
+/// no explanation, by explain_hidden_shift().
 std::vector<ObjectExplanation> explain_poses(const PoseData& data);
 
 /// Detects a common shift of the frame numbers of all bodies by the method of frame_shift.h, for data for

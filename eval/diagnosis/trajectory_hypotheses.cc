@@ -40,8 +40,8 @@ void transpose_rotations(PoseSeries& series) {
   for (Eigen::Matrix3d& R : series.rotations) R.transposeInPlace();
 }
 
-/// Returns true if the extents of both paths agree within a factor of 3; otherwise a smaller unit merely
-/// shrinks noise.
+/// Returns true if the extents of both paths agree within a factor of 3. If they do not, a smaller unit
+/// merely scales noise down.
 bool has_same_extent(const TrajectoryPair& pair) {
   constexpr double factor = 3;
   const auto extent_m = [](const PoseSeries& poses) {
@@ -106,7 +106,7 @@ void turn_world(PoseSeries& poses, const Eigen::Matrix3d& W) {
   for (Eigen::Vector3d& p : poses.positions_m) p = W * p;
 }
 
-/// Formats where the axes x, y, z point in opencv's axes, e.g. "right, down, forward".
+/// Formats the directions of the axes in opencv's axes, e.g. "x right, y down, z forward".
 std::string directions(const Eigen::Matrix3d& opencv_from_named) {
   constexpr std::array<const char*, 6> names = {"right", "down", "forward", "left", "up", "backward"};
   std::string text;
@@ -186,9 +186,9 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
   }
 }
 
-// ---- each alone
+// ---- the test of "each alone"
 
-/// Poses about a hundredth of the path apart: first, middle and last index of each piece.
+/// Divides the path into pieces of about a hundredth of its length: first, middle and last index of each.
 std::vector<std::array<size_t, 3>> pieces_of(const PoseSeries& poses) {
   double path_m = 0;
   std::vector<double> at = {0};

@@ -7,15 +7,16 @@
 //   axes        in the axes opengl, ned or flu, world and body      the pair
 //   columns     quaternions with w at the other end                 the pair, or each alone
 //   transposed  with transposed rotations, positions as they are    the pair, or each alone
-//   unit        in cm or mm, or the others are                      the pair
+//   unit        in cm or mm, on either side                         the pair, unless the alignment scales
 //   steps       T_k-1,k or T_k,k-1 instead of T_0,k                 the pair
 //   body        of a body with other axes: turned from the right    the pair
-//   world       in a world with other axes: turned from the left    the pair, without an alignment that turns
+//   world       in a world with other axes: turned from the left    the pair, unless the alignment rotates
 //
-// "Each alone": a vehicle moves along one direction of its own axes. With u_i the direction of a piece of
-// path in the body's axes at its middle, the scatter is the RMS angle between u_i and their principal axis,
-// either way: small for a vehicle read right, large in its turns where the poses are inverse. Cameras held in
-// a hand or flying sideways scatter in every reading, and nothing is concluded.
+// "Each alone" is based on the fact that a vehicle moves along one direction of its own axes. Let u_i be the
+// direction of a piece of the path in the axes of the body at the middle of the piece. The scatter is the RMS
+// angle between the u_i and their principal axis, whatever the sign of u_i. It is small for a vehicle with
+// correct poses, and large in turns if the poses are inverse. Hand-held cameras and cameras that fly sideways
+// have a large scatter in every reading; nothing is concluded from these.
 
 #include <Eigen/Core>
 #include <optional>
@@ -35,34 +36,35 @@ struct TrajectoryPair {
 struct TrajectoryHypothesisOptions {
   bool converted_estimate = false;   ///< axes or a body were given for the estimate: they are not questioned
   bool converted_reference = false;  ///< axes or a body were given for the reference: they are not questioned
-  bool turns_world = false;          ///< the alignment turns the world: "world" changes nothing
-  bool scales = false;               ///< the alignment scales: "unit" changes nothing
+  bool turns_world = false;          ///< the alignment rotates the world, so "world" changes nothing
+  bool scales = false;               ///< the alignment scales, so "unit" changes nothing
 };
 
 /// Returns the hypotheses of the table that apply to a pair.
 std::vector<Hypothesis<TrajectoryPair>> trajectory_hypotheses(const TrajectoryHypothesisOptions& options);
 
-/// Chains the steps E_k = T_k-1,k, or their inverses, to poses P_k = P_k-1 E_k: the path that a file of
-/// steps describes.
+/// Returns the path that a file of steps E_k = T_k-1,k describes, P_k = P_k-1 E_k, from the identity on. If
+/// `inverse`, the steps are T_k,k-1 and are inverted first.
 PoseSeries chained(const PoseSeries& steps, bool inverse);
 /// Replaces T_world_camera by T_camera_world or back, with the covariances.
 void invert(PoseSeries& poses);
 
-/// RMS angle of "each alone" above, deg; empty for a path without turns or with fewer than 20 pieces.
+/// Scatter of "each alone" above, deg; empty without rotations, or for a path of fewer than 20 pieces.
 std::optional<double> direction_scatter_deg(const PoseSeries& poses);
 
-/// "inverse", "columns" or "transposed" where that reading of the poses alone has a scatter below 10 deg, at
-/// least five times smaller in its square than that of the declared reading, which is above 20 deg, and the
-/// path does not become longer.
+/// Returns the reading "inverse", "columns" or "transposed" that explains the poses alone; nullopt if none
+/// does. The declared reading must have a scatter of at least 20 deg. The returned one has at most 10 deg, a
+/// square that is at least five times smaller, and a path that is at most 1 % longer.
 std::optional<Explanation> explain_alone(const PoseSeries& poses);
 
 /// Returns true if the rotation is within `angle_rad` of one of the 24 rotations that map axes to axes, the
 /// identity included.
 bool is_near_axes(const Eigen::Matrix3d& R, double angle_rad);
-/// Length of the path measured over pieces of a hundredth of it, to which noise adds little, m.
+/// Returns the length of the path in m, as the sum of the chords of pieces of about a hundredth of the path,
+/// to which noise adds little.
 double path_in_pieces_m(const PoseSeries& poses);
 
-/// Formats a rotation as the 12 numbers of --body-from-camera.
+/// Formats a rotation as the argument of --body-from-camera: 12 numbers in quotes.
 std::string body_from_camera_numbers(const Eigen::Matrix3d& R);
 
 }  // namespace sextant

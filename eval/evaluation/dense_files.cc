@@ -39,7 +39,8 @@ std::vector<std::string> extensions_of(FlowFormat format) {
 }
 std::vector<std::string> extensions_of(DepthFormat) { return {".png"}; }
 
-/// Names of the images in a folder, sorted. Throws Error if an image is there in two formats.
+/// Returns the names of the images in a folder without extensions, sorted. Throws Error if there is no image,
+/// or one image in two formats.
 std::vector<std::string> names_in(const std::string& folder, const std::vector<std::string>& extensions,
                                   const char* flag) {
   std::set<std::string> names;
@@ -48,14 +49,15 @@ std::vector<std::string> names_in(const std::string& folder, const std::vector<s
     if (std::ranges::find(extensions, entry.path().extension().string()) == extensions.end()) continue;
     const std::string name = entry.path().stem().string();
     if (!names.insert(name).second)
-      fail("{}: holds {}.png and {}.flo: choose one with {} flo, or with the format of the PNG file", folder,
-           name, name, flag);
+      fail("{}: holds both {}.png and {}.flo: choose with {} the format to read: flo, kitti or vkitti",
+           folder, name, name, flag);
   }
-  if (names.empty()) fail("{}: holds no {}", folder, fmt::join(extensions, " or "));
+  if (names.empty())
+    fail("{}: holds no file {}: expected a folder of images", folder, fmt::join(extensions, " or "));
   return {names.begin(), names.end()};
 }
 
-/// Names of the estimate's images; a single empty name if the estimate is a file.
+/// Returns the names of the estimate's images; a single empty name if the estimate is a file.
 template <typename Format>
 std::vector<std::string> names_in(const DenseFiles<Format>& files) {
   std::error_code error;
@@ -63,7 +65,8 @@ std::vector<std::string> names_in(const DenseFiles<Format>& files) {
   return names_in(files.estimate, extensions_of(files.estimate_format), "--est-format");
 }
 
-/// Path of the image `name` in a folder; the path itself for an empty name. Throws Error if there are two.
+/// Returns the path of the image `name` in a folder; the path itself for an empty name. Throws Error if the
+/// image does not exist, or exists in two formats.
 std::string file_of(const std::string& path, const std::string& name,
                     const std::vector<std::string>& extensions, const char* flag) {
   if (name.empty()) return path;
@@ -73,7 +76,7 @@ std::string file_of(const std::string& path, const std::string& name,
     std::error_code ignored;
     if (!fs::exists(file, ignored)) continue;
     if (!found.empty())
-      fail("{}: holds {}.png and {}.flo: choose one with {} flo, or with the format of the PNG file", path,
+      fail("{}: holds both {}.png and {}.flo: choose with {} the format to read: flo, kitti or vkitti", path,
            name, name, flag);
     found = file.string();
   }
@@ -93,15 +96,16 @@ void note_missing_images(const DenseFiles<Format>& files, Table& table) {
   const size_t n = names_in(files).size();
   if (n < n_truth)
     table.notes.push_back(fmt::format(
-        "{} of {} images of the truth have an estimate; the others count in nothing, nor in coverage", n,
-        n_truth));
+        "{} of {} images of the truth have an estimate; the others are not evaluated, and do not lower "
+        "coverage",
+        n, n_truth));
 }
 
 template <typename T, typename U>
 void check_size(const Image<T>& image, const Image<U>& truth, const std::string& path) {
   if (image.width() != truth.width() || image.height() != truth.height())
-    fail("{}: is {}x{} px, the truth {}x{}", path, image.width(), image.height(), truth.width(),
-         truth.height());
+    fail("{}: is {}x{} px, the truth {}x{} px: expected equal sizes", path, image.width(), image.height(),
+         truth.width(), truth.height());
 }
 
 bool has_value(const Flow& flow) { return flow.valid(); }
@@ -167,7 +171,8 @@ Table evaluate_flow(const DenseFiles<FlowFormat>& files) {
                     });
   Table table{
       "Flow",
-      "Fl: error above 3 px and 5 % of the true flow. Over pixels with both; coverage: share of true ones.",
+      "Fl: share of errors above 3 px and 5 % of the true flow. Errors are those of pixels with an estimate "
+      "and truth; coverage is their share of the pixels with truth.",
       {Column::text("subset", "pixels of"), Column::count("n"), Column::count("n_truth", "truth"),
        Column::number("coverage_percent", "coverage [%]", 2), Column::number("epe_px", "EPE [px]", 4),
        Column::number("epe_x_px", "|u| [px]", 4), Column::number("epe_y_px", "|v| [px]", 4),
@@ -192,7 +197,8 @@ Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf) {
                      });
   Table table{
       "Depth",
-      "Over pixels with both; coverage: share of true ones. D1 (with --bf): disparity off by 3 px and 5 %.",
+      "Errors are those of pixels with an estimate and truth; coverage is their share of the pixels with "
+      "truth. D1 (with --bf): share of disparity errors above 3 px and 5 %.",
       {Column::text("subset", "pixels of"), Column::count("n"), Column::count("n_truth", "truth"),
        Column::number("coverage_percent", "coverage [%]", 2), Column::number("mean_m", "mean [m]", 4),
        Column::number("rmse_m", "RMSE [m]", 4), Column::number("relative_percent", "relative [%]", 3),

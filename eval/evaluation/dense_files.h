@@ -3,9 +3,8 @@
 // Evaluates flow and depth images of any system against the truth, from two files or from two folders of
 // files with the same names.
 //
-//
-//   flow   flo | kitti | vkitti          auto reads .flo by its name; kitti and vkitti are both PNG, so one
-//          must be given. If a folder holds an image as .png and as .flo, the format must be given as well
+//   flow   flo | kitti | vkitti          auto recognises .flo by the name; PNG files may be kitti or vkitti,
+//          so their format must be given, and so it must if a folder contains an image as .png and as .flo
 //   depth  disparity256 | depth256 | cm  16-bit PNG; disparity needs bf (px m)
 //
 // Subsets: every label of a mask image (8 or 16-bit PNG, 0 is background). With KITTI's flow_noc or disp_noc

@@ -78,7 +78,7 @@ TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
   folder.write("gt/1.flo", encode_flo(true_flow()));
   o.estimate = folder.path() / "est";
   o.truth = folder.path() / "gt";
-  expect_error([&] { evaluate_flow(o); }, "holds 0.png and 0.flo: choose one with --est-format");
+  expect_error([&] { evaluate_flow(o); }, "holds both 0.png and 0.flo: choose with --est-format");
   o.estimate_format = FlowFormat::flo;
   EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 1);
   EXPECT_EQ(row(evaluate_flow(o), "all")["n"], 3);
@@ -86,7 +86,7 @@ TEST(DenseFiles, AnImageInTwoFormatsIsNotCountedTwice) {
   EXPECT_EQ(row(evaluate_flow(o), "all")["epe_px"], 8);
   EXPECT_THAT(evaluate_flow(o).notes, ElementsAre(HasSubstr("1 of 2 images of the truth")));
   folder.write("gt/0.png", encode_png(kitti_from_flow(other)));
-  expect_error([&] { evaluate_flow(o); }, "choose one with --gt-format");
+  expect_error([&] { evaluate_flow(o); }, "choose with --gt-format");
 }
 
 TEST(DenseFiles, Depth) {

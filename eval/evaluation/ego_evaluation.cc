@@ -18,7 +18,7 @@ std::vector<int> counted(size_t n) {
   return rows;
 }
 
-/// Frame numbers of a series, or its row numbers if it has none.
+/// Returns the frame numbers of a series, or its row numbers from 0 if it has none.
 std::vector<int> frames_of(const PoseSeries& series) {
   return series.frames.empty() ? counted(series.size()) : series.frames;
 }
@@ -65,7 +65,11 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
   const bool range = options.start_s || options.end_s;
   if (!reference.stamps_s.empty() && !estimate.stamps_s.empty()) return by_time(reference, estimate, options);
   if (!estimate.frames.empty() || !reference.frames.empty()) {
-    if (range && reference.stamps_s.empty()) fail("--t-start and --t-end need a reference with time stamps");
+    if (range && reference.stamps_s.empty()) {
+      fail(
+          "--t-start and --t-end need a reference with time stamps, and this one has none: give --rate, or "
+          "leave the flags out");
+    }
     return restricted(associate_by_frame(frames_of(reference), frames_of(estimate)), reference, options);
   }
   if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {
@@ -74,14 +78,18 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
         "way to match them; give --rate where rows are frames, or convert one of them",
         name);
   }
-  if (range) fail("--t-start and --t-end need time stamps, which these formats do not have");
+  if (range) {
+    fail(
+        "--t-start and --t-end need time stamps, which these files do not have: give --rate, or leave the "
+        "flags out");
+  }
   if (reference.size() != estimate.size()) {
     const bool steps = estimate.size() + 1 == reference.size();
     fail(
-        "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have as many; "
-        "put the frame number before the 12 values of each line{}",
+        "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have the same "
+        "number; put the frame number before the 12 values of each line{}",
         name, estimate.size(), reference.size(),
-        steps ? "; one pose less is what a file of steps has: chain them from the identity on" : "");
+        steps ? "; a file of steps has one line less than poses: chain the steps from the identity on" : "");
   }
   return {counted(reference.size()), counted(estimate.size())};
 }
@@ -132,7 +140,8 @@ std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<
   return errors;
 }
 
-/// Errors of the pairs of consecutive frames of the reference that the estimate also has.
+/// Computes the errors of consecutive frames that both sides have; with time stamps on both sides, of all
+/// consecutive matched poses.
 PerFrameErrors per_frame_errors(const EgoResult& r) {
   PerFrameErrors out;
   if (!r.reference.has_rotations() || !r.estimate.has_rotations()) return out;
@@ -169,8 +178,8 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
   if (!by_row && covered < least_share) {
     warnings.push_back(
         {"coverage",
-         fmt::format("the estimate covers {:.0f} % of the reference's duration: what it lost does "
-                     "not count in these errors",
+         fmt::format("the estimate covers {:.0f} % of the reference's duration: the rest does not count in "
+                     "these errors",
                      100 * covered)});
   }
 }
@@ -437,8 +446,8 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   for (size_t i = 0; i < r.errors.size(); ++i) {
     constexpr double largest = 1e100;  // squares of smaller errors can be summed without overflow
     if (!(r.errors[i] <= largest)) {
-      fail("{}: the error at pose {} of the reference {} is {}: expected at most {}", name, r.row_of(i) + 1,
-           reference.side.name, r.errors[i], largest);
+      fail("{}: the error at pose {} of the reference {} is {}: expected a number of at most {}", name,
+           r.row_of(i) + 1, reference.side.name, r.errors[i], largest);
     }
   }
   r.statistics = error_statistics(r.errors);

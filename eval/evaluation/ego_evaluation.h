@@ -1,8 +1,8 @@
 #pragma once
 
 // Evaluates recorded camera trajectories, of one run or of several runs of several systems, against a
-// reference. The result holds every raw error; tables, figures and evo's zip are made from it. The steps, in
-// order:
+// reference. The result contains every single error; tables, figures and evo's zip are made from the result.
+// The steps, in order:
 //
 //   frames       both trajectories are converted to camera poses in opencv axes (pose_frames.h)
 //   offset       the clock of the estimate is corrected, as given and as estimated (trajectory_offset.h)
@@ -32,13 +32,13 @@ struct EgoOptions {
   Alignment alignment = Alignment::none;
   int n_to_align = 0;  ///< number of poses that the alignment is estimated from; 0: all
   PoseRelation relation = PoseRelation::trans_part;
-  std::optional<PairSelection> rpe;  ///< empty: absolute errors
+  std::optional<PairSelection> rpe;  ///< pairs of the relative errors; empty: absolute errors
   /// All lengths if several were given, of which `rpe` is the first; otherwise empty
   std::vector<PairSelection> rpe_lengths;
   double max_speed_m_s = 100;  ///< largest speed of the reference; a faster step is an error
-  /// Convention of the estimates' covariances; empty: decided by how many numbers a line has
+  /// Convention of the estimates' covariances; empty: determined by the number of values in a line
   std::optional<CovarianceConvention> covariance;
-  bool pairs_from_reference = false;
+  bool pairs_from_reference = false;  ///< selects pairs on the reference, not on the estimate
   AssociationOptions association;
   PoseFrame estimate_frame;  ///< applied to every estimate first
   /// Recorded in the results only: to_camera() has already been applied to the reference
@@ -64,12 +64,13 @@ struct Interpolation {
   size_t n_outside = 0, n_in_longer_gaps = 0;  ///< poses of the estimate that were left out
 };
 
-/// Pose change errors of consecutive frames (lib/metrics/pair_errors.h), the paper's definition.
+/// Pose change errors (lib/metrics/pair_errors.h), as the paper defines them: of consecutive frames or, if
+/// both sides have time stamps, of consecutive matched poses.
 struct PerFrameErrors {
   std::vector<double> Et_m;
   std::vector<double> ER_deg;
-  /// E_R as computed by single-precision code: acos((trace E - 1) / 2) in floats. It has steps of 0.028 deg,
-  /// and steps at which it is 0 or NaN are left out, so its mean is larger than that of ER_deg. It serves
+  /// E_R as computed by single-precision code: acos((trace E - 1) / 2) in floats. The smallest value above 0
+  /// is 0.028 deg; values that are 0 or NaN are left out, so the mean is larger than that of ER_deg. Serves
   /// only to compare with published numbers.
   std::vector<double> ER_float_acos_deg;
   std::vector<Eigen::Vector3d> step_error_m;  ///< estimated minus true step, in the axes of the previous pose
@@ -114,8 +115,8 @@ struct EgoResult {
 /// Returns the errors of the runs for a comparison; the step of each error is its row_of() in the reference.
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
 
-/// Evaluates one estimate. Throws Error if fewer than 3 poses or 10 % match, or if the trajectories cannot be
-/// aligned.
+/// Evaluates one estimate. Throws Error if fewer poses match than fewest_matched() (3, and 10 % of the
+/// shorter trajectory), if the trajectories cannot be associated or aligned, or if an error is not finite.
 EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, const std::string& name,
                        const EgoOptions& options);
 

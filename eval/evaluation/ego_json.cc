@@ -335,8 +335,8 @@ Table ego_consistency_table(const std::vector<EgoResult>& runs) {
         {r.name, c.n, c.dof, c.nees, c.interval.low, c.interval.high, c.position_nees, c.rotation_nees});
   }
   table.notes.push_back(
-      "The interval is that of independent errors; those of neighbouring poses depend on each other, which "
-      "makes it wider.");
+      "The interval holds for independent errors. Errors of neighbouring poses depend on each other, so the "
+      "actual interval is wider.");
   return table;
 }
 
@@ -373,17 +373,17 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
     }
   }
   table.notes.push_back(
-      "in floats: mean E_R as programs in single precision have it, acos of the trace where it is above 0. "
-      "It is too large for small angles; numbers published of ORB-SLAM3 are of this kind.");
+      "in floats: mean E_R as computed by programs in single precision, by acos of the trace; only values "
+      "above 0 count. It is too large for small angles; numbers published for ORB-SLAM3 are of this kind.");
   for (const EgoResult& r : runs) {
     if (const auto errors = step_errors(r.per_frame.row, r.per_frame.step_error_m))
       table.notes.push_back(fmt::format("{}: estimated minus true step: {}", r.name, errors->text()));
   }
   if (reference.step_floor_m) {
-    table.notes.push_back(
-        fmt::format("Ground-truth floor: the true steps are off by {:.4f} m RMS along the way; E_t cannot be "
-                    "resolved below this.",
-                    *reference.step_floor_m));
+    table.notes.push_back(fmt::format(
+        "Ground-truth floor: the true steps have errors of {:.4f} m RMS along the path; E_t cannot be "
+        "resolved below this.",
+        *reference.step_floor_m));
   }
   return table;
 }

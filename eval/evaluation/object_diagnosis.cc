@@ -169,8 +169,8 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
     out.push_back(
         {"backwards",
          both +
-             ": backwards (-z of the camera) in all of the log: unless the camera looks backwards, the poses "
-             "are inverted (world to body): invert each pose of both"});
+             ": the camera moves backwards (along its -z axis) throughout the log: unless it looks backwards, "
+             "the poses are inverted (world to body): invert each pose of both"});
   }
   return out;
 }
@@ -185,7 +185,7 @@ std::vector<ObjectExplanation> explain_by_own_poses(const ObjectLog& log, const 
 
 constexpr const char* against_own_poses = ", estimated motions against the estimated poses";
 
-/// Compares the poses of `path` with paths that follow the motions, which start at the same poses.
+/// Compares the poses of `path` with the paths that the motions lead to from the first pose of each stretch.
 std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Motions& motions,
                                                   const ObjectLog& log, const Trajectory& camera) {
   if (log.frame != MotionFrame::world) return {};
@@ -216,9 +216,9 @@ std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions
   return {
       {"backwards",
        fmt::format(
-           "{}, motions of object{} {}: backwards (-x or -z of their own axes) in all of the log: if x or z "
-           "points forward, the motions are inverted, from frame k to k-1: invert each motion; --truth "
-           "decides",
+           "{}, motions of object{} {}: backwards (along -x or -z of their own axes) throughout the log: if "
+           "x or z points forward, the motions are inverted, from frame k to k-1: invert each motion; a "
+           "comparison with --truth decides",
            log.estimator, backwards.size() > 1 ? "s" : "", fmt::join(backwards, ", "))}};
 }
 
@@ -244,8 +244,9 @@ ObjectLog moved(ObjectLog log, const SequenceTruth& truth) {
 size_t n_steps(const MotionData& data) { return data.samples.size(); }
 size_t n_steps(const PoseData& data) { return data.given.size(); }
 
-/// Motions of an object that stands still, read in another frame, are those of an object that follows the
-/// camera, so they say nothing about their frame.
+/// Returns false for a reading in another frame unless it fits clearly better than the declared motions fit
+/// an object that stands still: read in another frame, the motions of such an object look like those of an
+/// object that follows the camera.
 bool is_plausible(const MotionData& data, const Reading& reading, double times) {
   if (reading.code.find("frame_") == std::string::npos) return true;
   const auto still = stillness_residual(data);

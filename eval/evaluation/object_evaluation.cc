@@ -65,7 +65,7 @@ void put_velocities(Record& record, const MotionInFrames& estimate, const Motion
       velocity_error_kmh(record.values["v_kmh"], true_kmh);
 }
 
-/// Metrics in the table: those of objects that need no flow, which logs do not hold.
+/// Metrics in the table: those of objects that need no flow, which logs do not contain.
 const std::vector<const MetricDefinition*>& table_metrics() {
   static const std::vector<const MetricDefinition*> metrics = [] {
     std::vector<const MetricDefinition*> of_objects = metrics_for(in_summary);
@@ -183,8 +183,8 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
   }
   table.notes.push_back(
       "truth: steps with truth, and steps that the log lacks between an object's first and last frame; "
-      "coverage: those of them with an estimate; compared: those that the preset's frame can be compared in. "
-      "- : the log lacks what this needs.");
+      "coverage: share of these steps that have an estimate; compared: estimates that can be compared in the "
+      "frame of the preset. -: the log does not contain the values that this number needs.");
   return table;
 }
 

@@ -32,8 +32,8 @@ namespace sextant {
 std::vector<Record> object_records(const ObjectLog& log, const std::string& dataset,
                                    const std::string& sequence, double rate_hz, uint64_t run = 0);
 
-/// Table with one row per object and one over all objects, all runs together; cells stay empty if a preset
-/// has no errors.
+/// Table with one row per preset, system and object, and one over all objects, with all runs together; cells
+/// stay empty if a preset has no errors.
 Table object_table(const std::vector<Record>& records, std::span<const MetricPreset> presets);
 
 // ---- Results over the logs of several runs: pooled scores with intervals, comparisons of systems and, in

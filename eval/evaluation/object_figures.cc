@@ -23,7 +23,7 @@ constexpr std::array<StateStyle, 5> state_styles = {{{StepState::estimated, "#00
                                                      {StepState::missed, "#E69F00"},
                                                      {StepState::gated, "#B9BDC4"}}};
 
-/// The records of the first run of each system, in order of first appearance.
+/// Returns the records of the first run of each system, in order of first appearance.
 std::vector<std::pair<std::string, RecordRefs>> first_runs(const std::vector<Record>& records) {
   std::vector<std::pair<std::string, RecordRefs>> systems;
   for (const Record& record : records) {
@@ -160,9 +160,8 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
   Figure figure;
   figure.name = "states_" + file_stem(system);
   figure.caption = fmt::format(
-      "{}: steps of each object. Gap: no estimate between two estimates of the object; missed: none "
-      "before the first or "
-      "behind the last one.",
+      "{}: steps of each object. Gap: no estimate between two estimates of the object; missed: no estimate "
+      "before the first or after the last one.",
       system);
   const std::vector<StateSpan> spans = state_spans(records);
   if (spans.empty()) return figure;

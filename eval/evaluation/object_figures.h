@@ -20,7 +20,7 @@ struct ObjectTracks {
   uint64_t run = 0;
   std::vector<BodyTrack> bodies;  ///< the camera first if the log has it
 };
-/// Takes the logged poses; for a log of motions only, the paths that chained_poses() makes from them.
+/// Returns the tracks of a log. For a log of motions only, the estimated paths are those of chained_poses().
 ObjectTracks object_tracks(const ObjectLog& log, uint64_t run);
 
 /// State of a step of an object.
@@ -38,9 +38,9 @@ struct StateSpan {
 /// lies between estimates of its object, and missed before the first or after the last one.
 std::vector<StateSpan> state_spans(const std::vector<const Record*>& records);
 
-/// One figure per system: true and estimated paths from above.
+/// Returns one figure per system: true and estimated paths from above.
 std::vector<Figure> object_path_figures(const std::vector<ObjectTracks>& tracks);
-/// One figure per system: the state of every step of every object.
+/// Returns one figure per system: the state of every step of every object.
 std::vector<Figure> object_state_figures(const std::vector<Record>& records);
 /// Number of tracklets (stretches of successive estimated steps) that are at least x steps long, over x.
 Figure tracklet_figure(const std::vector<Record>& records);

@@ -101,7 +101,7 @@ Table object_system_table(const std::vector<Record>& records, std::span<const Me
   Table table{
       "All objects and runs of each system",
       "Errors of all runs pooled, never averaged as RMSEs; 95 % intervals by the bootstrap over runs, which "
-      "needs two.",
+      "needs five.",
       {Column::text("preset"), Column::text("system"), Column::count("runs"),
        Column::number("coverage_percent", "coverage [%]", 1), Column::number("Et_m", "E_t [m]", 4),
        Column::number("Et_low_m", "from", 4), Column::number("Et_high_m", "to", 4),
@@ -219,11 +219,10 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
   const std::vector<std::string>&folders = scores.folders, &warnings = scores.warnings;
   ReportDocument document;
   document.title = "Object motions";
-  document.abstract = fmt::format("{} of logs under {} presets. {}. {}{}Definitions: docs/metrics.md.",
-                                  folders.size() == 1 ? "One folder" : fmt::format("{} folders",
-                                                                                   folders.size()),
-                                  presets.size(), scores.rate_text(), scores.frame_text(),
-                                  scores.assumed_frames.empty() ? "" : " ");
+  document.abstract = fmt::format(
+      "{} of logs under {} presets. {}. {}{}Definitions: docs/metrics.md.",
+      folders.size() == 1 ? "One folder" : fmt::format("{} folders", folders.size()), presets.size(),
+      scores.rate_text(), scores.frame_text(), scores.assumed_frames.empty() ? "" : " ");
   const Table systems = object_system_table(records, presets), objects = object_table(records, presets),
               comparison = object_comparison_table(records, presets);
   ReportSection overall{"overall", systems.title, {}, {{"systems", systems}}, {}, {}};

@@ -88,7 +88,8 @@ BodyFromCamera parse_body_from_camera(const std::string& text) {
     fail("--body-from-camera: there is no file '{}', and it is no list of 3, 12 or 16 numbers", text);
   }
   constexpr uintmax_t max_bytes = 1 << 16;
-  if (!std::filesystem::is_regular_file(text, ignored)) fail("{}: expected a file of T_body_camera", text);
+  if (!std::filesystem::is_regular_file(text, ignored))
+    fail("{}: expected a file with the numbers of T_body_camera", text);
   if (std::filesystem::file_size(text, ignored) > max_bytes)
     fail("{}: expected 3, 12 or 16 numbers of T_body_camera, got a file beyond {} bytes", text, max_bytes);
   return decode_body_from_camera(read_file(text), text);
@@ -101,13 +102,21 @@ void to_camera(PoseSeries& poses, const PoseFrame& frame) {
   const Eigen::Matrix3d R_body_camera = T.topLeftCorner<3, 3>();
   const Eigen::Vector3d lever_m = T.topRightCorner<3, 1>();
   if (frame.inverse) {
-    if (!poses.has_rotations()) fail("--inverse: positions without rotations have no inverse");
+    if (!poses.has_rotations()) {
+      fail(
+          "--inverse (for the reference: --ref-inverse): positions without rotations have no inverse: leave "
+          "the flag out, or give poses with rotations");
+    }
     invert(poses);
     if (frame.axes == Axes::opencv && !frame.body_from_camera) return;
   }
   if (!poses.has_rotations()) {
-    if (frame.body_from_camera)
-      fail("--body-from-camera moves positions along the body's axes, but this recording has no rotations");
+    if (frame.body_from_camera) {
+      fail(
+          "--body-from-camera (for the reference: --ref-body-from-camera) moves positions along the body's "
+          "axes, which needs rotations, but these poses are positions alone: leave the flag out, or give "
+          "poses with rotations");
+    }
     for (Eigen::Vector3d& p : poses.positions_m) p = C * p;
     return;
   }

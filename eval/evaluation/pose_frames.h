@@ -34,7 +34,7 @@ struct BodyFromCamera {
 struct PoseFrame {
   Axes axes = Axes::opencv;
   std::optional<BodyFromCamera> body_from_camera;
-  bool inverse = false;  ///< the file holds T_body_world
+  bool inverse = false;  ///< the file contains T_body_world
 
   bool is_default() const { return axes == Axes::opencv && !body_from_camera && !inverse; }
   /// Returns T_body_camera with the default rotation filled in.
@@ -42,14 +42,14 @@ struct PoseFrame {
 };
 
 /// Parses 3 numbers (position), 12 or 16 numbers (matrix row by row) separated by blanks or commas, or the
-/// name of a file that holds them. Throws Error on anything else, on a matrix without a rotation, and on a
-/// position beyond 1000 m.
+/// name of a file that contains such numbers. Throws Error on anything else, if the 3x3 part of the matrix is
+/// no rotation, and if the camera is more than 1000 m from the body.
 BodyFromCamera parse_body_from_camera(const std::string& text);
 /// Parses the content of such a file; `name` begins error messages.
 BodyFromCamera decode_body_from_camera(const std::string& content, const std::string& name);
 
-/// Converts poses to T_world_camera in opencv axes. Throws Error if positions without rotations would need
-/// them.
+/// Converts poses to T_world_camera in opencv axes. Throws Error if `frame` has an inverse or a
+/// T_body_camera, and the poses are positions without rotations.
 void to_camera(PoseSeries& poses, const PoseFrame& frame);
 
 /// Parses x, y, z, -x, -y, -z or three numbers into a unit vector. Throws Error on anything else.

@@ -34,8 +34,8 @@ Estimate parse_estimate(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/// Labels of the estimates in tables: NAME, with the number of the run if it has several. An estimate without
-/// a name is labelled by the end of its path that distinguishes it.
+/// Returns the labels of the estimates in tables: NAME, with the number of the run if NAME has several. The
+/// label of an estimate without a name is the shortest end of its path that no other estimate has.
 std::vector<std::string> labels_of(const std::vector<Estimate>& estimates) {
   std::map<std::string, int> runs, seen;
   for (const Estimate& e : estimates) ++runs[e.system];
@@ -95,7 +95,7 @@ EgoReference reference_of(const EgoFiles& files) {
   return reference;
 }
 
-/// Format of an estimate; for a reference in evo's EuRoC format the estimates are in TUM format.
+/// Returns the format of an estimate. With --format euroc, as for evo, the estimates may be in a TUM format.
 std::string format_of_estimate(const EgoFiles& files, const std::string& path) {
   if (!files.estimate_format.empty()) return files.estimate_format;
   if (files.format != "euroc") return files.format;
@@ -137,8 +137,8 @@ void write_objects(ObjectLog& log, int run_of_system, double rate_hz, const Obje
   }
 }
 
-/// Reads the logs of one folder. Logs of SYSTEM=DIR have this name, followed by the module if the folder
-/// holds several.
+/// Reads the logs of one folder. Logs of SYSTEM=DIR are called SYSTEM, or SYSTEM_<module> if the folder has
+/// several.
 std::vector<ObjectLog> logs_of(const Estimate& estimate, const ObjectFiles& files) {
   ObjectLogRequest request{
       .format = files.format, .stage = files.stage, .frame = files.frame, .rate_hz = files.rate_hz};
@@ -174,10 +174,10 @@ FrameRate frame_rate(const ObjectFiles& files, ObjectLog& log, const std::option
                          : log.rate_hz ? FrameRate{*log.rate_hz, "time stamps of the log"}
                                        : FrameRate{10, "default, --rate changes it"};
   if (log.rate_hz && std::abs(*log.rate_hz / rate.hz - 1) > 0.01) {
-    log.warnings.push_back(
-        fmt::format("{}: the log's time stamps are {:.4g} Hz, {} has {:.4g} Hz, which counts: --rate "
-                    "decides",
-                    log.estimator, *log.rate_hz, files.truth, rate.hz));
+    log.warnings.push_back(fmt::format(
+        "{}: the log's time stamps have {:.4g} Hz, {} has {:.4g} Hz, which is used: give --rate to "
+        "use another one",
+        log.estimator, *log.rate_hz, files.truth, rate.hz));
   }
   return rate;
 }
@@ -212,7 +212,7 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
 
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
   if (files.rate_hz && !(*files.rate_hz > 0 && std::isfinite(*files.rate_hz)))
-    fail("--rate {}: must be above 0", *files.rate_hz);
+    fail("--rate {}: must be finite and above 0", *files.rate_hz);
   std::vector<Estimate> estimates;
   for (const std::string& text : files.estimates) estimates.push_back(parse_estimate(text));
   if (estimates.empty()) estimates.push_back({"", files.reference});
@@ -261,7 +261,7 @@ void write_tum(const EgoScores& scores, const std::string& folder) {
 
 ObjectScores evaluate_object_files(const ObjectFiles& files) {
   if (files.rate_hz && (!(*files.rate_hz > 0) || !std::isfinite(*files.rate_hz)))
-    fail("--rate {}: must be above 0", *files.rate_hz);
+    fail("--rate {}: must be finite and above 0", *files.rate_hz);
   std::optional<SourceObjects> source;
   if (!files.truth.empty()) source = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;

@@ -20,12 +20,12 @@ namespace sextant {
 /// Files of `evaluate ego`, and how to read them.
 struct EgoFiles {
   std::string reference;  ///< a file, or a SOURCE
-  /// PATH or SYSTEM=PATH; empty: the estimates that the log `reference` holds beside its truth
+  /// PATH or SYSTEM=PATH; empty: the estimate in the log `reference`, which also contains the truth
   std::vector<std::string> estimates;
   std::string format = "auto";           ///< format of all files
   std::string reference_format;          ///< if it differs from `format`; empty: `format`
   std::string estimate_format;           ///< if it differs from `format`; empty: `format`
-  std::optional<double> rate_hz;         ///< frame k of files without time stamps is at k / rate_hz
+  std::optional<double> rate_hz;         ///< files without time stamps: frame (or row) k is at k / rate_hz
   std::string data_root;                 ///< root folder of a SOURCE
   Json source_options = Json::object();  ///< {"source": {..}}, options of a SOURCE
 };
@@ -36,13 +36,15 @@ struct EgoScores {
   std::vector<EgoResult> runs;  ///< in the order of the estimates
 };
 
-/// Reads and evaluates all files. Throws Error on bad files.
+/// Reads and evaluates all files. Throws Error on a bad reference, or on bad estimates with one line for
+/// each.
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options);
 
-/// Writes reference.tum and estimate_<i>.tum, the matched poses after the alignment.
+/// Writes estimate_<i>.tum, the matched poses of run i (from 0) after the alignment, and reference.tum, the
+/// poses of the reference that the first run matches.
 void write_tum(const EgoScores& scores, const std::string& folder);
 
-/// How estimates are counted that are exactly the identity although the object moves: as estimates, or as
+/// Treatment of estimates that are the identity although the object moves: they count as estimates, or as
 /// lost steps.
 enum class IdentityMotions { count, lost };
 constexpr Names<2> names_of(IdentityMotions) { return {"count", "lost"}; }
@@ -72,7 +74,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files);
 
 /// Reads the true camera poses of a SOURCE, with frame numbers and time stamps (those of the data set,
 /// otherwise frame / rate). With `every_pose` also poses of frames without images are returned, such as those
-/// of KITTI's GPS/IMU file. Throws Error if the source has no true poses.
+/// of KITTI's GPS/IMU file. Throws Error if the source has no true poses, or if their stamps do not ascend.
 EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
                               bool every_pose = false);
 
@@ -82,7 +84,8 @@ struct SourceObjects {
   double rate_hz = 10;
 };
 
-/// Reads the truth of the frames that SOURCE@first-last requests. Throws Error if it has no objects.
+/// Reads the true objects of a SOURCE; `SOURCE@first-last` restricts the frames. Throws Error if there are
+/// none.
 SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options);
 
 // ---- The result file of evo (evo_ape --save_results, read by evo_res): a zip of
@@ -97,7 +100,7 @@ SourceObjects source_objects(const std::string& source, const std::string& data_
 void write_evo_result(const std::filesystem::path& path, const EgoResult& result, const EgoOptions& options,
                       const std::string& reference_name);
 
-/// Encodes an .npy file of `rows` x `columns` doubles; with `columns` 0 the array is one-dimensional.
+/// Encodes an .npy file of the values, row by row with `columns` columns; 0: a one-dimensional array.
 std::string encode_npy(std::span<const double> values, size_t columns = 0);
 
 }  // namespace sextant

@@ -65,7 +65,7 @@ TEST_F(PosesWithoutTime, WithoutARateTheyNeedAnotherWithoutATime) {
 
 TEST_F(PosesWithoutTime, ARateThatIsOfNoUseOrNoneIsAnError) {
   files_.rate_hz = 0;
-  expect_error([&] { rmse(); }, "--rate 0: must be above 0");
+  expect_error([&] { rmse(); }, "--rate 0: must be finite and above 0");
   files_.rate_hz = rate_hz;
   files_.reference = files_.estimates.front();
   options_.reference_frame.axes = Axes::opencv;

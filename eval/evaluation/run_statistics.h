@@ -6,10 +6,10 @@
 //   intervals   95 % intervals of the pooled RMSE and mean, by the bootstrap over runs
 //               (lib/stats/bootstrap.h): runs are independent, the errors within a run are not. At least 5
 //               runs are needed
-//   comparison  two systems over the steps that both have, with each system's errors averaged over its runs.
-//               Neighbouring errors depend on each other, so the differences are averaged over up to 20
-//               stretches of equal length, and the sign-flip test (lib/stats/tests.h) is applied to these
-//               means
+//   comparison  difference of two systems at the steps that both have, with the errors of each system
+//               averaged over its runs. Neighbouring errors depend on each other, so the differences are
+//               averaged over up to 20 stretches of equal length, and the sign-flip test (lib/stats/tests.h)
+//               is applied to these means
 
 #include <optional>
 #include <string>
@@ -51,7 +51,7 @@ struct SystemComparison : PairedComparison {
 
 /// Summarises the systems in order of first appearance; systems without errors are left out.
 std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs);
-/// Compares every pair of systems that share enough steps (6).
+/// Compares every pair of systems that have at least 6 steps in common.
 std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs);
 
 // ---- Figures of the distribution of errors.

@@ -94,8 +94,10 @@ void check_order_of_blocks(const PoseSeries& estimate, const PoseSeries& referen
                             ? declared >= explains_times * other && declared > consistent && other <= at_most
                             : gain > sure && gain > a_pose * n;
     if (!possible || !better) continue;
-    fail("{}: the covariances do not fit the errors, NEES {:.4g} instead of 6, but {:.4g} read otherwise: {}",
-         place(estimate, at, name), declared, other, cause);
+    fail(
+        "{}: the covariances do not fit the errors: the NEES is {:.4g} instead of 6, and {:.4g} in another "
+        "order: {}",
+        place(estimate, at, name), declared, other, cause);
   }
 }
 
@@ -120,7 +122,9 @@ std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& es
     if (!rotations) continue;
     const Vector6d e = error_of(estimate, reference, i);
     const auto found = score(e, P);
-    if (!found) fail("{}: the covariance is not positive definite", place(estimate, i, name));
+    if (!found)
+      fail("{}: the covariance is not positive definite: are its numbers in the right order?",
+           place(estimate, i, name));
     out.nees += found->nees / n;
     const Eigen::Vector3d e_R = e.tail<3>();
     const Eigen::Matrix3d P_R = P.bottomRightCorner<3, 3>();
@@ -187,8 +191,8 @@ std::vector<ObjectConsistency> object_consistency(const ObjectLog& log, uint64_t
 Table object_consistency_table(const std::vector<ObjectConsistency>& found) {
   Table table{
       "Consistency of the covariances of objects",
-      "Mean NEES, expected 6. The interval is that of independent errors; those of neighbouring frames "
-      "depend on each other, which makes it wider.",
+      "Mean NEES, expected 6. The interval holds for independent errors. Errors of neighbouring frames "
+      "depend on each other, so the actual interval is wider.",
       folded_columns({"estimator"})};
   table.add_columns(
       {Column::count("run"), Column::text("object"), Column::count("n"), Column::number("nees", "mean", 3)});

@@ -4,10 +4,10 @@
 //
 //   NEES_i = e_i' P_i^-1 e_i,   e = (e_p, e_R) of PoseSeries, after the alignment,
 //
-// Its mean is 6 if the covariances are right, and 24 if they are four times too small. The interval contains
-// the mean of n independent values in 95 % of the cases (chi-square). Errors of neighbouring poses depend on
-// each other, so their mean scatters more. Source: Bar-Shalom et al., Estimation with Applications to
-// Tracking and Navigation, 2001, 5.4.2.
+// Its mean is 6 if the covariances are right, and 24 if they are four times too small. With right
+// covariances, the interval contains the mean of n independent values in 95 % of the cases (chi-square).
+// Errors of neighbouring poses depend on each other, so the mean of actual recordings scatters more. Source:
+// Bar-Shalom et al., Estimation with Applications to Tracking and Navigation, 2001, 5.4.2.
 
 #include <cstdint>
 #include <optional>
@@ -36,8 +36,10 @@ struct TrajectoryConsistency {
 };
 
 /// Computes the NEES of matched poses, the estimate after the alignment; empty without covariances. Throws
-/// Error "NAME:LINE: ..." if the covariances explain the errors at least five times better with position and
-/// rotation exchanged, or with the blocks between them transposed: then the numbers stand in another order.
+/// Error "NAME:LINE: ..." if a covariance is not positive definite, or if the numbers seem to be in another
+/// order: with position and rotation exchanged, the NEES is at least five times smaller (and above 6 as
+/// declared), or with the blocks between them transposed, twice the log-likelihood is larger by more than 25
+/// and by more than 1 per pose.
 std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& estimate,
                                                             const PoseSeries& reference,
                                                             const std::string& name);

@@ -187,7 +187,8 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
 
 // ---- clock
 
-/// Mean squared distance after the estimate's stamps are moved by `shift_s`.
+/// Returns the mean squared distance after `shift_s` is added to the estimate's stamps; empty if fewer than
+/// 10 poses match, or cannot be aligned.
 std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSeries& estimate, double shift_s,
                                       const AlignmentChoice& choice) {
   std::vector<double> times;
@@ -243,8 +244,8 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
       remedy, residual(agreement(pair.reference, estimate), pair.reference, true), price};
 }
 
-/// Chooses between two readings that explain the pair equally well, one of each side, by which side looks
-/// wrong by itself: inverse poses move more than those of a camera.
+/// Chooses between a reading of the estimate and one of the reference that explain the pair equally well: the
+/// side that looks wrong by itself is blamed. Inverse poses have a longer path than those of a camera.
 Reading chosen(const Explanation& found, const TrajectoryPair& pair) {
   for (const Reading& other : found.alike) {
     if (other.code != found.best.code || other.cause.starts_with("the estimate")) continue;
@@ -304,10 +305,9 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   std::string rest = agreement_text(*now, pair.estimate.size(), rotations);
   return TrajectoryWarning{
       best.code,
-      fmt::format(
-          "{}: {}{}{} (declared reading{}: {}; read so, {:.3g} times less of the squared error is left)",
-          best.cause, best.remedy, with, others, with, rest,
-          declared / std::max(best.residual, 1e-12 * declared))};
+      fmt::format("{}: {}{}{} (declared reading{}: {}; read so, the squared error is {:.3g} times smaller)",
+                  best.cause, best.remedy, with, others, with, rest,
+                  declared / std::max(best.residual, 1e-12 * declared))};
 }
 
 std::optional<TrajectoryWarning> convention(const TrajectoryPair& pair, const AlignmentChoice& choice,
@@ -351,8 +351,8 @@ std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const P
 
 // ---- Shifted rows.
 
-/// Sum of squared differences of the steps: translations in m, rotations in rad times a typical lever of 10
-/// m.
+/// Returns the mean squared difference of the steps, m^2: of the lengths of their translations, and of their
+/// rotations in rad times a typical lever of 10 m.
 double step_squares(const PoseSeries& reference, const PoseSeries& estimate, size_t shift_r, size_t shift_e,
                     size_t n) {
   constexpr double lever_m = 10;

@@ -1,8 +1,8 @@
 #pragma once
 
-// Explanations by one constant of most of a trajectory's error: a lever arm, a rotation of the world about
-// its vertical axis, axes of another convention, quaternions in another order. Each candidate is applied and
-// the paths are aligned again as requested; the remaining error decides:
+// Explanations of most of a trajectory's error by a single constant: a lever arm, a rotation of the world
+// about its vertical axis, axes of another convention, quaternions in another order. Each candidate is
+// applied and the paths are aligned again as requested; the remaining error decides:
 //
 //   code       remedy              warned when
 //   lever_arm  --body-from-camera  a constant vector in the body, estimated from relative motions, explains
@@ -13,10 +13,10 @@
 //                                  error; above 3 deg
 //   inverse, axes, columns, transposed, unit, steps, body, world
 //                                  another reading of one side leaves at most a fifth of the squared error,
-//                                  and at most 5 %. The squared error is the position error over the path's
-//                                  extent plus the rotation error in rad (eval/diagnosis). A declared reading
-//                                  below 3 % is not questioned. Tried with the requested alignment, then with
-//                                  se3 and sim3
+//                                  and at most 5 %. The squared error is (RMS position error / RMS extent of
+//                                  the path)^2 + (mean rotation error in rad)^2. A declared reading below 3 %
+//                                  is not questioned. Tried with the requested alignment, then with se3 and
+//                                  sim3
 //   alignment  --align             with none or origin: se3, sim3 or yaw leaves less than a tenth of the RMSE
 //   lag        --offset            a shift of the clock explains more than half of the squared position
 //                                  errors, and the interval of estimate_offset(), from the motions alone,
@@ -48,13 +48,14 @@ struct AlignmentChoice {
 ///
 ///   t_reference,ij = s t_estimate,ij + (R_estimate,ij - I) l          j = i + k
 ///
-/// with the smallest k for which the rotations are 0.2 rad RMS, at most a quarter of the path. A component of
-/// l that the rotations hardly determine (with less than 3 % of the best one's information), such as the one
-/// along the axis of a car's turns, is 0. Empty if the path does not rotate.
+/// with the smallest power of two k for which the rotations are 0.2 rad RMS, at most a quarter of the path. A
+/// component of l that the rotations hardly determine (with less than 3 % of the best one's information),
+/// such as the one along the axis of a car's turns, is 0. Empty if the rotations are below 0.02 rad RMS, or
+/// for fewer than 10 poses.
 std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate);
 
 /// Warns of a shift of the clocks. Takes the whole reference and the matched estimate with its own stamps;
-/// `offset_s` has already been added to them.
+/// `offset_s` is the offset that was added to these stamps for the association.
 std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
                                                   double offset_s, const AlignmentChoice& choice);
 

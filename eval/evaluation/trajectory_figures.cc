@@ -92,8 +92,8 @@ void set_data(const EgoCurves& curves, const CurveColumns& columns, Figure& figu
   }
   if (n_drawn < n_poses)
     figure.caption += fmt::format(
-        " Drawn are {} of {} poses, among them those of the largest errors; no other lies further than "
-        "{:.2g} m from the lines. The files in curves/ hold all.",
+        " Drawn are {} of {} poses, among them those with the largest errors; the others are at most {:.2g} "
+        "m away from the lines. The files in curves/ contain all poses.",
         n_drawn, n_poses, distance_m);
 }
 
@@ -101,7 +101,7 @@ std::string column_of(size_t k, const std::string& key) {
   return fmt::format("(column(\"curve\") == {} ? column(\"{}\") : NaN)", k, key);
 }
 
-/// A line does not show a pose between two gaps: curves with such poses have points as well.
+/// Returns true if a pose lies between two gaps: a line does not show it, so the curve needs points as well.
 bool has_single_pose(const TrajectoryCurve& curve) {
   for (size_t i = 0; i < curve.size(); ++i) {
     if (curve.begins[i] && (i + 1 == curve.size() || curve.begins[i + 1])) return true;
@@ -116,7 +116,7 @@ std::string line_plot(const EgoCurves& curves, size_t k, const std::string& x, c
   return plot;
 }
 
-/// Start and end of the reference: one mark if they would cover each other.
+/// Returns the marks at start and end of the reference; a single one if both would overlap.
 std::string end_marks(const TrajectoryCurve& reference, const ViewAxes& axes, double m_per_cm) {
   std::string marks;
   const Eigen::Vector3d &start = reference.position_m.front(), &end = reference.position_m.back();
@@ -351,8 +351,7 @@ std::vector<Figure> along_figures(const EgoCurves& curves) {
     figures.push_back(axes_figure(
         curves, "rotation",
         fmt::format("Angles of the rotation R = R_{0}(yaw) R_{1}(pitch) R_{2}(roll) about the world's axes "
-                    "{0}, {1}, {2}; "
-                    "below, their differences to the reference.",
+                    "{0}, {1}, {2}; below, their differences to the reference.",
                     name(out), name((out + 2) % 3), name((out + 1) % 3)),
         {"roll", "pitch", "yaw"}, "deg", &TrajectoryCurve::angles_deg, &TrajectoryCurve::angle_error_deg));
   }
@@ -429,8 +428,9 @@ Explorer ego_explorer(const EgoCurves& curves) {
   for (const ExploredPath& path : explorer.paths) n_shown += path.time.size();
   if (n_shown < n_poses)
     explorer.note = fmt::format(
-        "{} of {} poses are shown here, among them those of the largest errors; curves/ holds all.", n_shown,
-        n_poses);
+        "{} of {} poses are shown here, among them those with the largest errors; the files in curves/ "
+        "contain all.",
+        n_shown, n_poses);
   return explorer;
 }
 

@@ -9,8 +9,8 @@
 
 namespace sextant {
 
-/// Approximate largest number of poses that a figure draws of one curve; all curves together have at most
-/// four times as many. Longer curves are reduced by thinned(), and the caption says so.
+/// Approximate largest number of poses that a figure draws of one curve. All curves together have about four
+/// times as many at most, or 60 each. Longer curves are reduced by thinned(), and the caption says so.
 inline constexpr size_t drawn_poses = 900;
 
 /// Paths of all systems from above with the reference, first in the colours of the systems, then coloured by
@@ -21,8 +21,8 @@ std::vector<Figure> path_figures(const EgoCurves& curves);
 /// speed.
 std::vector<Figure> along_figures(const EgoCurves& curves);
 
-/// Interactive view of paths and curves for the page. It holds all poses up to explored_poses, otherwise
-/// those that thinned() keeps.
+/// Returns the interactive view of paths and curves for the page. It contains all poses if there are at most
+/// explored_poses, otherwise those that thinned() keeps.
 Explorer ego_explorer(const EgoCurves& curves);
 
 /// Writes curves/<name>.csv for the reference and each run: every pose, with a column for each quantity.

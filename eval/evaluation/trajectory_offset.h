@@ -5,7 +5,6 @@
 //
 // estimate_lag() is a fast check for warnings; estimate_offset() measures the offset:
 //
-//
 //   signals   speed and rotation rate of each step between poses, smoothed by a Gaussian of one step (the
 //             longer of the two median steps) and sampled at such steps. Without smoothing, interpolation
 //             would average the noise at fractional shifts only, and would favour shifts between the samples
@@ -29,9 +28,9 @@ namespace sextant {
 double median_step(const std::vector<double>& times);
 
 /// Shift of the estimate's clock at which the motions agree best: its stamps are late by `lag`. Shifts up to
-/// 20 of the longer time steps, or 1 s if that is longer, are tried. Empty if there is too little motion, if
-/// the correlation is below 0.8, or if it exceeds the unshifted correlation neither by 0.1 nor by half of the
-/// difference to 1.
+/// 20 of the longer time steps, or 1 s if that is longer (but 200 steps at most), are tried. Empty if a
+/// recording has fewer than 40 poses or both overlap too little, if the correlation is below 0.8, or if it
+/// exceeds the unshifted correlation neither by 0.1 nor by half of the difference to 1.
 struct LagEstimate {
   double lag = 0;            ///< in units of the times
   double correlation = 0;    ///< correlation of speeds and rotation rates at this lag

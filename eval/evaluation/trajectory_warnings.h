@@ -5,7 +5,7 @@
 //
 //   swapped         the name or comments of the estimate call it ground truth, or those of the reference call
 //                   it an estimate, or the estimate is much denser and longer than the reference
-//   scale           Umeyama's scale is outside 0.9 .. 1.1 although the alignment does not correct it
+//   scale           Umeyama's scale is outside 1 / 1.1 .. 1.1, and the alignment does not correct it
 //   rates           median time steps differ by more than a factor of 1.5
 //   unmatched       less than 80 % of the poses of the shorter trajectory have a partner
 //   coverage        the matched poses span less than 80 % of the reference's time or frames
@@ -18,6 +18,10 @@
 //                   origin: missing truth that was logged as identity
 //   identical       all poses of both are equal: the same file twice?
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary
+//   still_pairs     pairs between which the reference stands still are left out of relative errors in percent
+//   repaired        the file was repaired while it was read (trajectory_files.h)
+//
+// trajectory_explanation.h defines further codes.
 
 #include <string>
 #include <vector>
@@ -35,7 +39,7 @@ struct TrajectoryWarning {
 /// Description of one side besides its poses.
 struct TrajectorySide {
   std::string name;      ///< file name
-  std::string comments;  ///< comments in its first lines, in lower case
+  std::string comments;  ///< as in TrajectoryFile, in lower case
   std::string format;
 };
 
@@ -58,8 +62,9 @@ void check_physical(const PoseSeries& reference, const std::string& name, double
 /// Smallest number of matched poses that can be evaluated: 3, and 10 % of the poses of the shorter recording.
 size_t fewest_matched(size_t n_shorter);
 
-/// Explains why few poses match, for recordings with time stamps: names the unit of time, the offset, both,
-/// or the larger --max-difference with which poses would match, and the edit or flag for it.
+/// Explains why few poses match, for recordings with time stamps. The text names the ranges of the stamps
+/// and, if another unit of time, an offset, both, or a larger --max-difference would let poses match, the
+/// edit or flag for this.
 std::string explain_unmatched(const PoseSeries& reference, const PoseSeries& estimate,
                               const AssociationOptions& options);
 

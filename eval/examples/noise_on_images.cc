@@ -1,8 +1,8 @@
 // noise_on_images DEPTH.png FLOW.flo SEED OUT.flo
 //
-// Noise on one's own images: depth of a 16-bit PNG in centimetres, flow of a .flo file. The numbers are those
-// that a sweep would draw for frame 0 of sequence "1" of the data set "mine", so a method outside can be
-// tried on the noise of the reports.
+// Adds noise to depth (a 16-bit PNG in centimetres) and flow (a .flo file) of your own, and writes the flow.
+// The random numbers are those that a sweep would draw for frame 0 of sequence "1" of the data set "mine", so
+// that a method outside of Sextant can be tried with the noise of Sextant's reports.
 
 #include <cstdio>
 #include <string>
@@ -17,12 +17,12 @@ namespace {
 void corrupt(const std::string& depth_file, const std::string& flow_file, const std::string& seed,
              const std::string& out) {
   const auto number = sextant::number_in(seed);
-  if (!number || *number < 0) sextant::fail("SEED '{}': expected a whole number from 0", seed);
+  if (!number || *number < 0) sextant::fail("SEED '{}': expected a whole number of 0 or more", seed);
   sextant::Frame frame;
   frame.depth_m = sextant::depth_from_cm(sextant::decode_png16(sextant::read_file(depth_file), depth_file));
   frame.flow = sextant::decode_flo(sextant::read_file(flow_file), flow_file);
   if (frame.flow.width() != frame.depth_m.width() || frame.flow.height() != frame.depth_m.height())
-    sextant::fail("{} and {}: expected images of one size", depth_file, flow_file);
+    sextant::fail("{} and {}: expected images of equal size", depth_file, flow_file);
   const sextant::StereoCamera camera{{725, 725, 620.5, 187}, 387.57};  // px; px m
   const auto noise = sextant::Noise::parse(R"({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.5}})");
   const sextant::Frame noisy =

@@ -14,8 +14,7 @@ namespace {
 using sextant::Matrix6d, sextant::Vector6d;
 
 struct LeastSquaresOptions {
-  SEXTANT_OPTIONS(
-      (int, iterations, 10, "count", "Gauss-Newton steps"))
+  SEXTANT_OPTIONS((int, iterations, 10, "count", "Gauss-Newton steps"))
   void check() const { sextant::check_option(iterations > 0, "iterations", iterations, "> 0"); }
 };
 
@@ -45,7 +44,7 @@ class LeastSquares final : public sextant::Estimator {
   sextant::Json options() const override { return sextant::write_options(options_); }
 
  private:
-  /// Sum of squares; hessian = J'J, gradient = J'r.
+  /// Returns the sum of squares; sets hessian = J'J and gradient = J'r.
   static double linearise(const sextant::Problem& problem, const std::vector<unsigned char>& use,
                           const sextant::SE3& X, Matrix6d& hessian, Vector6d& gradient) {
     const sextant::Correspondences& p = problem.points;

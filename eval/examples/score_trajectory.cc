@@ -16,7 +16,7 @@ void score(const char* estimate_file, const char* reference_file) {
   sextant::PoseSeries estimate = sextant::read_trajectory(estimate_file).poses;
   const sextant::PoseSeries reference = sextant::read_trajectory(reference_file).poses;
   if (estimate.size() != reference.size())
-    sextant::fail("{} has {} poses, {} has {}: expected as many", estimate_file, estimate.size(),
+    sextant::fail("{} has {} poses, {} has {}: expected equally many poses", estimate_file, estimate.size(),
                   reference_file, reference.size());
   sextant::align(estimate, reference, sextant::Alignment::se3);
   const sextant::ErrorStatistics e = sextant::error_statistics(

@@ -60,7 +60,8 @@ class PipelineEstimator final : public CaseEstimator {
   std::optional<Fingerprint> fingerprint_;
 };
 
-/// Returns the fingerprint of an estimator that a program has added: that of the program's file.
+/// Returns the fingerprint of an estimator that a program has added, which is the SHA-256 of the program's
+/// file; nullopt for other estimators.
 std::optional<Fingerprint> fingerprint_of_added(const std::string& name) {
   if (std::ranges::count(additions().estimators, name, &EstimatorEntry::name) == 0) return std::nullopt;
   static const std::string program = file_sha256(fs::canonical("/proc/self/exe"));

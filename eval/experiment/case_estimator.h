@@ -25,13 +25,13 @@
 
 namespace sextant {
 
-/// Description of a case that is available before its pairs.
+/// Description of a case, available before its first pair.
 struct CaseContext {
   const Sequence& sequence;
   const PipelineOptions& pipeline;
   const Noise& noise;
   uint64_t seed = 0;
-  std::filesystem::path folder;  ///< folder for files of the estimator; empty: it must not leave any
+  std::filesystem::path folder;  ///< folder for files of the estimator; empty: no files may be left
   /// External programs do not run: the files that they left in `folder` are read again. Nothing is written
   /// there.
   bool rescore = false;
@@ -45,7 +45,7 @@ class PairSolver {
   virtual FrameResult process(const FramePair& pair) = 0;
   /// Adds the costs of the frame that are not in BodyResult::times to the record of the camera.
   virtual void add_costs(int /*frame*/, Record& /*ego*/) const {}
-  /// Returns the problems that occurred, one line each for the user. Records have a status for them too.
+  /// Returns the problems that occurred, one line each for the user. The statuses of records show them, too.
   virtual std::vector<std::string> problems() const { return {}; }
   /// Returns T_world_camera as recorded by an external system in its own world frame, for diagnose_case();
   /// null if only motions are known.
@@ -67,26 +67,28 @@ class CaseEstimator {
   virtual std::vector<NamedSolver> begin(const CaseContext& context) const = 0;
   /// Returns all options with their values, for provenance.
   virtual Json options() const = 0;
-  /// Returns the default name in records.
+  /// Returns the name of the estimator in records, unless the user gives another label.
   virtual std::string label() const = 0;
   /// Returns true if the results must be checked for other conventions than the declared ones
   /// (diagnose_case(), case_runner.h). False for entries of estimators().
   virtual bool is_third_party() const { return true; }
-  /// Returns the present fingerprint of an external estimator; nullopt for Sextant's own, which are
-  /// identified by its version. May read files. Throws Error.
+  /// Returns the present fingerprint of an estimator that is not part of Sextant; nullopt for Sextant's own
+  /// estimators, which the version of Sextant identifies. May read files. Throws Error if one cannot be read.
   virtual std::optional<Fingerprint> fingerprint() const { return std::nullopt; }
 };
 
-/// Returns true if a name has the form PREFIX:REST of a kind, whose options are part of its fingerprint.
+/// Returns true if a name has the form PREFIX:REST. The options of such an estimator are part of its
+/// fingerprint.
 bool is_of_a_kind(const std::string& name);
 
-/// Creates an estimator. Throws Error on an unknown name (with the nearest one) or option. A file named after
-/// a prefix is looked up in the working folder, then in `beside`.
+/// Creates an estimator. A file named after a prefix (external:CONFIG.json) is looked up in the working
+/// folder, then in `beside`. Throws Error on an unknown option, an unknown name (with the nearest one) or an
+/// unknown prefix (with examples of the known ones).
 std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name,
                                                          const Json& options = Json::object(),
                                                          const std::filesystem::path& beside = {});
 
-/// Creates a case estimator that runs `estimator`, of single bodies, inside the pipeline.
+/// Creates a case estimator that runs `estimator`, which estimates single bodies, inside the pipeline.
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
                                                              std::shared_ptr<const Estimator> estimator,
                                                              std::optional<Fingerprint> fingerprint = {});
@@ -94,8 +96,8 @@ std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
 /// Returns estimators(), followed by the added ones.
 std::vector<EstimatorEntry> all_estimators();
 
-// Both functions must be called at the start of a program, before other threads exist; a name that is taken
-// is an Error.
+// Both functions must be called at the start of a program, before other threads exist. They throw Error if
+// the name or prefix is taken.
 void add_estimator(EstimatorEntry entry);
 
 using OpenCaseEstimator =

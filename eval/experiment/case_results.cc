@@ -31,7 +31,8 @@ class RecordsReader : public CaseResultReader {
       const std::string where = fmt::format("{}:{}", index_name_, line_);
       CaseResult result;
       result.number = json_member<uint64_t>(json, "case", where);
-      if (last_ && result.number == *last_) fail("{}: case {} is repeated", where, result.number);
+      if (last_ && result.number == *last_)
+        fail("{}: case {} is repeated: expected each case once", where, result.number);
       if (last_ && result.number < *last_)
         fail("{}: case {} stands after case {}: expected ascending numbers", where, result.number, *last_);
       last_ = result.number;

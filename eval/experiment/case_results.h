@@ -25,17 +25,17 @@ struct CaseResult {
   uint64_t number = 0;
   std::string content;     ///< the lines of its records, or the bytes of its summary
   uint64_t n_records = 0;  ///< number of lines; a summary contains its own count
-  Json noise;              ///< for lines, as in cases.jsonl
+  Json noise;  ///< if records are kept: sums of the added noise, as in cases.jsonl; null without noise
 };
 
-/// Encodes the journal entry of a case whose summary is kept, with the noise of its points if it is counted
-/// there.
+/// Encodes the journal entry of a case whose summary is kept. `noise`: the noise added to its points; null if
+/// the case is not counted (NoiseOfCases::is_counted()).
 std::string encode_journal_case(const CaseSummary& summary, const NoiseVerification* noise);
 struct JournalCase {
   std::string_view summary;  ///< encode_case_summary()
   ExactNoise noise;
 };
-/// Decodes a journal entry. Throws Error that begins with `where`.
+/// Decodes a journal entry. Throws Error that begins with `where` if it is damaged.
 JournalCase decode_journal_case(std::string_view bytes, const std::string& where);
 
 /// Writes the result files of a folder.
@@ -44,15 +44,17 @@ class CaseResultWriter {
   /// `plan` is Plan::json().
   CaseResultWriter(const OutputFolder& folder, const Json& plan, uint64_t n_cases);
 
-  /// Appends a case; cases come in order of number. Throws Error that names the case.
+  /// Appends a case; cases come in order of number. Throws Error that names the case if its summary is
+  /// damaged, or if the sums of its noise are missing or invalid.
   void add(const CaseResult& result);
-  /// Stores the noise of cases whose summaries are kept.
+  /// Adds the noise of cases whose summaries are kept; close() stores it.
   void add_noise(const ExactNoises& noises);
   void close();
 
   uint64_t n_records() const { return n_records_; }
+  /// Returns the member "noise" of run.json; complete after close().
   Json noise() const { return noise_.json(); }
-  /// Returns the names of the files; the results come last.
+  /// Returns the names of the files; the one with the results comes last.
   std::vector<std::string> names() const;
 
  private:
@@ -68,7 +70,7 @@ class CaseResultReader {
  public:
   virtual ~CaseResultReader() = default;
   /// Returns the next case, in ascending order of number; nullopt after the last. Throws Error that names the
-  /// file.
+  /// file if it is damaged.
   virtual std::optional<CaseResult> next() = 0;
   /// Returns the noise of all cases if summaries are kept; available after the last case.
   virtual ExactNoises noise() const { return {}; }
@@ -76,7 +78,7 @@ class CaseResultReader {
 std::unique_ptr<CaseResultReader> open_case_results(const std::filesystem::path& folder, KeepOfCases keep);
 /// Opens a file of summaries.
 std::unique_ptr<CaseResultReader> open_summaries(const std::filesystem::path& file);
-/// Opens a journal, which must not change meanwhile.
+/// Opens a journal, which must not change while it is read.
 std::unique_ptr<CaseResultReader> open_journal(const Journal& journal, KeepOfCases keep,
                                                const NoiseOfCases& noise);
 
@@ -102,25 +104,26 @@ class MergedCases {
 };
 
 // ---- Cases of an unfinished sweep with summaries that were moved out of its journal: when the journal has
-// grown to a certain size, its cases become a file of summaries, whose noise is summed and which is half as
-// large, and the journal is emptied. At the end the files are merged like shards.
+// grown to SweepConfig::journal_bytes, its cases are written into a file of summaries, which contains the
+// sums of their noise and is half as large, and the journal is emptied. When all cases are finished, these
+// files are merged like shards.
 //
-//   DIR/.finished/OWNER/000001.bin   summary.bin (records/case_summary.h) of some cases; OWNER owns the
-//                                    journal
+//   DIR/.finished/OWNER/000001.bin   summary.bin (records/case_summary.h) of some cases; OWNER: first 16
+//                                    characters of the name of the journal's owner
 //
 // A file is written completely or not at all. A damaged file is skipped, and its cases are computed again.
 
 class FinishedCases {
  public:
-  /// Finds the files of `owner`, or of any owner; changes nothing.
+  /// Finds the files of `owner` or, with `of_any`, of all owners; changes nothing.
   FinishedCases(const std::filesystem::path& folder, const std::string& owner, bool of_any = false);
 
   bool contains(uint64_t number) const { return number < is_there_.size() && is_there_[number]; }
   uint64_t n_cases() const { return n_cases_; }
   std::vector<std::unique_ptr<CaseResultReader>> readers() const;
 
-  /// Moves the journal's cases into a file and empties the journal. Throws Error if the disk is full; the
-  /// journal is then unchanged.
+  /// Moves the journal's cases into a file and empties the journal. Throws Error if the file cannot be
+  /// written, for example because the disk is full; the journal is then unchanged.
   void take_from(Journal& journal, const NoiseOfCases& noise);
 
   /// Returns the number of cases in such files of a folder, for all owners.

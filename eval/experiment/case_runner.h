@@ -45,7 +45,7 @@ struct CaseOutcome {
   std::vector<Record> records;
   CaseMotions motions;                ///< motions of the first result, if there are several
   NoiseVerification noise;            ///< achieved on the points
-  std::vector<std::string> problems;  ///< PairSolver::problems()
+  std::vector<std::string> problems;  ///< PairSolver::problems() and diagnose_case()
 };
 
 /// Returns the next pairs, in order, valid until the next call; empty at the end.
@@ -54,9 +54,9 @@ using NextPairs = std::function<std::span<const ExtractedPair>()>;
 /// Called after each pair, in order, with the first result of the estimator and the records of all results.
 using PairObserver = std::function<void(const FrameResult&, std::span<const Record>)>;
 
-/// Runs cases that share their pairs: each processes them in order, several cases at a time. Only description
-/// and truth of `sequence` are used. `on_pair` (may be empty) observes the first case. Throws Interrupted on
-/// Ctrl-C.
+/// Runs cases that share their pairs: each case processes the pairs in order; `jobs` cases run at a time.
+/// Only the description and truth of `sequence` are used here, but an estimator of a kind (case_estimator.h)
+/// may read its frames. `on_pair` (may be empty) observes the first case. Throws Interrupted on Ctrl-C.
 std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<CaseSettings>& cases,
                                    const NextPairs& next, int jobs, const PairObserver& on_pair = {});
 
@@ -66,12 +66,13 @@ std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<C
 std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTruth& truth,
                                    const SequenceInfo& info);
 
-// ---- Checks of the motions of a third-party estimator against the truth of its case: centimetres, inverse
-// motions, another frame than the declared one (eval/diagnosis). The estimator never sees the truth or these
-// messages.
+// ---- Checks of the motions of a third-party estimator against the truth of its case, which detect
+// centimetres, inverse motions, or another frame than the declared one (eval/diagnosis). The estimator never
+// sees the truth or these messages.
 
-/// Returns one line for each diagnosis, beginning with `estimator`. `recorded_camera`: the poses behind the
-/// camera's motions, if there are any; another order of quaternion components is visible in poses only.
+/// Returns one line for each diagnosis, beginning with `estimator`. `recorded_camera`: the recorded poses
+/// from which the camera's motions were computed, or null; another order of quaternion components can be
+/// detected in poses only. Motions of objects are checked only if nothing is found for the camera.
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
                                        const std::string& estimator,
                                        const Trajectory* recorded_camera = nullptr);

@@ -77,7 +77,8 @@ void add_flow_error(const FlowError& error, const std::string& stage, Record& re
   record.errors["epe_" + stage + "_y_px"] = error.y_px;
 }
 
-/// Adds the EPE over all points of an estimated body, and before and after refinement over its inliers.
+/// Adds the EPE of the measured flow over all points of an estimated body, and the EPE before and after
+/// refinement over its inliers.
 void add_epe(const BodyResult& body, const std::optional<SE3>& true_motion, const PairContext& context,
              Record& record) {
   const MotionEstimate& estimate = body.estimate;

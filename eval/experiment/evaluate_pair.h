@@ -7,8 +7,9 @@
 // equal instance ids. Status: estimated but without truth in both frames -> no_truth; truth in both frames
 // but no instance -> not_detected; all others come from the estimator.
 //
-// EPE is taken over the estimator's inliers. True flow is `given` if the data set has dense flow, otherwise
-// `induced` by the true motion and the measured depth (and then contains the error of that depth).
+// The EPE of the measured flow is taken over all points of a body, the EPE before and after refinement over
+// the estimator's inliers. True flow is `given` if the data set has dense flow, otherwise `induced` by the
+// true motion and the measured depth (and then contains the error of that depth).
 
 #include <vector>
 
@@ -41,7 +42,7 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
 
 // ---- CRLB and NEES of the bodies of one frame pair, stored in their records (docs/metrics.md):
 //
-//   values.nees                         of every estimate with truth
+//   values.nees                         of every estimate with truth and a positive definite covariance
 //   bound.Et_m, ER_deg                  RMS of the camera-frame errors, from flow and previous depth
 //   bound.Et_both_m, ER_both_deg        with the current frame's depth too, if it is noisy
 //   bound.Et_body_m, ER_body_deg        objects: body frame, previous depth; needs the camera's bound too
@@ -50,7 +51,7 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
 // their values before noise) and from the noise declared for them. It is left out without declared noise and
 // if motion_bound() (metrics/crlb.h) returns nullopt.
 
-/// Adds the bounds to `records`, the records of `result`.
+/// Adds the NEES and the bounds to `records`, which are the records of `result`.
 void add_limits(const FrameResult& result, const PairContext& context, std::vector<Record>& records);
 
 }  // namespace sextant

@@ -158,7 +158,7 @@ ExactNoise::Part ExactNoise::part_of(Sums sums) {
                   [&](double x) { part.requested.push_back(x); },
                   [&](double x) {
                     if (!(std::abs(x) < largest_sum))
-                      fail("noise of a case: a sum of {}: expected less than 2^40", x);
+                      fail("noise of a case: a sum is {}: expected an absolute value below 2^40", x);
                     part.sums.push_back(static_cast<Int128>(std::nearbyint(std::ldexp(x, fraction_bits))));
                   }};
   sums.visit(each);

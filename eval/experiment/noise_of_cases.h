@@ -25,7 +25,8 @@ class NoiseOfCases {
   /// Estimators with the same points have the same noise, which is counted once. Throws Error if a case of a
   /// noisy level has no sums.
   void add(uint64_t number, const Json& sums);
-  /// Sets the sums of a level that were added up elsewhere.
+  /// Sets the sums of a source and level, which were added up elsewhere. Throws Error if the plan adds no
+  /// noise there.
   void set(const std::pair<size_t, size_t>& source_and_level, const NoiseVerification& noise);
 
   /// Returns true if the level of the case adds noise, and no earlier estimator of the plan has the same
@@ -54,18 +55,19 @@ class NoiseOfCases {
 
 class ExactNoise {
  public:
-  /// Throws Error for sums of 2^40 or more.
+  /// Throws Error if the absolute value of a sum is not below 2^40.
   void add(const NoiseVerification& noise);
   void add(const ExactNoise& other);
   NoiseVerification total() const;
 
   std::string bytes() const;
-  /// Throws Error that begins with `where`.
+  /// Decodes bytes(). Throws Error that begins with `where` if they are damaged.
   static ExactNoise decode(std::string_view bytes, const std::string& where);
 
  private:
   __extension__ using Int128 = __int128;
-  /// Sums that do not depend on bodies, or the flow of a body.
+  /// One group of sums: either those over all bodies (depth and errors of neighbours), or those of the flow
+  /// of one body.
   struct Part {
     std::vector<double> requested;
     std::vector<uint64_t> counts;

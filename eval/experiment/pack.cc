@@ -15,8 +15,8 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/machine.h"
-#include "sextant/base/progress.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/progress.h"
 #include "sextant/eval/experiment/run_options.h"
 
 namespace sextant {
@@ -62,7 +62,7 @@ Json request_of(const SourceSpec& source, const Sequence& sequence, const Extrac
   return request;
 }
 
-/// Returns the hash of the request without the location of the data, and of the content of the inputs.
+/// Returns the SHA-256 of the request, without the location of the data but with the contents of the inputs.
 std::string content_id(Json request, const std::map<std::string, InputLog::Entry>& inputs) {
   request.erase("path");
   std::set<std::string> hashes;
@@ -206,7 +206,10 @@ void expect_mark(const fs::path& folder) {
   if (!fs::exists(folder, error)) return;
   const fs::path tag = folder / tag_name;
   if (fs::is_regular_file(fs::symlink_status(tag, error)) && read_file(tag) == tag_text) return;
-  fail("{}: is not marked as a cache of Sextant ({}): nothing was removed", folder.string(), tag_name);
+  fail(
+      "{}: does not contain Sextant's {}, which marks a cache, so nothing was removed: expected the folder "
+      "of a cache",
+      folder.string(), tag_name);
 }
 
 /// Removes files left by processes that were killed while they computed a cache file. While another process
@@ -315,7 +318,7 @@ namespace {
 
 constexpr std::string_view magic = "SEXTPACK";
 constexpr size_t digest_bytes = 64;  // hexadecimal
-// Sizes of an object and of a pair without points.
+// Encoded sizes, in bytes, of an object and of a pair without points.
 constexpr size_t object_bytes = 24;
 constexpr size_t pair_bytes = 105;
 
@@ -462,14 +465,15 @@ std::string encode_pack(const Pack& pack) {
 
 Pack decode_pack(std::string_view bytes, const std::string& name) {
   if (!bytes.starts_with(magic) || bytes.size() < magic.size() + sizeof(uint32_t) + digest_bytes) {
-    fail("{}: not a file of the correspondence cache", name);
+    fail("{}: is not a file of the correspondence cache", name);
   }
   const std::string_view body = bytes.substr(0, bytes.size() - digest_bytes);
-  if (sha256(body) != bytes.substr(body.size())) fail("{}: damaged: its SHA-256 differs", name);
+  if (sha256(body) != bytes.substr(body.size()))
+    fail("{}: is damaged: its SHA-256 is not the stored one", name);
   Reader in(body, name);
   in.raw(magic.size());
   const auto version = in.get<uint32_t>();
-  if (version != pack_version) fail("{}: of version {}, expected {}", name, version, pack_version);
+  if (version != pack_version) fail("{}: has version {}, expected {}", name, version, pack_version);
   Pack pack;
   pack.manifest = parse_json(in.text(), name + ": manifest");
   Reader pairs(in.text(), name);

@@ -10,8 +10,8 @@
 //                    taken to be unchanged; one with another time is hashed again
 //
 // Damaged, foreign or outdated files are computed again. Files are written completely or not at all, so
-// several processes may share the folder. It belongs to one user: a folder of another user, or in which
-// others may write, is rejected (base/new_file.h), because results depend on its content. CACHEDIR.TAG
+// several processes may share the folder. The folder belongs to one user: a folder of another user, or in
+// which others may write, is rejected (base/new_file.h), because results depend on its content. CACHEDIR.TAG
 // marks it; only files with the names above are ever removed, and only if the mark exists.
 
 #include <cstdint>
@@ -51,10 +51,12 @@ class PackCache {
     int n_pairs = 0;
     bool valid = false;  ///< readable, of this version, and with unchanged inputs
   };
-  /// Returns all files in order of source; those without a request come last, without a source.
+  /// Returns all cache files in order of source; files to which no valid <request>.json refers come last,
+  /// without a source.
   std::vector<Entry> list() const;
-  /// Removes files that are no longer valid, or all files, and those left by processes that were killed.
-  /// Returns the number of bytes freed. Throws Error if the folder is not marked as a cache.
+  /// Removes the files that are no longer valid or, with `all`, all files of the cache, and those left by
+  /// processes that were killed. Returns the number of bytes freed. Throws Error if the folder is not marked
+  /// as a cache, or belongs to another user.
   uint64_t prune(bool all) const;
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -66,7 +68,8 @@ class PackCache {
 /// Returns the cache in `folder`, or in default_cache_folder() if `folder` is empty.
 PackCache pack_cache(const std::string& folder);
 
-/// Returns the pairs of `source` with the "source" and "extraction" of `options`, a tree as in run_options.h.
+/// Returns the pairs of `source`, from the cache or by decoding, with the groups "source" and "extraction" of
+/// the option tree `options` (run_options.h).
 PackCache::Packed pack_source(const PackCache& cache, SourceSpec source, const Json& options, int jobs,
                               bool quiet);
 
@@ -74,7 +77,7 @@ PackCache::Packed pack_source(const PackCache& cache, SourceSpec source, const J
 // decoding images again.
 //
 //   "SEXTPACK" | u32 version | u64 size of the manifest | manifest (JSON) | u64 size of the pairs | pairs |
-//   SHA-256 of all before, 64 hexadecimal digits
+//   SHA-256 of all preceding bytes, 64 hexadecimal digits
 //
 // Little-endian. Points are stored in single precision without loss: pixels are integers, and depth and flow
 // come from single-precision images; a value that does not fit is an internal error. Damage is detected by

@@ -188,11 +188,11 @@ TEST_F(PackTest, OnlyAMarkedFolderIsPruned) {
   const PackCache::Packed present = load();
   EXPECT_TRUE(load().was_there);
   expect_error([&] { cache_.prune(true); },
-               "is not marked as a cache of Sextant (CACHEDIR.TAG): nothing was removed");
+               "does not contain Sextant's CACHEDIR.TAG, which marks a cache, so nothing was removed");
   EXPECT_TRUE(fs::exists(present.file));
   // The mark of another program does not count.
   write_file(cache_.folder() / "CACHEDIR.TAG", "Signature: 8a477f597d28d172789f06886806bc55\n");
-  expect_error([&] { cache_.prune(true); }, "is not marked as a cache of Sextant");
+  expect_error([&] { cache_.prune(true); }, "does not contain Sextant's CACHEDIR.TAG");
   EXPECT_EQ(PackCache(cache_.folder() / "none").prune(true), 0U);
 }
 

@@ -41,7 +41,7 @@ void check_runnable(const SourceSpec& spec, const Sequence& sequence) {
     fail("{}: has frames {}-{}; at least two are needed", spec.text, info.first_frame, info.last_frame);
   }
   if (!info.channels.gray || !info.channels.depth || !info.channels.flow || !info.channels.mask) {
-    fail("{}: has no images, depth, flow or masks; a run needs all four", spec.text);
+    fail("{}: lacks images, depth, flow or masks; a run needs all four", spec.text);
   }
   sequence.check_files();
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// From a source to the points of its frame pairs. Every frame is decoded once; only the dense data needed for
+// Extracts the points of a source's frame pairs. Every frame is decoded once; only the dense data needed for
 // the pairs' points are kept: an estimator uses a few thousand correspondences, not images.
 
 #include <optional>
@@ -25,7 +25,7 @@ class FlowSamples {
   };
 
   FlowSamples() = default;
-  /// Samples in any order; of two samples of one pixel the first is used.
+  /// Takes samples in any order; if a pixel has several samples, the first one is used.
   explicit FlowSamples(std::vector<Sample> samples);
   /// Returns the flow at a pixel; invalid if there is no sample.
   Flow at(int x, int y) const;

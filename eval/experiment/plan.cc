@@ -13,7 +13,7 @@
 namespace sextant {
 namespace {
 
-/// Reads a plan, and knows the line of each key in its text.
+/// Reads a plan; its error messages name the line of the key.
 class PlanReader {
  public:
   PlanReader(std::string_view text, std::string name, const std::string& data_root)
@@ -117,7 +117,10 @@ class PlanReader {
             std::ranges::any_of(seen, [&](const SequenceInfo& other) { return share_pairs(other, info); });
         seen.push_back(info);
         if (twice) {
-          fail("its frames of {} sequence {} are repeated in the plan", info.dataset, info.sequence);
+          fail(
+              "its frames of {} sequence {} are also those of an earlier source of the plan: list each frame "
+              "pair once",
+              info.dataset, info.sequence);
         }
       } catch (const Error& error) {
         fail("'{}': {}", text, error.what());
@@ -162,7 +165,7 @@ class PlanReader {
     std::set<std::pair<std::string, double>> seen;
     for (const PlanLevel& level : plan.levels) {
       if (!seen.emplace(json_line(level.noise.options()), level.level).second) {
-        fail("level {} ({}) is repeated", level.level, level.noise.name());
+        fail("level {} ({}) is repeated: list each level of a noise once", level.level, level.noise.name());
       }
     }
   }
@@ -182,7 +185,10 @@ class PlanReader {
       Json* node = &noise;
       for (const std::string& part : split(parameter, '.')) {
         if (part.empty() || !(node->is_object() || node->is_null())) {
-          fail("key 'parameter': '{}' does not name a number of the noise", parameter);
+          fail(
+              "key 'parameter': '{}' does not name a number of the noise: expected one such as "
+              "depth.delta_d_px",
+              parameter);
         }
         node = &(*node)[part];
       }
@@ -211,7 +217,7 @@ class PlanReader {
         plan.seeds.push_back(seed.get<uint64_t>());
       }
       if (std::set<uint64_t>(plan.seeds.begin(), plan.seeds.end()).size() != plan.seeds.size()) {
-        fail("key 'seeds': a seed is repeated");
+        fail("key 'seeds': a seed is repeated: list each seed once");
       }
     } else if (seeds.is_object() && seeds.contains("count") && whole(seeds["count"])) {
       if (seeds.contains("first") && !whole(seeds["first"])) {
@@ -225,7 +231,8 @@ class PlanReader {
       fail("key 'seeds': expected a number, a list, or {{\"first\", \"count\"}}, got {}",
            json_excerpt(seeds));
     }
-    if (count > max_plan_cases) fail("key 'seeds': {} seeds are more than {} cases", count, max_plan_cases);
+    if (count > max_plan_cases)
+      fail("key 'seeds': {} seeds are more than the {} cases that a plan may have", count, max_plan_cases);
     if (count > 0 && first > std::numeric_limits<uint64_t>::max() - (count - 1))
       fail("key 'first': {} and the {} seeds after it go beyond 2^64 - 1", first, count - 1);
     for (uint64_t i = 0; i < count; ++i) plan.seeds.push_back(first + i);
@@ -244,9 +251,12 @@ class PlanReader {
     const double n = static_cast<double>(plan.sources.size()) * static_cast<double>(plan.estimators.size()) *
                      static_cast<double>(plan.levels.size()) * static_cast<double>(plan.seeds.size());
     if (n <= static_cast<double>(max_plan_cases)) return;
-    fail_at(position_of("seeds"),
-            fmt::format("seeds: {:.3g} cases (sources x estimators x levels x seeds) are more than {}", n,
-                        max_plan_cases));
+    fail_at(
+        position_of("seeds"),
+        fmt::format(
+            "seeds: {:.3g} cases (sources x estimators x levels x seeds) are more than the {} that a plan "
+            "may have",
+            n, max_plan_cases));
   }
 
   std::string_view text_;

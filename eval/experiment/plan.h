@@ -30,14 +30,14 @@
 
 namespace sextant {
 
-/// A method: an estimator and its front end.
+/// An estimator together with the options of its front end.
 struct PlanEstimator {
   std::string name;
   std::string label;  ///< label in records; CaseEstimator::label() by default
   Json options = Json::object();
-  ExtractionOptions extraction;  ///< the plan's, with the changes of the entry
+  ExtractionOptions extraction;  ///< the options of the plan, with the changes of this entry
   PipelineOptions pipeline;
-  std::shared_ptr<const CaseEstimator> estimator;  ///< made from the above
+  std::shared_ptr<const CaseEstimator> estimator;  ///< made from `name` and its options
 };
 
 /// Results of a case that a sweep stores: every record, or a summary (records/case_summary.h).
@@ -72,12 +72,13 @@ struct Plan {
     return uint64_t{sources.size()} * estimators.size() * levels.size() * seeds.size();
   }
   PlanCase at(uint64_t number) const;
-  /// Returns everything that determines the records, with all defaults ("keep" if it is not records): plans
-  /// with equal JSON give equal records on equal data.
+  /// Returns everything that determines the records, with all defaults ("keep" only if it is not "records"):
+  /// plans with equal JSON give equal records on equal data.
   Json json() const;
 };
 
-/// Return the member "keep" of Plan::json(), and its number of seeds. Throw Error that begins with `where`.
+/// Return the member "keep" of Plan::json(), and its number of seeds. Throw Error if the member is invalid;
+/// `where` names the file in messages.
 KeepOfCases kept(const Json& plan, const std::string& where);
 uint64_t planned_seeds(const Json& plan, const std::string& where);
 
@@ -95,13 +96,14 @@ std::vector<uint64_t> cases_of_shard(const Plan& plan, uint64_t shard, uint64_t 
 /// Largest number of cases in a plan.
 inline constexpr uint64_t max_plan_cases = 10'000'000;
 
-/// Parses a plan strictly: throws Error "NAME:LINE: ...", which names the key, for text that is not a plan,
-/// an empty grid, a negative level of a scale parameter, or more than max_plan_cases. Relative paths of
-/// sources are looked up in `data_root` if they do not exist in the working folder.
+/// Parses a plan strictly, and opens its sources. Throws Error "NAME:LINE: ...", which names the key, if the
+/// text is not a plan, a list is empty, a source, label, level or seed is repeated, a level is negative or
+/// not finite, or there are more than max_plan_cases cases. Relative paths of sources are looked up in
+/// `data_root` if they do not exist in the working folder.
 Plan parse_plan(std::string_view text, const std::string& name, const std::string& data_root);
 
 // ---- Procedures: how other systems estimate, expressed as options of this program. A procedure is a plan
-// without sources and seeds (plan.h): estimators with their front ends, options, and the noise used.
+// without sources and seeds: estimators with their front ends, options, and the noise used.
 // Procedures are compiled into the program from eval/procedures/NAME.json, each with a "description" of its
 // origin. To add one, add a file.
 
@@ -111,12 +113,12 @@ std::vector<std::string> procedure_names();
 /// Returns the file as JSON. Throws Error on an unknown name, with the nearest one.
 Json find_procedure(const std::string& name);
 
-/// Returns `plan` with the procedure's keys where it has none: objects are merged key by key, lists are kept
-/// as a whole.
+/// Returns `plan`, completed with the keys of the procedure that it does not have: objects are merged key by
+/// key, lists are kept as a whole.
 Json on_procedure(const std::string& name, const Json& plan);
 
-/// Returns "extraction", "pipeline" and "estimator" of one of its estimators, as options of `sextant run`.
-/// Throws Error if the procedure has no estimator of that name.
+/// Returns "extraction", "pipeline" and "estimator" of one estimator of a procedure, as options of `sextant
+/// run`. Throws Error if the procedure has no estimator of that name.
 Json procedure_options(const std::string& name, const std::string& estimator);
 
 }  // namespace sextant

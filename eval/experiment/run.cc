@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "sextant/base/error.h"
-#include "sextant/base/progress.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/progress.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/sweep_folder.h"
@@ -114,12 +114,12 @@ void check_distinct(const std::vector<std::unique_ptr<Sequence>>& sequences,
     const SequenceInfo& info = sequences[i]->info();
     for (size_t j = 0; j < i; ++j) {
       if (share_pairs(info, sequences[j]->info())) {
-        fail("sources '{}' and '{}' are frames of the same {} sequence '{}': list each once", specs[j].text,
-             specs[i].text, info.dataset, info.sequence);
+        fail("sources '{}' and '{}' are frames of the same {} sequence '{}': list each frame pair once",
+             specs[j].text, specs[i].text, info.dataset, info.sequence);
       }
       if (folder_name(info) == folder_name(sequences[j]->info())) {
-        fail("sources '{}' and '{}' would both write into '{}': run them into a folder each", specs[j].text,
-             specs[i].text, folder_name(info));
+        fail("sources '{}' and '{}' would both write into '{}': run each into a folder of its own",
+             specs[j].text, specs[i].text, folder_name(info));
       }
     }
   }
@@ -162,7 +162,7 @@ Json resolved_configuration(const RunConfig& config) {
 Fingerprints run_fingerprints(const RunConfig& config) {
   if (!config.rescore) return present_fingerprints(plan_of(config));
   const fs::path folder = config.folder.parent_path();
-  if (!fs::exists(folder / "run.json")) return {};  // an unfinished run: its report will look again
+  if (!fs::exists(folder / "run.json")) return {};  // the run is not finished yet
   return fingerprints_in(read_run_json(folder), (folder / "run.json").string());
 }
 

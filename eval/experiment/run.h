@@ -35,23 +35,25 @@ struct RunConfig {
   int n_seeds = 1;                       ///< seeds 0..n_seeds - 1, each over all pairs
   int jobs = 1;                          ///< number of threads
   bool quiet = false;                    ///< no progress line
-  std::filesystem::path folder;          ///< for files of an external estimator; empty: it must not leave any
-  bool rescore = false;                  ///< reads such files again; no program is run
-  RunJournal* journal =
-      nullptr;           ///< sources that are in it are not run again; those that are done go into it
+  std::filesystem::path folder;          ///< for files of an external estimator; empty: no files may be left
+  bool rescore = false;                  ///< reads the files in `folder` again; no program is run
+  /// Sources with a valid block in the journal are not run again; finished sources are appended. May be null.
+  RunJournal* journal = nullptr;
   PairObserver on_pair;  ///< observes the first seed; may be empty
 };
 
-/// Applies a procedure (plan.h) to a run: its options for the estimator are defaults for those of the run,
-/// and, with `with_noise`, its noise and level replace the run's.
+/// Applies a procedure (plan.h) to a run: options that the run does not set take the values that the
+/// procedure has for this estimator; with `with_noise`, the noise and level of the procedure replace those of
+/// the run. Throws Error if the procedure or its entry for the estimator does not exist.
 void follow_procedure(const std::string& name, bool with_noise, RunConfig& config);
 
 /// Returns everything that determines the records: sources, estimator and every option with its value. Equal
 /// configurations on equal data give equal records.
 Json resolved_configuration(const RunConfig& config);
 
-/// Returns the fingerprints of an external estimator, at present or, if its files are read again, of the
-/// version that wrote them. Throws Error.
+/// Returns the present fingerprint of an estimator that is not part of Sextant or, if its files are read
+/// again (`rescore`), the fingerprints in the run.json of the run that wrote them; empty for Sextant's own
+/// estimators, and if that run has no run.json yet. Throws Error if a file cannot be read.
 Fingerprints run_fingerprints(const RunConfig& config);
 
 struct SourceRun {
@@ -82,16 +84,16 @@ RunResult run(const RunConfig& config);
 
 // ---- the files of a run
 
-/// Returns records.jsonl, run.json and, for each source, est_camera_{kitti,tum}.txt and obj_<id>_motion.txt;
-/// with more than one source these are in one subfolder per source.
-///   est_camera_kitti.txt  12 values per line: rows of [R|t] of T_world_camera
+/// Returns records.jsonl, run.json and, for each source, the following files; with more than one source they
+/// are in one subfolder per source, folder_name().
+///   est_camera_kitti.txt  per estimated pose 12 values, the rows of [R|t] of T_world_camera
 ///   est_camera_tum.txt    t tx ty tz qx qy qz qw, t = frame / rate (s)
 ///   gt_camera_tum.txt     the true poses in the same format, over the frames of the source that have one
 ///   tracks.csv            camera and objects in the world, estimated and true (tracks.h)
 ///   obj_<id>_motion.txt   frame k, then 12 values of H_world of the pair (k-1, k) (m)
 OutputFiles run_files(const RunResult& result);
 
-/// Returns build_provenance(), configuration and inputs of a run.
+/// Returns the content of run.json: build_provenance(), configuration, inputs and times of a run.
 Json run_provenance(const RunResult& result);
 
 // ---- Journal of a run, with which an interrupted run continues: `sextant run` killed and started again
@@ -110,7 +112,7 @@ struct SourceOutcome : CaseOutcome {
 
 /// Returns the files that were read: path -> {"bytes", "sha256"}.
 Json inputs_json(const std::map<std::string, InputLog::Entry>& inputs);
-/// Returns true if all files are unchanged since inputs_json().
+/// Returns true if all files of inputs_json() exist and have the SHA-256 stored there.
 bool same_inputs(const Json& inputs);
 
 class RunJournal {
@@ -119,7 +121,8 @@ class RunJournal {
   /// estimator) in `folder`, which is created with the first block.
   RunJournal(std::filesystem::path folder, const Json& configuration);
 
-  /// Returns the results of a source; nullopt if it is not finished, or would have other results now.
+  /// Returns the stored results of a source; nullopt if the source is not finished, or if a file that it read
+  /// has changed since.
   std::optional<SourceOutcome> find(size_t source) const;
   void append(size_t source, const SourceOutcome& outcome);
   /// Removes the journal, once the results are in place.

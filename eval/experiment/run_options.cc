@@ -20,8 +20,12 @@ void set_option(Json& tree, const std::string& assignment) {
   }
   Json* node = &tree;
   for (const std::string& part : split(assignment.substr(0, equals), '.')) {
-    if (part.empty()) fail("--set {}: the key has an empty part", assignment);
-    if (!node->is_object()) fail("--set {}: '{}' is below a value, not below a group", assignment, part);
+    if (part.empty())
+      fail("--set {}: the key has an empty part: expected key=value, e.g. pipeline.max_object_distance_m=30",
+           assignment);
+    if (!node->is_object())
+      fail("--set {}: '{}' stands below a key that has a value: expected a group of options there",
+           assignment, part);
     node = &(*node)[part];
     if (node->is_null()) *node = Json::object();
   }

@@ -13,7 +13,8 @@
 
 namespace sextant {
 
-/// Returns the tree given by `options` (JSON or @FILE), with each "dotted.key=value" of `sets` on top.
+/// Returns the tree given by `options` (JSON or @FILE), in which each "dotted.key=value" of `sets` has set
+/// one value. Throws Error if the text is not a JSON object or an assignment is malformed.
 Json options_tree(const std::string& options, std::span<const std::string> sets);
 
 /// The options of a run, completed with defaults.
@@ -29,9 +30,9 @@ struct ResolvedOptions {
 ResolvedOptions resolve_options(const Json& tree);
 
 /// Returns all keys that the tree may have with an estimator, except those of the data set's adapter
-/// (`source.*`).
+/// (`source.*`). Throws Error on an unknown estimator.
 std::vector<OptionHelp> run_options(const std::string& estimator);
-/// Returns the keys of a plan that are options.
+/// Returns the keys of a plan that are documented as options.
 std::vector<OptionHelp> plan_options();
 
 }  // namespace sextant

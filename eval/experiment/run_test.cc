@@ -144,7 +144,7 @@ TEST_F(RunFixture, ResumesAfterFinishedSources) {
 TEST_F(RunFixture, RefusesTheSameFramesTwice) {
   RunConfig config = config_of(fixture_->source() + "@0-5");
   config.sources.push_back(SourceSpec::parse(fixture_->source() + "@3-8"));
-  expect_error([&] { run(config); }, "list each once");
+  expect_error([&] { run(config); }, "list each frame pair once");
 }
 
 TEST_F(RunFixture, ProvenanceListsTheFilesRead) {

@@ -43,7 +43,8 @@ struct OpenSource {
 /// A plan with its opened sources and estimators; runs single cases.
 class PlanRunner {
  public:
-  /// For the cases `numbers`: opens only their sources, and decodes them `with_packs`.
+  /// Opens only the sources of the cases `numbers`; `with_packs` also loads their pairs, from the cache or by
+  /// decoding.
   PlanRunner(const SweepConfig& config, const std::vector<uint64_t>& numbers, bool with_packs)
       : config_(config), sources_(config.plan.sources.size()) {
     std::set<size_t> needed;
@@ -134,7 +135,7 @@ class PlanRunner {
 
 std::vector<uint64_t> numbers_of(const SweepConfig& config) {
   if (config.n_shards < 1 || config.shard > config.n_shards) {
-    fail("--shard {}/{}: expected I/N with I in 0..N", config.shard, config.n_shards);
+    fail("--shard {}/{}: expected I/N with N >= 1 and I in 0..N", config.shard, config.n_shards);
   }
   return cases_of_shard(config.plan, config.shard % config.n_shards, config.n_shards);
 }
@@ -186,7 +187,7 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
   return results.n_records();
 }
 
-/// Stale cases by their estimator, for messages.
+/// Counts stale cases by estimator, for messages.
 class StaleCases {
  public:
   void add(const std::string& label) {
@@ -223,8 +224,9 @@ void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint6
   write_file(config.out / "plan.json", json_text(claimed));
 }
 
-/// Returns the versions behind the results, for plan.json and run.json: those of the blocks and, if cases of
-/// unknown versions were kept, all known ones. An estimator that changed during the sweep has both versions.
+/// Returns the versions of estimators behind the results, for plan.json and run.json: those of the journal's
+/// blocks, the present one for cases in `finished` and, if these may be stale (reuse_stale), all known ones.
+/// An estimator that changed during the sweep has both versions.
 Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versions, const Journal& journal,
                            const FinishedCases& finished) {
   Fingerprints used;
@@ -308,8 +310,9 @@ SweepOutcome sweep(const SweepConfig& config) {
     }
     const bool is_summary = config.plan.keep == KeepOfCases::summary;
     if (is_summary) kept.clear();
-    stale.report(config, versions,
-                 is_summary ? "all cases are run again, as summaries cannot be taken apart" : is_run_again);
+    stale.report(
+        config, versions,
+        is_summary ? "all cases are run again, because their summaries cannot be separated" : is_run_again);
     claimed = kept.empty() ? plan : join_claim(config.out, claimed, plan, config.allow_mixed);
   }
   {

@@ -45,20 +45,21 @@ struct SweepConfig {
   /// running the programs. Empty: they run.
   std::filesystem::path rescored;
   bool allow_mixed = false;  ///< resumes a sweep of another version of the program; run.json names both
-  uint64_t journal_bytes =
-      uint64_t{32} << 20U;  ///< when summaries in the journal exceed this size, they are moved to summary.bin
+  /// When a journal of summaries reaches this size, its cases are moved into a file of DIR/.finished.
+  uint64_t journal_bytes = uint64_t{32} << 20U;
   /// removes a sweep of another plan, shard or data from the folder instead of failing
   bool replace = false;
   bool force = false;  ///< starts over: any sweep in the folder is removed first
   /// Keeps finished cases of another version of an estimator (sweep_folder.h) instead of running them again.
   bool reuse_stale = false;
-  /// Receives lines about stale cases, which are shown even if `quiet`; may be empty.
+  /// Receives lines about stale cases and about programs that changed while they ran, even if `quiet`, and
+  /// otherwise also about changes that cannot be detected; may be empty.
   std::function<void(const std::string& line)> tell;
 };
 
 struct SweepOutcome {
   uint64_t n_cases = 0;   ///< number of cases of this shard
-  uint64_t n_before = 0;  ///< number of those finished by an earlier run
+  uint64_t n_before = 0;  ///< number of those finished by an earlier run and kept
   uint64_t n_stale =
       0;  ///< finished before by another version of an estimator: run again, or kept with reuse_stale
   uint64_t n_records = 0;
@@ -70,10 +71,11 @@ struct SweepOutcome {
 /// in `out`.
 Json to_json(const SweepOutcome& outcome, const std::filesystem::path& out);
 
-/// Runs or resumes a sweep. Throws Error if the folder contains another plan, shard or data, is in use, or
-/// cannot be written (finished cases stay); Interrupted on Ctrl-C (resumable). Finished cases whose estimator
-/// has another fingerprint now are run again; summaries of a finished sweep cannot be separated, so all its
-/// cases are.
+/// Runs or resumes a sweep. Throws Error if the folder contains another plan, shard or data (unless `replace`
+/// or `force`), if another version of the program began it (unless `allow_mixed` or `force`), if it is in
+/// use, or cannot be written (finished cases stay); Interrupted on Ctrl-C (resumable). Unless `reuse_stale`,
+/// finished cases whose estimator has another fingerprint now are run again; if one of them is in a finished
+/// sweep with summaries, which cannot be separated, all cases of this sweep are run again.
 SweepOutcome sweep(const SweepConfig& config);
 
 struct SweepSize {
@@ -87,9 +89,10 @@ SweepSize size_of_sweep(const SweepConfig& config);
 /// Fills the correspondence cache for the cases of sweep(), and does nothing else.
 void make_packs(const SweepConfig& config);
 
-/// Merges the finished shards of one plan. Throws Error if plans or data differ, or versions of the program
-/// or of an estimator unless `allow_mixed`; if a case is missing or repeated. The shards are streamed: memory
-/// grows with the number of cases only. run.json contains the provenance of every shard.
+/// Merges the finished shards of one plan. Throws Error if plans or data differ; if versions of the program
+/// or of an estimator differ, unless `allow_mixed`; if a shard is not finished, or a case is missing or
+/// repeated. The shards are streamed: memory grows with the number of cases only. run.json contains the
+/// provenance of every shard.
 SweepOutcome merge_sweeps(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
                           bool allow_mixed = false, bool quiet = true);
 

@@ -35,7 +35,8 @@ void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t 
     missing += ++n > most_named ? ", .." : fmt::format("{}{}", n > 1 ? ", " : "", shard);
   }
   if (n > 0)
-    fail("shard{} {} of {}: in none of the folders: a shard is missing", n > 1 ? "s" : "", missing, n_shards);
+    fail("shard{} {} of {}: in none of the folders: give the folders of all shards", n > 1 ? "s" : "",
+         missing, n_shards);
 }
 
 }  // namespace
@@ -43,7 +44,8 @@ void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t 
 Json read_plan_file(const fs::path& folder) {
   const Json json = read_json(folder / "plan.json");
   if (!json.is_object() || !json.contains("plan") || !json.contains("shard") || !json.contains("data")) {
-    fail("{}: not the plan file of a sweep", (folder / "plan.json").string());
+    fail("{}: is not the plan file of a sweep: expected an object with \"plan\", \"shard\" and \"data\"",
+         (folder / "plan.json").string());
   }
   return json;
 }
@@ -125,7 +127,7 @@ void remove_results(const fs::path& folder) {
 
 void remove_sweep(const fs::path& folder) {
   if (!fs::exists(folder / "plan.json")) return;
-  read_plan_file(folder);  // a sweep of another program version, not other files
+  read_plan_file(folder);  // throws Error unless it is that of a sweep
   remove_results(folder);
   FinishedCases::remove(folder);
   fs::remove_all(folder / "external");
@@ -193,7 +195,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       Json& programs = plan["programs"];
       if (std::ranges::find(programs, program) == programs.end()) programs.push_back(program);
       if (programs.size() > 1 && !allow_mixed) {
-        fail("{}: was made by Sextant {}, {} by {}; sweep again with one version, or pass --allow-mixed",
+        fail("{}: was made by Sextant {}, but {} by {}; sweep again with one version, or pass --allow-mixed",
              folder.string(), program_text(Json::array({program})), folders.front().string(),
              program_text(programs));
       }
@@ -248,7 +250,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     progress.advance();
   }
   if (outcome.n_cases < n_cases)
-    fail("case {} of {} is in none of the folders: a shard is missing", outcome.n_cases, n_cases);
+    fail("case {} of {} is in none of the folders: the results of a shard were changed or damaged",
+         outcome.n_cases, n_cases);
   for (const ExactNoises& noise : cases.noises()) results.add_noise(noise);
   results.close();
   outcome.n_records = results.n_records();

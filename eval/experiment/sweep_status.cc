@@ -121,9 +121,11 @@ SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {
       status.n_cases = planned_cases(plan, file.string());
     }
     if (plan_key(json["plan"]) != plan_key(plan))
-      fail("{}: holds a shard of another plan than {}", shard.string(), of_plan.string());
+      fail("{}: holds a shard of another plan than {}: expected shards of one sweep", shard.string(),
+           of_plan.string());
     if (!begun.emplace(number, shard).second)
-      fail("{}: shard {} is in {} too", shard.string(), number, begun.at(number).string());
+      fail("{}: shard {} is also in {}: expected each shard once", shard.string(), number,
+           begun.at(number).string());
   }
   if (n_shards == 0) {
     fail(

@@ -33,7 +33,7 @@ struct SweepStatus {
   uint64_t count(ShardStatus::State state) const;
   uint64_t cases_done() const;
   /// Returns the estimated time for the unfinished cases, from the time per finished case and the number of
-  /// shards running now (at least one).
+  /// shards running now (at least one); nullopt if no case is finished.
   std::optional<double> remaining_s() const;
   /// Returns the missing and stopped shards except `except`, in the format of `sbatch --array`: "3,8-9";
   /// empty if there are none.

@@ -82,7 +82,7 @@ TEST_F(SweepSummary, JobsAndShardsDoNotChangeAByte) {
     EXPECT_EQ(bytes(out), bytes("one"));
     EXPECT_EQ(noise_of(out), noise_of("one"));
     parts.pop_back();
-    expect_error([&] { merge_sweeps(parts, file("m")); }, "a shard is missing");
+    expect_error([&] { merge_sweeps(parts, file("m")); }, "give the folders of all shards");
   }
 }
 
@@ -181,13 +181,13 @@ TEST_F(SweepSummary, DamagedFilesAreNamed) {
     return error_of([&] { merge_sweeps(parts, file("m")); });
   };
   EXPECT_THAT(merging(good.substr(0, good.size() / 2)),
-              testing::ContainsRegex("summary.bin: truncated after [1-5] of 6 cases"));
+              testing::ContainsRegex("summary.bin: is truncated after [1-5] of 6 cases"));
   EXPECT_THAT(merging(good.substr(0, good.size() - 1)),
-              HasSubstr("summary.bin: truncated after 6 of 6 cases"));
-  EXPECT_THAT(merging(good + "x"), HasSubstr("summary.bin: has more than 6 cases"));
+              HasSubstr("summary.bin: is truncated after 6 of 6 cases"));
+  EXPECT_THAT(merging(good + "x"), HasSubstr("summary.bin: has more bytes than its 6 cases"));
   std::string flipped = good;
   flipped[flipped.size() - 40] ^= 1;
-  EXPECT_THAT(merging(flipped), HasSubstr("damaged: its SHA-256 differs"));
+  EXPECT_THAT(merging(flipped), HasSubstr("is damaged: its SHA-256 is not the stored one"));
   EXPECT_THAT(merging("{\"schema\":1}\n"), HasSubstr("not a file of case summaries"));
   EXPECT_THAT(merging(""), HasSubstr("not a file of case summaries"));
   std::string other = good;

@@ -161,7 +161,7 @@ TEST_F(SweepTest, ShardsMergeToTheWhole) {
   EXPECT_EQ(untimed_bytes("merged"), untimed_bytes("whole"));
   EXPECT_EQ(noise_of("merged"), noise_of("whole"));
   EXPECT_LT(noise_of("part1")[0]["noise"]["depth"]["n"], noise_of("whole")[0]["noise"]["depth"]["n"]);
-  expect_error([&] { merge_sweeps(parts({1, 2, 3, 4}), file("m2")); }, "a shard is missing");
+  expect_error([&] { merge_sweeps(parts({1, 2, 3, 4}), file("m2")); }, "give the folders of all shards");
   expect_error([&] { merge_sweeps(parts({1, 2, 3, 4, 5, 2}), file("m2")); }, "list each shard once");
   SweepConfig other = config("other");
   other.plan = parse_plan(plan_text(R"({"parameter":"depth.delta_d_px","levels":[0.1,0.3]})"), "p", "");

@@ -275,7 +275,8 @@ void write_sqlite(const RecordColumns& records, const Rows& rows, const std::fil
   std::string columns, places;
   for (const RecordColumn& column : records.columns()) {
     if (column.name.find('\0') != std::string::npos)
-      fail("{}: the records name a number with a zero byte, which SQLite cannot: use csv", file.string());
+      fail("{}: the name of a number in the records contains a zero byte, which SQLite forbids: use csv",
+           file.string());
     columns +=
         fmt::format("{}{} {}", columns.empty() ? "" : ", ", quoted(column.name), sql_type(column.kind));
     places += places.empty() ? "?" : ", ?";

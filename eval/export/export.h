@@ -1,7 +1,6 @@
 #pragma once
 
-// `sextant export`: the records of a run or sweep as one file for other programs. Columns: record_columns.h.
-//
+// `sextant export`: the records of a run or sweep as one file for other programs, with the columns of
 // record_columns.h.
 //
 //   csv     RFC 4180 with a header, UTF-8; numbers with the fewest digits that read back to the same double,
@@ -29,7 +28,8 @@ struct ExportOutcome {
   size_t n_columns = 0;
 };
 
-/// Writes or replaces `out`. Throws Error, and Interrupted on Ctrl-C; `out` is then unchanged.
+/// Writes or replaces `out`. Throws Error if the records cannot be read or `out` cannot be written,
+/// Interrupted on Ctrl-C; `out` is then unchanged.
 ExportOutcome export_records(const std::filesystem::path& folder, ExportFormat format,
                              const std::filesystem::path& out, bool quiet = true);
 

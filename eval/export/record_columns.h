@@ -41,8 +41,8 @@ using RowVisitor = std::function<void(std::span<const RecordValue>)>;
 
 class RecordColumns {
  public:
-  /// Opens records.jsonl in `folder`. Throws Error that names file and line, and Error if a sweep kept only
-  /// summaries.
+  /// Reads records.jsonl in `folder` once, to find its columns. Throws Error that names file and line if a
+  /// line is not a record, and Error if a sweep kept only summaries; Interrupted on Ctrl-C.
   explicit RecordColumns(const std::filesystem::path& folder);
 
   const std::vector<RecordColumn>& columns() const { return columns_; }

@@ -39,13 +39,14 @@ void write_case(const ProcessOutcome& outcome, const std::filesystem::path& fold
 /// Reads case.json. Throws Error if there is no finished case with its output.
 ProcessOutcome read_case(const std::filesystem::path& folder);
 
-/// Returns the last non-blank line of a text file, at most 200 characters, all printable; "" if there is
-/// none.
+/// Returns the last line of a text file that is not blank, with "?" for characters that are not printable
+/// ASCII and "..." before the last 200 characters of a longer line; "" if there is none.
 std::string last_line(const std::filesystem::path& path);
 
-// ---- The view of a sequence that an external program gets: its frames with the noise of a case, with the
-// same values that built-in estimators get at the same pixels (noise.h), frames at number / rate, and ground
-// truth only if requested. Frames may be numbered from 0, and the last one may have a flow of zeros.
+// ---- The sequence as an external program gets it. Its frames contain the noise of a case, with the same
+// values that built-in estimators get at the same pixels (noise.h); frame n is at the time n / rate; ground
+// truth is contained only if requested. Frames may be numbered from 0, and the last one may have a flow of
+// zeros.
 
 struct ShownSequence {
   bool truth = false;

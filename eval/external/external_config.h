@@ -57,9 +57,9 @@ struct ExternalObjects {
        "motions: world (H), camera (T_curr_prev) or body (inverse(L) H L)"),
       (int, id_offset, 0, "", "added to the program's ids to get those of the masks"),
       (ObjectsIds, ids, ObjectsIds::masks, "",
-       "masks: the program's ids are theirs; overlap: found by agreement with true motions"),
+       "masks: the program's ids are those of the masks; overlap: found by agreement with true motions"),
       (LogStage, stage, LogStage::any, "",
-       "vdo: initial (obj_mot_*) or refined (obj_mot_*_rf_*) where both are there; any: the one that is"))
+       "vdo: initial (obj_mot_*) or refined (obj_mot_*_rf_*) where both exist; any: the one that exists"))
   void check() const;
 };
 
@@ -89,7 +89,7 @@ const char* read_value(const Json& value, FilePatterns& field);
 
 enum class LastFlow { none, zero };
 constexpr Names<2> names_of(LastFlow) { return {"none", "zero"}; }
-/// Files of a case that are kept: its logs, its output too, its input too.
+/// Files of a case that are kept: its logs; logs and output; or logs, output and input.
 enum class Keep { logs, output, all };
 constexpr Names<3> names_of(Keep) { return {"logs", "output", "all"}; }
 
@@ -113,15 +113,17 @@ struct ExternalConfig {
 
   template <typename V>
   void visit(V& v) {
-    v("name", name, "", "in records; empty: the file's");
+    v("name", name, "", "name in records; empty: that of the file CONFIG");
     v("command", command, "", "program and arguments, with placeholders; relative to working_directory");
-    v("working_directory", working_directory, "", "where it runs");
+    v("working_directory", working_directory, "", "folder in which the program runs");
     v("environment", environment, "", "variables added to this program's: A=1 B='two words'");
-    v("time_limit_s", time_limit_s, "s", "of one sequence; then it and all it started are killed");
+    v("time_limit_s", time_limit_s, "s",
+      "limit for one sequence; at the limit the program and all processes that it started are killed");
     v("settings", settings, "",
       "template of a settings file, relative to CONFIG; its copy {settings} has the placeholders filled in");
     v("layout", layout, "", "of the input: vdo, kitti, vkitti1 or vkitti2");
-    v("write_truth", write_truth, "", "true: the input holds the ground truth too, for programs that insist");
+    v("write_truth", write_truth, "",
+      "true: the input also contains the ground truth, for programs that require it");
     v("renumber", renumber, "", "true: the first frame of the input is 0, whatever the source calls it");
     v("last_flow", last_flow, "", "flow file of the last frame, which has no next one");
     v("first_frame", first_frame, "",
@@ -132,16 +134,17 @@ struct ExternalConfig {
       "several results of one run, by name, instead of camera and objects; records call them NAME.RESULT");
     v("times", times, "", "its own time per frame");
     v("depends", depends, "",
-      "files that decide what it does, relative to CONFIG: with other content finished cases are run again; "
-      "[\"**\"]: those beside CONFIG and in folders there (program_fingerprint.h)");
+      "files that determine the results, relative to CONFIG: if they change, finished cases are run again; "
+      "[\"**\"]: files in the folder of CONFIG and below (program_fingerprint.h)");
   }
   void check() const;
 };
 
-/// Key of overrides; true means that they are all options of an earlier run, and that CONFIG is not read.
+/// Key of overrides: if it is present, they are all the options of an earlier run, and CONFIG is not read.
 inline constexpr const char* recorded_options = "recorded";
 
-/// Reads CONFIG and applies `overrides` (same keys). Throws Error "PATH: ...".
+/// Reads CONFIG and applies `overrides` (same keys). Throws Error "PATH: ..." if the file cannot be read, or
+/// if an option is unknown or invalid.
 ExternalConfig read_external_config(const std::string& path, const Json& overrides = Json::object());
 
 using Placeholders = std::map<std::string, std::string>;
@@ -153,7 +156,8 @@ const Placeholders& any_placeholders();
 /// name.
 std::string fill_in(const std::string& text, const Placeholders& values);
 
-/// Returns the words of `text` with placeholders replaced. Throws Error on an unclosed quote.
+/// Returns the words of `text` with placeholders replaced. Throws Error on an unclosed quote or an unknown
+/// name.
 std::vector<std::string> words_of(const std::string& text, const Placeholders& values);
 
 }  // namespace sextant

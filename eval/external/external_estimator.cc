@@ -83,8 +83,8 @@ std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) 
   return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
 }
 
-/// Returns the points of the object's own previous instance within reach, as the pipeline passes them to
-/// estimators; the bound is computed from them.
+/// Returns the points whose previous pixel belongs to the same instance and whose depth is at most
+/// `max_depth_m`, as the pipeline passes them to estimators; the bound is computed from them.
 Correspondences points_of(const ObjectObservation& object, double max_depth_m) {
   std::vector<unsigned char> keep(object.points.size());
   for (size_t i = 0; i < keep.size(); ++i)
@@ -195,7 +195,7 @@ class ExternalSolver final : public PairSolver {
   std::set<int> ids_;
 };
 
-/// One set of results, and its text for log.txt.
+/// One set of results with its name in the configuration, which is empty if there is only one set.
 struct ScoredSet {
   std::string name;
   ExternalResults results;

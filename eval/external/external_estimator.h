@@ -20,7 +20,7 @@ namespace sextant {
 std::shared_ptr<const CaseEstimator> open_external_estimator(const std::string& config,
                                                              const Json& overrides);
 
-/// Makes make_case_estimator() know "external:CONFIG.json"; once is enough.
+/// Adds the kind "external:CONFIG.json" to make_case_estimator(); further calls do nothing.
 void add_external_estimators();
 
 }  // namespace sextant

@@ -15,7 +15,7 @@ namespace {
 
 using testing::Each;
 
-// ---- what comes back well
+// ---- results that are read correctly
 
 TEST_F(ExternalEstimatorTest, TheWorkedExampleRuns) {
   write_file(file("example.json"), read_file(fs::path(SEXTANT_EXAMPLE_FOLDER) / "rgbd_odometry.json"));

@@ -135,15 +135,16 @@ class Reader {
   }
 
  private:
-  /// Returns the id in the masks or, with ids matched by overlap, that of the log. Reports a problem if there
-  /// is none.
+  /// Returns `id` + id_offset: the id in the masks or, if ids are matched by overlap, one that is not matched
+  /// yet. If it is out of range, reports a problem and returns nullopt.
   std::optional<int> mask_id(int64_t id, const std::string& where) {
     const int64_t least = set_.objects.ids == ObjectsIds::overlap ? 0 : 1;
     const int64_t own = id + set_.objects.id_offset;
     if (own >= least && own <= largest_id) return static_cast<int>(own);
     if (refused_.insert(id).second) {
-      out_.problems.push_back(fmt::format("{}: object {} with id_offset {}: expected {} to {}: left out",
-                                          where, id, set_.objects.id_offset, least, largest_id));
+      out_.problems.push_back(
+          fmt::format("{}: object {} with id_offset {} is left out: expected an id from {} to {}", where, id,
+                      set_.objects.id_offset, least, largest_id));
     }
     return std::nullopt;
   }
@@ -189,7 +190,8 @@ class Reader {
                  .stage = set_.objects.stage,
                  .rules = files_.rules(log_file),
                  .accept = [&](const fs::path& path) { return files_.accepts(path); }});
-    if (logs.size() > 1) fail("{}: holds logs of {} modules: expected those of one", folder, logs.size());
+    if (logs.size() > 1)
+      fail("{}: holds logs of {} modules: expected logs of one module", folder, logs.size());
     out_.notes.insert(out_.notes.end(), logs.front().warnings.begin(), logs.front().warnings.end());
     for (const auto& [key, motion] : logs.front().motions) {
       const std::optional<int> id = mask_id(key.first, folder);

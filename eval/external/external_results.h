@@ -23,7 +23,9 @@ struct FrameNumbers {
   int in_results = 0;       ///< number of the first frame in the results
   double rate_hz = 0;       ///< frame n of the input is at n / rate
 
-  /// Return the sequence's frame number. Throw Error if there is no such frame.
+  /// Return the frame number in the sequence, given a frame number in the results, a time (which may differ
+  /// from that of the frame by a quarter of the frame interval) or the index of a row with one row per frame.
+  /// Throw Error if there is no such frame.
   int of_number(int number) const;
   int of_time(double t_s) const;
   int of_row(size_t row) const;
@@ -33,11 +35,11 @@ struct FrameNumbers {
 struct ResultFolder {
   std::filesystem::path path;
   FrameNumbers numbers;
-  bool finished =
-      true;  ///< the program ended well; else a last line without its end is left out of every file
+  /// true: the program ended with exit code 0; false: unfinished last lines of files are left out
+  bool finished = true;
 };
 
-/// Size limits of files: poses or motions of one body, and times; logs of all objects.
+/// Size limits of files, in bytes: of poses or motions of one body and of times, and of logs of all objects.
 inline constexpr FileKind pose_file = {"a file of poses or times", 100'000'000};
 inline constexpr FileKind log_file = {"a log", 1'000'000'000};
 

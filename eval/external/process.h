@@ -32,15 +32,16 @@ struct ProcessOutcome {
   bool survivors = false;  ///< true if some could not be killed (of another user)
 
   bool ok() const { return end == End::exited && code == 0; }
-  /// Returns "exit code 3", "signal 11 (Segmentation fault)", "killed after the time limit of 5 s", ...
+  /// Returns "exit code 3", "signal 11 (Segmentation fault)", "killed at the time limit, after 5.0 s", ...
   std::string text() const;
 };
 
-/// Limit of stdout and stderr together; the rest is discarded.
+/// Limit of stdout and stderr together. A program that writes more is killed, and the rest is discarded.
 inline constexpr uint64_t most_log_bytes = 100'000'000;
 
-/// Runs the program with an empty stdin. Throws Error if the program cannot be started, Interrupted on Ctrl-C
-/// (all its processes are killed before).
+/// Runs the program with an empty stdin. Throws Error if the program cannot be started, if the files for its
+/// output cannot be created, or if the supervisor was killed; Interrupted on Ctrl-C (all processes of the
+/// program are killed before).
 ProcessOutcome run_process(const ProcessRequest& request);
 
 }  // namespace sextant

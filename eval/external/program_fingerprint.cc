@@ -33,7 +33,7 @@ std::optional<fs::path> in_search_path(const std::string& program) {
   return std::nullopt;
 }
 
-/// Returns the words of the first line "#! ..." of a file; nullopt if there is none.
+/// Returns the words of the first line "#! ..." of a file; empty if there is none.
 std::vector<std::string> interpreter_words(const fs::path& file) {
   constexpr std::streamsize most_bytes = 256;
   std::string line(most_bytes, '\0');

@@ -33,9 +33,9 @@ namespace sextant {
 inline constexpr uint64_t most_bytes_beside = 10'000'000;
 inline constexpr size_t most_files_beside = 2000;
 
-/// Returns the fingerprint of the program of `file`, which is CONFIG. Throws Error if a pattern of `depends`
-/// matches no file, or a file cannot be read. A program that does not exist is left out, since starting it
-/// reports the error.
+/// Returns the fingerprint of the program that `config` describes; `file` is the path of CONFIG. Throws Error
+/// if a pattern of `depends` matches no file, or a file cannot be read. A program that does not exist is left
+/// out, since starting it reports the error.
 Fingerprint program_fingerprint(const ExternalConfig& config, const std::filesystem::path& file);
 
 // ---- The files that match the patterns of "depends", see above.

@@ -15,7 +15,8 @@ Json read_object(const fs::path& path) {
 
 const Json& member(const Json& json, const char* key, const fs::path& path) {
   if (!json.contains(key))
-    fail("{}: has no \"{}\": is it the run.json of a finished run?", path.string(), key);
+    fail("{}: has no \"{}\": expected the run.json of a finished run, or the plan.json of a finished sweep",
+         path.string(), key);
   return json[key];
 }
 
@@ -55,7 +56,8 @@ RunConfig rescored_run(const RescoreRequest& request) {
       config.sources.push_back(find_source(source.get<std::string>(), request.data_root));
     Json name = member(recorded, "estimator", path);
     if (!is_external(name))
-      fail("{}: estimator {} is not an external program", path.string(), json_excerpt(name));
+      fail("{}: estimator {} is not an external program: run it again instead", path.string(),
+           json_excerpt(name));
     Json options = member(recorded, "options", path), changes = request.options;
     replace_estimator(request, name, options["estimator"]);
     changes.erase("estimator");
@@ -66,7 +68,7 @@ RunConfig rescored_run(const RescoreRequest& request) {
     config.level = json_member<double>(recorded, "level", path.string());
     config.n_seeds = json_member<int>(recorded, "seeds", path.string());
   } catch (const Json::exception& error) {
-    fail("{}: not the configuration of a run: {}", path.string(), error.what());
+    fail("{}: has no valid configuration of a run: {}", path.string(), error.what());
   }
   config.folder = request.folder / "external";
   config.rescore = true;
@@ -98,7 +100,7 @@ SweepConfig rescored_sweep(const RescoreRequest& request) {
     if (wrong != nullptr || shard.size() != 2 || config.shard >= config.n_shards)
       fail("{}: key 'shard': expected [I, N] with 0 <= I < N, got {}", path.string(), json_excerpt(shard));
   } catch (const Json::exception& error) {
-    fail("{}: not the plan file of a sweep: {}", path.string(), error.what());
+    fail("{}: is not the plan file of a sweep: {}", path.string(), error.what());
   }
   config.plan = parse_plan(json_text(plan), path.string(), request.data_root);
   config.rescored = request.folder;

@@ -22,10 +22,12 @@ struct RescoreRequest {
 /// Returns true for the folder of a sweep, false for that of a run. Throws Error if it is neither.
 bool is_sweep(const std::filesystem::path& folder);
 
-/// Returns the argument for run(). Throws Error on a folder without outputs of an external program.
+/// Returns the argument for run(). Throws Error if the folder is not that of a finished run, or if its
+/// estimator is not an external program. The outputs themselves are read by run().
 RunConfig rescored_run(const RescoreRequest& request);
-/// Returns the argument for sweep(), without `out`; built-in estimators are run again. Throws like
-/// rescored_run().
+/// Returns the argument for sweep(), without `out`; built-in estimators are run again. Throws Error if the
+/// folder has no plan.json of a sweep, if none of its estimators is an external program, or if several are
+/// and the request has a configuration, which is for one.
 SweepConfig rescored_sweep(const RescoreRequest& request);
 
 }  // namespace sextant

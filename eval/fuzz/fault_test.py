@@ -43,7 +43,7 @@ PLAN = {
     "seeds": 20,
     "options": {"pipeline": {"max_object_distance_m": 35, "min_object_area": 0.002}},
 }
-# Files of `sextant reproduce` that hold times beside results; of the others every byte is compared.
+# Files of `sextant reproduce` that contain times as well as results; every byte of all other files is compared.
 HOLDS_TIMES = re.compile(r"^report/((report|details|paper)\.(html|md)|tables/(table_7_run_time|claims)\.\w+)$")
 
 class Faults(ShardFaults):
@@ -71,7 +71,7 @@ class Faults(ShardFaults):
         return done
 
     def stop(self, words, after_s, with_signal=signal.SIGKILL):
-        """Ends the command after a while; True if it had not ended by itself."""
+        """Ends the command after a while. Returns true if it had not ended by itself."""
         process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             process.wait(after_s)
@@ -82,7 +82,7 @@ class Faults(ShardFaults):
             return True
 
     def stop_at(self, words, folder, pattern):
-        """Kills the command when such a file appears; True if it had not ended by itself."""
+        """Kills the command when a file of this pattern appears. Returns true if it had not ended by itself."""
         process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while process.poll() is None and not any(folder.glob(pattern)):
             pass
@@ -118,7 +118,7 @@ class Faults(ShardFaults):
         return folder
 
     def interrupted_sweep(self, out, with_signal=signal.SIGKILL, at_most=20):
-        """Stops a sweep again and again at some moment of it."""
+        """Stops a sweep at random moments, until it ends by itself or was stopped `at_most` times. Returns how often."""
         n = 0
         while n < at_most and self.stop(self.sweep_words(out), self.dice.uniform(0.02, 0.5 * self.sweep_s), with_signal):
             n += 1
@@ -137,7 +137,7 @@ class Faults(ShardFaults):
         return f"{n} interrupts"
 
     def unfinished(self, out):
-        """A sweep in the middle; None when it always was too fast."""
+        """Returns the journal of a sweep that was killed in the middle; None if the sweep was always too fast."""
         for _ in range(20):
             self.stop(self.sweep_words(out), self.dice.uniform(0.3, 0.9) * self.sweep_s)
             journal = out / "journal.jsonl"
@@ -181,7 +181,7 @@ class Faults(ShardFaults):
         return "every file of the cache damaged"
 
     def mount(self, kilobytes):
-        """A file system of that size, or None."""
+        """Returns the folder of a file system of that size; None without the right to mount one."""
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.work, prefix="disk-"))
         done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", folder], capture_output=True)
         if done.returncode != 0:
@@ -272,7 +272,7 @@ KINDS = ("kill", "merge", "pack", "hosts", "node", "refused", "journal", "packs"
 
 
 def reproduce(faults, n_kills):
-    """Twice: undisturbed, and killed again and again."""
+    """Runs `sextant reproduce` undisturbed, then killed again and again, and compares the files."""
     words = lambda to: faults.command("reproduce", "--out", to, "--cache", faults.cache, "--quiet")
     environment = {k: v for k, v in os.environ.items() if k != "SEXTANT_DATA"}
     os.environ.clear()
@@ -289,11 +289,11 @@ def reproduce(faults, n_kills):
     wanted, found = contents(whole), contents(killed)
     with_times = sorted(name for name in wanted if HOLDS_TIMES.match(name))
     compare(found, wanted, "reproduce after kill -9", skip=HOLDS_TIMES)
-    print(f"held: {len(wanted)} files after {n} kills; beside times of records these hold times: {', '.join(with_times)}")
+    print(f"held: {len(wanted)} files after {n} kills; not compared, because they contain times: {', '.join(with_times)}")
 
 
 def try_all(faults, kinds, end):
-    """Each kind at least once, then until the end."""
+    """Tries each kind of fault at least once, and again until the time is over."""
     done = collections.Counter()
     while not done or time.monotonic() < end:
         for kind in kinds:

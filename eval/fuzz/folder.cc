@@ -29,7 +29,8 @@ FuzzFolder::FuzzFolder(std::string_view text) {
     const size_t line_end = text.find('\n');
     if (!text.starts_with(file_mark) || line_end == std::string_view::npos) fail("expected '@@ NAME'");
     const std::string_view name = text.substr(file_mark.size(), line_end - file_mark.size());
-    if (!is_name(name) || n == most_files) fail("no name of a file, or too many");
+    if (!is_name(name) || n == most_files)
+      fail("expected at most 64 files with names of letters, digits and ._-/");
     text.remove_prefix(line_end + 1);
     const size_t end = std::min(text.find("\n@@ "), text.size());
     std::error_code error;

@@ -18,7 +18,7 @@
 
 namespace sextant {
 
-/// Writes the files to a folder below the system's temporary folder and removes them on destruction.
+/// A folder with these files below the system's temporary folder; removed on destruction.
 class FuzzFolder {
  public:
   /// Throws Error on a text of another form, on names that leave the folder, and on more than 64 files.

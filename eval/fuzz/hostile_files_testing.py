@@ -1,4 +1,5 @@
-"""Hostile files for hostile_test and limits_test.py: small files whose headers claim much, forged records, mutated JSON."""
+"""Hostile files for hostile_test.py and limits_test.py: small files whose headers claim a large size, forged records, mutated
+JSON."""
 
 import json
 import struct
@@ -17,14 +18,14 @@ def chunk(kind, body):
 
 
 def png(width, height, *, depth=8, colour=0, rows=b"", claimed_bytes=None):
-    """A PNG whose header claims a size, whatever its pixels are."""
+    """Returns a PNG whose header claims this size, whatever its pixels are."""
     header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
     data = zlib.compress(rows, 9) if claimed_bytes is None else bytes(claimed_bytes)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
 def png_of_zeros(width, height, *, depth=16, channels=1):
-    """A whole image that deflate compresses as far as it can."""
+    """Returns a complete PNG of zeros, which deflate compresses as far as it can."""
     row = 1 + (width * depth * channels + 7) // 8
     packer = zlib.compressobj(9)
     data = b"".join(packer.compress(bytes(row)) for _ in range(height)) + packer.flush()
@@ -33,7 +34,7 @@ def png_of_zeros(width, height, *, depth=16, channels=1):
 
 
 def jpeg(width, height, *, progressive=False, scans=0):
-    """A JPEG of gray blocks: header, the tables of one code of one bit, and `scans` scans of nothing."""
+    """Returns a JPEG of gray blocks: the header, tables with one code of one bit, and `scans` scans of zero bits."""
     segment = lambda marker, body: b"\xff" + bytes([marker]) + struct.pack(">H", len(body) + 2) + body
     tables = segment(0xDB, bytes([0]) + bytes([1] * 64))
     frame = segment(0xC2 if progressive else 0xC0, struct.pack(">BHHB", 8, height, width, 1) + bytes([1, 0x11, 0]))
@@ -45,7 +46,7 @@ def jpeg(width, height, *, progressive=False, scans=0):
 
 
 def progressive_jpeg(width, height, scans):
-    """A progressive JPEG of one DC scan and many that refine the same coefficients: each costs a pass over the image."""
+    """Returns a progressive JPEG of one DC scan and `scans` scans of the same coefficients: each costs a pass over the image."""
     segment = lambda marker, body: b"\xff" + bytes([marker]) + struct.pack(">H", len(body) + 2) + body
     tables = segment(0xDB, bytes([0]) + bytes([1] * 64))
     frame = segment(0xC2, struct.pack(">BHHB", 8, height, width, 1) + bytes([1, 0x11, 0]))
@@ -62,7 +63,7 @@ def flo(width, height, n_bytes=16):
 
 
 def mask_text(first_row, rows):
-    """Claims first_row x rows labels in 2 bytes for each of their sum."""
+    """Returns a mask that claims first_row x rows labels in about 2 (first_row + rows) bytes."""
     return b"0 " * first_row + b"\n" + b"0\n" * rows
 
 
@@ -115,7 +116,7 @@ def record_line(content):
 
 
 def nodes(tree, path=()):
-    """Paths of every value below the root."""
+    """Yields the path of every value below the root of a JSON tree."""
     items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
     for key, value in items:
         yield (*path, key)
@@ -137,7 +138,7 @@ def hostile_value(dice):
 
 
 def mutated_json(tree, dice):
-    """The text of a tree in which one value is hostile, or which is damaged as a text."""
+    """Returns the bytes of a JSON tree in which one value is hostile, or whose text is damaged."""
     paths = list(nodes(tree))
     way = dice.randrange(8)
     if way < 5 or not paths:

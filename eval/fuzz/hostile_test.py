@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """usage: eval/fuzz/hostile_test.py [--minutes N] [--seed N] [--only KIND] [--count N] [--case I] [--program FILE] [--keep]
 
-Feeds the program hostile input of eight kinds and prints, by kind, how many were tried and how many held: the program ended
-with a documented exit code and a reason, within its bounds of memory and time (docs/security.md), and left behind what it should.
+Feeds the program hostile input of eight kinds and prints, by kind, the number of cases and in how many the program held: it
+ended with a documented exit code and a reason, within its limits of memory and time (docs/security.md), and left only the files
+that it should.
 
   json     JSON files of which one value, or some bytes, are hostile
   records  forged records.jsonl through report, compare, trend and export; then what these have written
-  headers  images and recordings of few bytes whose headers claim much, and their damaged kin
+  headers  images and recordings of few bytes whose headers claim a large size, also damaged ones
   disk     files that may not grow beyond some size (RLIMIT_FSIZE), at every write
   closed   every command with some of standard input, output and error closed
   links    links to other places where a command writes
@@ -16,7 +17,7 @@ with a documented exit code and a reason, within its bounds of memory and time (
   --minutes N    for all kinds together (1); each is tried once at least
   --seed N       case I of a kind is the same for the same seed (0)
   --only KIND    this kind alone
-  --count N      so many cases of each kind, in place of minutes
+  --count N      number of cases of each kind, in place of --minutes
   --case I       with --only: case I alone
   --program FILE the sextant program (build/release/bin/sextant)
   --keep         leave the working folder
@@ -47,7 +48,7 @@ POLICY = {"accuracy": {"alpha": 0.05, "replicates": 200}, "speed": {"minimum_eff
 EXTERNAL = {"name": "other", "command": ["./estimate"], "time_limit_s": 5}
 CASE_TIME_S = 60
 INTERRUPT_S = 1.0
-#: What a command that did not end leaves for the same command to go on from.
+#: Files that an unfinished command leaves, from which the same command continues.
 RESUMED = ("unfinished.jsonl", "journal.jsonl")
 
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """usage: eval/fuzz/limits_test.py SEXTANT [--interrupt-s S] [unittest arguments]
 
-The limits of docs/security.md, each kept by the program as a user starts it: memory and time of hostile input, refusals, Ctrl-C,
-closed streams, and what is printed of hostile texts. --interrupt-s: how soon it must end after Ctrl-C (1; more on a machine that
-is busy). Exit codes: 0 good, 1 not.
+Tests that the program keeps the limits of docs/security.md: memory and time of hostile input, refusals, Ctrl-C, closed streams, and
+the output of hostile texts. --interrupt-s: seconds within which a command must end after Ctrl-C (1; more on a busy machine). Exit
+codes: 0 all tests passed, 1 some failed.
 """
 
 import bz2

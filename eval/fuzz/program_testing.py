@@ -1,5 +1,5 @@
-"""The program under stress, for fault_test.py, hostile_test.py and limits_test.py: how it ended, what it cost, whether that
-is as docs/security.md says, and what it has left."""
+"""Runs of the program under stress, for fault_test.py, hostile_test.py and limits_test.py: how the program ended, its time and
+memory, deviations from docs/security.md, and the files that it left behind."""
 
 import argparse
 import csv
@@ -55,7 +55,7 @@ class Outcome:
 
 
 class Program:
-    """Runs it in a scratch folder, with a cache and a TMPDIR of its own."""
+    """Runs the program in a scratch folder, with a cache and a TMPDIR of its own."""
 
     def __init__(self, file, folder):
         self.file = str(file)
@@ -66,7 +66,7 @@ class Program:
                             "LC_ALL": "C.UTF-8"}
 
     def start(self, *words, limits=None, environment=None, **streams):
-        """`limits`: of resource.setrlimit, (RLIMIT_FSIZE, n), ..."""
+        """Starts a command; returns its process. `limits`: arguments of resource.setrlimit, (RLIMIT_FSIZE, n), ..."""
 
         def prepare():
             for what, value in limits or ():
@@ -88,8 +88,8 @@ class Program:
                            err.read().decode(errors="replace"), seconds, used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
 
     def interrupt(self, *words, after_s, with_signal=signal.SIGINT, time_limit_s=60):
-        """Sends the signal after a while; (exit code, seconds from the signal to the end), the latter None where it had ended
-        before."""
+        """Sends the signal after a while. Returns (exit code, seconds from the signal to the end); None instead of the seconds
+        if the command had ended before."""
         process = self.start(*words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             return process.wait(after_s), None
@@ -106,7 +106,7 @@ class Program:
         return code, time.monotonic() - start
 
     def commands(self):
-        """Every command of the tree, as words."""
+        """Returns every command of the program's tree of commands, as a list of words."""
         found, todo = [], [[]]
         while todo:
             words = todo.pop(0)
@@ -137,7 +137,7 @@ def is_formula(cell):
 
 
 def printed_faults(folder):
-    """Yields texts that tables, pages and pictures of a folder must not contain."""
+    """Returns the first fault of the tables and pages in a folder, which may be printed from hostile texts; empty if there is none."""
     for path in sorted(pathlib.Path(folder).rglob("*")):
         if not path.is_file() or path.suffix not in (".csv", ".md", ".tex", ".html", ".xml", ".txt"):
             continue
@@ -152,13 +152,13 @@ def printed_faults(folder):
 
 
 def contents(folder, strip=lambda name, data: data):
-    """Path -> bytes of every file."""
+    """Returns {path: bytes} of every file below the folder."""
     return {path.relative_to(folder).as_posix(): strip(path.name, path.read_bytes())
             for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
 def options(text, kinds, minutes, **more):
-    """The command line of a stress test: `text` is its help; `more` are further options with their defaults or types."""
+    """Returns the options of a stress test: `text` is its help; `more` are further options with their defaults, None for an int."""
     parser = argparse.ArgumentParser(usage=text, add_help=False)
     parser.add_argument("--minutes", type=float, default=minutes)
     parser.add_argument("--seed", type=int, default=0)
@@ -181,7 +181,7 @@ def options(text, kinds, minutes, **more):
 
 @contextlib.contextmanager
 def working_folder(name, keep):
-    """A folder that disappears, unless it is to be kept."""
+    """Yields a temporary folder, which is removed at the end unless `keep`."""
     work = pathlib.Path(tempfile.mkdtemp(prefix=f"sextant-{name}-"))
     try:
         yield work

@@ -1,5 +1,5 @@
-"""Faults of sweeps in shards, for fault_test.py: kills counted one by one, two hosts, a full disk on one of many
-nodes, and what is refused."""
+"""Faults of sweeps in shards, for fault_test.py: kills at random moments, two hosts, a full disk on one of several
+nodes, and input that must be refused."""
 
 import collections
 import hashlib
@@ -23,13 +23,13 @@ TIMES = re.compile(rb'"time_ms":\{[^}]*\}|"wall_time_s": [^,]*')
 
 
 def contents(folder):
-    """Path -> bytes, records and runs without their times."""
+    """Returns {path: bytes} of a folder; records and run.json without their times."""
     return program_testing.contents(folder, lambda name, data: TIMES.sub(b"", data)
                                     if name in ("records.jsonl", "run.json") else data)
 
 
 def compare(found, wanted, what, may_lack=False, skip=None):
-    """Every file as it should be; with may_lack a file may be missing, but not be another."""
+    """Raises Broken unless the files are the wanted ones, with the same bytes; with `may_lack` files may be missing."""
     for name in sorted(found.keys() | wanted.keys()):
         if skip and skip.match(name):
             continue
@@ -58,7 +58,7 @@ class ShardFaults:
         return self.command("merge", *(folder / "shards" / str(i) for i in range(1, n + 1)), "--out", to, "--quiet")
 
     def shards(self, keep):
-        """A folder of finished shards, made once, and the files of their undisturbed merge."""
+        """Returns a folder of finished shards, which is made once, and the files of their undisturbed merge."""
         if keep not in self.sharded:
             folder = self.work / f"sharded-{keep}"
             for shard in range(1, N_SHARDS + 1):
@@ -83,8 +83,8 @@ class ShardFaults:
             compare({k: v for k, v in contents(out).items() if not UNFINISHED.match(k)}, wanted, what, may_lack=True)
 
     def killed(self, n, words, longest_s, after, end):
-        """Kills commands n times at random moments, at most 10 times each before one is let finish: `after` a kill,
-        `end` when it has finished. words() begins another one."""
+        """Kills commands n times at random moments. words() returns a command, which is killed at most 10 times and then runs to
+        its end. Calls after() after each kill and end() when a command has finished. Returns (kills, finished commands)."""
         kills = finished = 0
         for _ in range(10 * n):
             if kills >= n:
@@ -101,7 +101,7 @@ class ShardFaults:
         return kills, finished
 
     def kill(self, n=10):
-        """A sweep; every second one keeps summaries."""
+        """Kills sweeps; every second sweep keeps summaries instead of records."""
         at = {"round": 0}
 
         def words():
@@ -165,7 +165,7 @@ class ShardFaults:
         return f"{kills} kills of pack making, {finished} made and swept from"
 
     def hosts(self):
-        """Two hosts with processes of equal numbers, all shards on each, one folder and one cold cache."""
+        """Runs all shards on two hosts whose processes have equal numbers, in one folder and with one cold cache."""
         enter = ["unshare", "--uts", "--pid", "--fork", "--kill-child", "sh", "-c",
                  'hostname "$0" && exec "$@"']
         if subprocess.run([*enter, "node-a", "true"], capture_output=True, check=False).returncode != 0:
@@ -203,7 +203,7 @@ class ShardFaults:
         return f"{2 * N_SHARDS} shards on 2 hosts, {sum(turned_away.values())} turned away meanwhile, one at the same time"
 
     def node(self):
-        """The disk of one node of many is full."""
+        """Fills the disk of one node of several."""
         keep = self.dice.choice(("records", "summary"))
         size = sum(path.stat().st_size for path in (self.shards(keep)[0] / "shards/2").iterdir())
         disk = self.mount(size // 2048)
@@ -231,13 +231,13 @@ class ShardFaults:
 
     @staticmethod
     def says(done, *words):
-        """Refused with exit code 2 and one line that has these words."""
+        """Raises Broken unless a command was refused with exit code 2 and one line that contains these words."""
         lines = done.stderr.strip().split("\n")
         if done.returncode != 2 or len(lines) != 1 or not all(word in lines[0] for word in words):
             raise Broken(f"{' '.join(done.args[1:])}: expected exit 2 and one line with {words}, got {done.returncode}: {done.stderr}")
 
     def refused(self):
-        """Bad input of shards: one line that names it, exit code 2, and no file is changed."""
+        """Gives shards bad input, which must be refused with exit code 2 and one line that names it; no file may change."""
         folder, _ = self.shards("records")
         before = contents(folder)
         other = self.work / "edited.json"

@@ -132,7 +132,7 @@ void journal(Bytes bytes) {
   SEXTANT_CHECK(contents() == before);
 }
 
-/// A summary and its noise in the form in which a journal holds them.
+/// Reads a summary and its noise in the form in which a journal stores them.
 void journal_case(Bytes bytes) {
   const JournalCase found = decode_journal_case(bytes, "journal");
   SEXTANT_CHECK(ExactNoise::decode(found.noise.bytes(), "written").bytes() == found.noise.bytes());
@@ -150,7 +150,7 @@ void summary_file(Bytes bytes) {
                 encode_exact_noises(noises));
 }
 
-/// Calls every reader of such a folder, also after an earlier one has refused it.
+/// Calls every reader of a run folder, even if an earlier reader has refused it.
 void run_folder(Bytes bytes) {
   const FuzzFolder folder(bytes);
   static const Policy policy;
@@ -175,7 +175,7 @@ void sweep_folder(Bytes bytes) {
   merge_sweeps({folder.path() / "a", folder.path() / "b"}, folder.path() / "out");
 }
 
-/// Files beside the correspondence caches are skipped, whatever they contain.
+/// Lists and prunes a cache. Files that are not correspondence caches must be skipped, whatever they contain.
 void pack_cache(Bytes bytes) {
   const FuzzFolder folder(bytes);
   PackCache(folder.path()).list();
@@ -208,7 +208,8 @@ void append_chunk(std::string& out, Bytes type, Bytes body) {
   append32(out, libdeflate_crc32(0, summed.data(), summed.size()));
 }
 
-/// Reads one image with each PNG reader; at least one reader must accept it.
+/// Reads one image with each PNG reader. The image counts as refused if none accepts it, apart from the
+/// reader of the header.
 void read_png(Bytes png) {
   int taken = 0;
   const auto each = [&](const auto& decode) {
@@ -231,7 +232,7 @@ void read_png(Bytes png) {
 }
 
 /// Reads width, height, depth, kind and size of the palette, then palette and pixels, and encodes them as a
-/// PNG: its checksums would keep a fuzzer from reaching the decoder.
+/// PNG: the checksums of a PNG would keep a fuzzer from reaching the decoder.
 void png_pixels(Bytes bytes) {
   if (bytes.size() < 5) fail("too short");
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
@@ -299,7 +300,7 @@ void mots_text(Bytes bytes) {
   }
 }
 
-/// The text is a line "WIDTH HEIGHT" followed by the run lengths.
+/// Reads a line "WIDTH HEIGHT" and the run lengths after it.
 void mots_rle(Bytes bytes) {
   const size_t line = bytes.find('\n');
   if (line == Bytes::npos) fail("no size");

@@ -43,7 +43,7 @@ TEST_P(Replay, EveryFileIsTakenOrRefused) {
     }
   }
   EXPECT_GT(taken, 0) << (corpus / GetParam().name)
-                      << " holds no file that this reader takes: put one there, made by us" << refused;
+                      << " holds no file that this reader accepts: put one there, made by us" << refused;
 }
 
 INSTANTIATE_TEST_SUITE_P(Fuzz, Replay, testing::ValuesIn(fuzz_targets().begin(), fuzz_targets().end()),

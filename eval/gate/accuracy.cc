@@ -153,7 +153,7 @@ PairedComparison compare_exactly(const std::vector<double>& differences, std::ve
                        {.replicates = policy.replicates, .method = BootstrapMethod::percentile});
 }
 
-/// Applies the tests of a row that is judged by its seeds.
+/// Compares a row outside of the exact gate by ratio_of_means(), with the results in the unit of the error.
 PairedComparison compare_by_seeds(const PairedError& error, double base, const MetricPolicy& rules,
                                   const AccuracyPolicy& policy) {
   const PairedSample* sample = &error.cases;
@@ -391,7 +391,7 @@ std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, co
   }
   for (FamilyRow& row : rows) {
     row.verdict = judge(row, policy);
-    // A p-value that did not decide is not shown beside a verdict.
+    // A verdict that does not follow from p is shown without p.
     const bool decided = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
     if (decided && !(row.p_corrected && *row.p_corrected <= policy.alpha))
       row.p = row.p_corrected = std::nullopt;

@@ -15,7 +15,7 @@ namespace sextant {
 
 namespace {
 
-/// Only the first repetition is judged; the others must hold the same cases.
+/// Reports repetitions with another number of cases than the first one; only the first repetition is judged.
 void check_repetitions(const Side& side, const Policy& policy, std::vector<Mismatch>& findings) {
   for (const RunFolder& run : side.runs) {
     const size_t n = side.runs.front().n_cases;
@@ -75,14 +75,14 @@ int count(const std::vector<Row>& rows, GateVerdict verdict) {
   return static_cast<int>(std::ranges::count(rows, verdict, &Row::verdict));
 }
 
-/// `value` in percent of `base`; empty if `base` is 0.
+/// Returns `value` in percent of `base`; nullopt if there is no value or `base` is 0.
 std::optional<double> percent_of(const std::optional<double>& value, double base) {
   return value && base > 0 ? std::optional(100 * *value / base) : std::nullopt;
 }
 
 std::optional<double> percent(const std::optional<double>& share) { return percent_of(share, 1); }
 
-/// An interval in percent of `base`; empty if `base` is 0.
+/// Returns an interval in percent of `base`; nullopt if there is no interval or `base` is 0.
 std::optional<Interval> percent_of(const std::optional<Interval>& interval, double base) {
   if (!interval || !(base > 0)) return std::nullopt;
   return Interval{100 * interval->low / base, 100 * interval->high / base};
@@ -316,7 +316,8 @@ std::string source_flag(const fs::path& folder, const Subject& subject, int fram
   return "";
 }
 
-/// Lists one row and one shell command per error that changed.
+/// Lists one row per error that is not ok or has too few cases to judge, and the shell commands that make the
+/// pages to which the rows link.
 ReportSection frames_section(const Comparison& c, const fs::path& out) {
   struct Row {
     const AccuracyRow* error;

@@ -16,8 +16,8 @@ namespace sextant {
 
 /// Results of a comparison.
 struct Comparison : AccuracyComparison {
-  std::string base;  ///< path of BASE
-  std::string fresh;
+  std::string base;   ///< path of BASE
+  std::string fresh;  ///< path of NEW
   std::vector<SpeedRow> speed;
   GateVerdict verdict = GateVerdict::invalid;
 };
@@ -26,32 +26,34 @@ struct Comparison : AccuracyComparison {
 Comparison compare_paths(const std::filesystem::path& base, const std::filesystem::path& fresh,
                          const Policy& policy, int jobs);
 
-/// Formats one line, e.g. "regressed: 2 of 54 errors worse, ...".
+/// Formats one line: the verdict, the number of findings and errors by verdict, and what was compared, e.g.
+/// "regressed: 2 pooled errors regressed, 1 errors improved (54 errors over 360 cases compared)".
 std::string headline(const Comparison& comparison);
 
-/// Formats the largest change with its interval, e.g. "camera Et_m of joint_flow: +10.2 % [8.1, 12.3] ...".
-/// It is taken from the errors pooled over sources, worst verdict first; for the exact gate from the rows.
-/// Empty if no error changed.
+/// Formats the largest change with its interval, e.g. "camera Et_m of joint_flow: +10.2 % [+8.1, +12.3],
+/// ...". Errors with the worst verdict come first. The errors pooled over sources are used; if none of them
+/// changed, or in the exact gate, the rows. Empty if no error changed.
 std::string largest_change(const Comparison& comparison);
 
-/// Tables with the worst verdict first. `changed_only` leaves out rows that are ok, except those that changed
-/// and are too few to judge.
+/// Tables with the worst verdict first. `changed_only` leaves out pooled errors that did not change, and
+/// errors and times of single subjects whose verdict is ok, unless they have too few seeds or cases to judge.
 Table findings_table(const Comparison& comparison);
 Table family_table(const Comparison& comparison, bool changed_only);
 Table accuracy_table(const Comparison& comparison, bool changed_only);
 Table status_table(const Comparison& comparison);
 Table speed_table(const Comparison& comparison, bool changed_only);
 
-/// Makes report.html of `sextant compare --out`: the verdict, the findings, the tables and, for every error
-/// that changed, the frame in which it changed most, with the command that shows both runs there and links to
-/// their records. `out` is the folder of the page. Frames are named if both sides are one folder with records
-/// each.
+/// Makes report.html of `sextant compare --out`: the verdict, the findings, the tables and, for the worst 40
+/// errors that are not ok or have too few cases to judge, the frame of AccuracyRow::largest_change(), with
+/// the command that shows both runs there and links to their records. `out` is the folder of the page. Frames
+/// are listed only if BASE and NEW are folders that contain records.jsonl.
 ReportDocument comparison_document(const Comparison& comparison, const std::filesystem::path& out);
 
 /// Columns that identify the subject of a row.
 Fields<Subject> subject_fields();
 
-/// Returns the rows, worst verdict first and otherwise in their order; `changed_only` as above.
+/// Returns the rows with the worst verdict first, and rows of equal verdict in the given order.
+/// `changed_only` leaves out rows whose verdict is ok, unless too_few is set.
 template <typename Row>
 std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
   std::vector<const Row*> sorted;

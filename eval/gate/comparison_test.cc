@@ -24,7 +24,7 @@ class Gate : public ::testing::Test {
     return compare_paths(base(), fresh(), policy, 2);
   }
 
-  /// Compares with BASE's records, each modified by `change`, as NEW.
+  /// Compares BASE with a copy of its records in which `change` has modified each record.
   template <typename Change>
   Comparison compare_changed(Change change, const Policy& policy = defaults()) const {
     std::vector<Record> records = sweep_records();
@@ -33,7 +33,7 @@ class Gate : public ::testing::Test {
     return compare(policy);
   }
 
-  /// Compares with BASE under another run.json as NEW.
+  /// Compares BASE with a copy whose run.json `change` has modified.
   Comparison compare_provenance(const std::function<void(Json&)>& change,
                                 const Policy& policy = defaults()) const {
     Json run = sweep_provenance();
@@ -250,14 +250,14 @@ TEST_F(Gate, FewSeedsAreTooFewToJudgeUnlessEveryCaseIsWorse) {
     write_run(fresh(), records);
     return compare();
   };
-  // 10 of 12 cases of one body are worse by 10 %: they are listed, and no row may decide.
+  // 10 of 12 cases of one body are worse by 10 %: the row is listed, but does not decide the verdict.
   const Comparison most = compare_two_seeds([](const Record& r) {
     return !is_target(r) ? 1 : r.frame == 6 ? 0.999 : 1.1;
   });
   EXPECT_EQ(most.verdict, GateVerdict::ok) << headline(most);
   EXPECT_THAT(to_text(accuracy_table(most, true)), HasSubstr("too few to judge"));
   EXPECT_THAT(to_text(accuracy_table(most, true)), Not(HasSubstr("regressed")));
-  // All 24 cases of the camera.
+  // All 24 cases of the camera change in the same direction.
   EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 1.1 : 1; }).verdict,
             GateVerdict::regressed);
   EXPECT_EQ(compare_two_seeds([](const Record& r) { return r.is_ego() ? 0.9 : 1; }).verdict,
@@ -281,7 +281,7 @@ TEST_F(Gate, OneCaseNeverDecides) {
     EXPECT_EQ(row.too_few, row.subject.body == "object:2" && row.metric == "Et_m") << to_string(row.subject);
   }
   EXPECT_THAT(comparison_junit(c, "2026-01-31T12:00:00"), HasSubstr("<skipped message=\"too few to judge"));
-  // One of many cases, however wrong, is listed and proves nothing.
+  // A single case of many, however wrong, is listed but proves nothing.
   write_run(base(), sweep_records());
   const Comparison once = compare_changed([](Record& r) {
     if (is_target(r) && r.seed == 3 && r.frame == 2) r.errors["Et_m"] *= 1e6;

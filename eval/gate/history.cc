@@ -61,7 +61,9 @@ std::vector<fs::path> points_of(const std::vector<fs::path>& paths) {
     for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
       if (entry.is_directory() || entry.path().extension() == ".json") inside.push_back(entry.path());
     }
-    if (inside.empty()) fail("{}: holds no results", path.string());
+    if (inside.empty())
+      fail("{}: holds no results: expected records.jsonl, benchmark*.json, or folders with these",
+           path.string());
     std::ranges::sort(inside, [](const fs::path& a, const fs::path& b) {
       return natural_less(a.filename().string(), b.filename().string());
     });
@@ -125,7 +127,7 @@ std::string unit_of_series(const std::string& metric) {
 
 bool is_time(const std::string& metric) { return unit_of_series(metric) == "ms"; }
 
-/// Fewer times do not show their own noise.
+/// Smallest number of times that shows their noise; with fewer, no change is marked.
 constexpr size_t enough_times = 6;
 
 void find_changes(Series& series, const Policy& policy) {
@@ -150,7 +152,7 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   History history;
   std::map<Key, std::vector<std::optional<double>>> all;
   const std::vector<fs::path> points = points_of(paths);
-  std::vector<SubjectCases> reference;  // first point with times of runs; its times are the reference
+  std::vector<SubjectCases> reference;  // of the first point that has a run; its times are the reference
   for (size_t i = 0; i < points.size(); ++i) {
     Side side = read_side(points[i]);
     history.labels.push_back(label_of(points[i], side));
@@ -311,8 +313,8 @@ ReportDocument history_document(const History& history) {
   for (size_t i = 0; i < std::min(sorted.size(), max_figures); ++i)
     curves.figures.push_back(series_figure(history, *sorted[i], i));
   if (sorted.size() > max_figures) {
-    curves.paragraphs = {
-        fmt::format("{} of {} series are drawn, those that changed first.", max_figures, sorted.size())};
+    curves.paragraphs = {fmt::format("{} of {} series are drawn; series whose level changed come first.",
+                                     max_figures, sorted.size())};
   }
   document.sections.push_back(std::move(curves));
   document.provenance = {{"results", fmt::format("{}", history.labels.size())},

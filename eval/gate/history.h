@@ -4,15 +4,15 @@
 // (stats/tests.h).
 //
 //   per dataset, sequence, estimator and level   mean of each compared error (metrics/definitions.h) of the
-//                                                camera, and of all objects; share of their cases that was
-//                                                estimated
+//                                                camera, and of all objects; share of their cases with truth
+//                                                that have status ok (coverage)
 //   per dataset, sequence, estimator and stage   median ratio of its times to those of the first result, case
 //                                                by case, multiplied by the median time of the first result
-//   per benchmark                                median time
+//   per benchmark                                median CPU time
 //
-// The smallest step that counts is minimum_effect of the policy times the median of the series. Fewer than 6
-// times do not show their own noise: they are drawn, and no change is marked. The times of runs are
-// wall-clock times without repetitions, so unrepeated_effect applies to them.
+// The smallest step that counts is minimum_effect of the policy times the median of the series. The times of
+// runs are wall-clock times without repetitions: for these the factor is unrepeated_effect. Fewer than 6
+// times do not show their own noise: they are drawn, and no change is marked.
 
 #include <filesystem>
 #include <optional>
@@ -40,9 +40,9 @@ struct History {
   std::vector<Series> series;       ///< in order of name and metric
 };
 
-/// Reads past results. A path that holds results is one point; otherwise every folder in it is one, in
-/// natural order of names ("run-9" before "run-10"). Throws Error on paths without results and on bad
-/// results.
+/// Reads past results. A file, or a folder that contains results, is one point; in any other folder, every
+/// folder and every *.json file is one point, in natural order of names ("run-9" before "run-10"). Throws
+/// Error on paths without results, on bad results, and if there are fewer than two points.
 History read_history(const std::vector<std::filesystem::path>& paths, const Policy& policy);
 
 /// Makes the page with tables and figures of all series; html/html.h draws and writes it.

@@ -21,7 +21,8 @@ std::string unit_of_metric(const std::string& metric) {
   return definition == nullptr ? metric.substr(metric.rfind('_') + 1) : definition->unit;
 }
 
-/// Slug of a measure: lower case, words joined by '-', at most 64 characters.
+/// Returns the slug of a measure: at most 64 characters, in lower case, with '-' for each character that is
+/// neither a letter nor a digit.
 std::string slug(const std::string& metric) {
   std::string text;
   for (const char c : metric.substr(0, 64)) {
@@ -44,7 +45,7 @@ Json bmf_metric(double value, const std::optional<Interval>& interval) {
   return json;
 }
 
-/// Interval of NEW's mean, from the interval of its difference to BASE.
+/// Returns the interval of NEW's mean, from the interval of its difference to BASE.
 std::optional<Interval> around_base(const AccuracyRow& row) {
   if (!row.interval) return std::nullopt;
   return Interval{row.base + row.interval->low, row.base + row.interval->high};

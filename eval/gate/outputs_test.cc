@@ -41,8 +41,9 @@ Comparison every_verdict() {
   return c;
 }
 
-/// Bencher's definition: an object of benchmarks (names up to 1024 characters), each an object of measures
-/// (up to 64), each an object with a number "value" and, optionally, numbers "lower_value" and "upper_value".
+/// Returns the first violation of Bencher's definition, or "": an object of benchmarks (names up to 1024
+/// characters), each an object of measures (up to 64), each an object with a number "value" and, optionally,
+/// numbers "lower_value" and "upper_value".
 std::string bmf_problem(const Json& bmf) {
   if (!bmf.is_object()) return "not an object";
   for (const auto& [name, measures] : bmf.items()) {
@@ -63,7 +64,8 @@ std::string bmf_problem(const Json& bmf) {
   return "";
 }
 
-/// customSmallerIsBetter: a list of {"name", "unit", "value", optional texts "range" and "extra"}.
+/// Returns the first violation of customSmallerIsBetter, or "": a list of {"name", "unit", "value", optional
+/// texts "range" and "extra"}.
 std::string github_problem(const Json& list) {
   if (!list.is_array()) return "not a list";
   std::set<std::string> names;

@@ -52,7 +52,8 @@ std::span<const SamenessPolicy::Rule> SamenessPolicy::rules() {
   static constexpr std::array<Rule, 6> rules = {
       {{"cases", &SamenessPolicy::cases, "all cases, benchmarks and errors of BASE are in NEW"},
        {"new_cases", &SamenessPolicy::new_cases, "all cases, benchmarks and errors of NEW are in BASE"},
-       {"data", &SamenessPolicy::data, "SHA-256 of the inputs, true motions in the records"},
+       {"data", &SamenessPolicy::data,
+        "files, caches, camera and rate of the sources; true values in the records"},
        {"configuration", &SamenessPolicy::configuration,
         "sources, noise, levels, seeds and options of run.json"},
        {"definitions", &SamenessPolicy::definitions, "schema, metrics and presets"},

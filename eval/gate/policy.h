@@ -1,7 +1,7 @@
 #pragma once
 
-// The policy of a comparison: which differences count as a change. It is read strictly from JSON, and every
-// default is usable. docs/ci.md explains the rules.
+// The policy of a comparison: which differences count as a change. It is read from JSON, in which unknown
+// keys are errors and missing keys have defaults. docs/ci.md explains the rules.
 //
 //   {"accuracy": {"default": {"minimum_effect": 0.02}, "metrics": {"Et_m": {"minimum_effect": 0.01}}},
 //    "speed": {"judge": false}, "same": {"machine": "note"}}
@@ -19,14 +19,13 @@ enum class Direction { lower, higher, ignore };
 constexpr Names<3> names_of(Direction) { return {"lower", "higher", "ignore"}; }
 
 /// Tolerances for one metric. A case is one body in one frame pair of one seed. Its change counts as rounding
-/// if |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body counts
-/// if it exceeds minimum_effect |mean of base|. With minimum_effect 0, the exact gate, rows are judged case
-/// by case.
+/// if |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body, or of
+/// the mean pooled over bodies, counts if it exceeds minimum_effect |mean of base|. With minimum_effect 0,
+/// the exact gate (accuracy.h), every body is judged and nothing is pooled.
 struct MetricPolicy {
   SEXTANT_OPTIONS((double, absolute, 1e-9, "of metric", "smaller changes of a case count as rounding"),
                   (double, relative, 1e-6, "share", "as absolute, as a share of the value in BASE"),
-                  (double, minimum_effect, 0.01, "share",
-                   "smallest change of a body's mean that counts; 0: any"),
+                  (double, minimum_effect, 0.01, "share", "smallest change of a mean that counts; 0: any"),
                   (Direction, direction, Direction::lower, "",
                    "direction that is better; ignore: not judged"))
   void check() const;
@@ -57,8 +56,8 @@ struct AccuracyPolicy {
   }
   void check() const;
 
-  /// Returns the policy of one error. If "metrics" does not name it, its direction comes from the list of
-  /// metrics.
+  /// Returns the policy of one error: its entry in `metrics`, if there is one; otherwise `other`, but with
+  /// direction `higher` or `ignore` if metrics/definitions.h defines that higher is better, or neither.
   MetricPolicy of(const std::string& metric) const;
 };
 
@@ -82,7 +81,7 @@ struct SpeedPolicy {
 enum class Strictness { must, note };
 constexpr Names<2> names_of(Strictness) { return {"must", "note"}; }
 
-/// Properties that must be equal on both sides.
+/// Strictness of the properties that are compared between both sides.
 struct SamenessPolicy {
   Strictness cases = Strictness::must, new_cases = Strictness::must, data = Strictness::must,
              configuration = Strictness::must, definitions = Strictness::must, machine = Strictness::must;
@@ -108,8 +107,8 @@ struct Policy {
 /// Reads a policy; throws Error "FILE: ..." that names the key.
 inline Policy read_policy(const std::string& file) { return options_from<Policy>(file); }
 
-/// Verdicts of the gate, worst first. The verdict of a comparison is the worst of its parts; it is `improved`
-/// only if nothing is worse and something is better.
+/// Verdicts of the gate, by precedence: a comparison has the first of these verdicts that any of its parts
+/// has. It is `improved` only if something is improved and nothing is invalid, regressed or inconclusive.
 enum class GateVerdict { invalid, regressed, inconclusive, improved, ok };
 
 constexpr Names<5> names_of(GateVerdict) {

@@ -32,7 +32,7 @@ RunFolder read_run(const fs::path& folder) {
   SubjectCollector collector;
   for_each_record(folder / "records.jsonl",
                   [&](const Record& record) { collector.add(record, ++run.n_cases); });
-  if (run.n_cases == 0) fail("{}: has no records", file);
+  if (run.n_cases == 0) fail("{}: has no records: expected one line for each case", file);
   run.has_times = collector.has_times();
   run.subjects = collector.take();
   for (const SubjectCases& cases : run.subjects) {
@@ -147,7 +147,7 @@ BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& nam
     if (!entry.is_object()) fail("{}: 'benchmarks': expected objects, got {}", name, json_excerpt(entry));
     std::string benchmark = text_of(entry, "run_name");
     if (benchmark.empty()) benchmark = text_of(entry, "name");
-    if (benchmark.empty()) fail("{}: a benchmark has no 'name'", name);
+    if (benchmark.empty()) fail("{}: a benchmark has neither 'run_name' nor 'name'", name);
     const std::string where = fmt::format("{}: benchmark '{}'", name, benchmark);
     if (json_member<bool>(entry, "error_occurred", where, false))
       fail("{}: failed: {}", where, text_of(entry, "error_message"));
@@ -159,7 +159,7 @@ BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& nam
   }
   file.cpu_ns.merge(aggregates.cpu_ns);  // does not overwrite repetitions
   file.real_ns.merge(aggregates.real_ns);
-  if (file.cpu_ns.empty()) fail("{}: holds no benchmark", name);
+  if (file.cpu_ns.empty()) fail("{}: has no benchmark: expected repetitions or medians", name);
   return file;
 }
 
@@ -209,8 +209,8 @@ Json configuration_of(const Json& run) {
   return configuration;
 }
 
-/// Collects for every source the hashes of its files, those of its correspondence caches (data, extraction,
-/// version), and its description.
+/// Collects for every source the hashes of its files, the keys of its correspondence caches (hashes of data,
+/// extraction and version), and its description.
 Leaves data_of(const Json& run) {
   Leaves leaves;
   const Json sources = run.value("sources", Json::array());
@@ -245,7 +245,7 @@ Leaves definitions_of(const Json& run) {
   return leaves_below(run, {"schema", "metric_definitions", "metric_presets", "preset"});
 }
 
-/// Collects the parts of the external programs, for every version of the estimators.
+/// Collects the fingerprints of the external estimators: their parts, for every version that the run used.
 Leaves programs_of(const RunFolder& run) {
   Leaves leaves;
   for (const auto& [label, versions] : fingerprints_in(run.provenance, run.path + "/run.json")) {
@@ -283,13 +283,14 @@ Leaves benchmark_build_of(const BenchmarkFile& file) {
   return leaves_below(file.context, {"library_build_type", "json_schema_version"});
 }
 
-/// Returns true if a path that only one side has is a note; false if it is a difference.
+/// Returns true if a path that only one side has is merely noted, and false if it is a difference. `other`:
+/// the leaves of the side that lacks the path.
 using IsNoted = std::function<bool(const std::string& path, const Leaves& other)>;
 const IsNoted never = [](const std::string&, const Leaves&) { return false; };
 
-/// An option that only one version of the program knows cannot differ in value, so it is a note if the group
-/// that contains it is known to both sides. A whole group, or an item of a list that both have, is a
-/// difference.
+/// Returns true for an option that only one version of the program knows, if both sides have the group that
+/// contains the option: its value cannot differ. Returns false for a whole group that one side lacks, and for
+/// an item of a list that both sides have.
 bool is_new_option(const std::string& path, const Leaves& other) {
   const auto is_item = [&](size_t dot) {
     return std::isdigit(static_cast<unsigned char>(path[dot + 1])) != 0;

@@ -23,7 +23,8 @@
 namespace sextant {
 
 // ---- Results of Google Benchmark (--benchmark_format=json or --benchmark_out). Every repetition is a
-// sample; aggregates (mean, median, ..) are used only if the file holds nothing else.
+// sample. Aggregates (mean, median, ..) are ignored, except for a benchmark without repetitions in the file:
+// its median is its only sample.
 
 struct BenchmarkFile {
   std::string path;
@@ -33,8 +34,8 @@ struct BenchmarkFile {
   std::map<std::string, std::vector<double>> real_ns;  ///< with the same names
 };
 
-/// Parses a file; throws Error "NAME: ..." on anything that is not such a file, on a benchmark that failed,
-/// and on a time that is not a number above 0.
+/// Parses a file. Throws Error "NAME: ..." on anything that is not such a file, on a benchmark that failed,
+/// and on a time that is neither 0 nor in the range of 1e-100 to 1e100.
 BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& name);
 
 /// Results of one folder.
@@ -53,35 +54,39 @@ struct Side {
   std::vector<BenchmarkFile> benchmarks;
 };
 
-/// Reads one side, streaming the records. Throws Error on a path without results, an empty or damaged file,
-/// an unfinished sweep, and on a case that occurs twice.
+/// Reads one side, streaming the records. Throws Error on a path without results, on the path of a
+/// records.jsonl instead of its folder, on an empty or damaged file, on an unfinished sweep, and on a case
+/// that occurs twice.
 Side read_side(const std::filesystem::path& path);
 
-/// Returns true for files named benchmark*.json.
+/// Returns true for regular files named benchmark*.json.
 bool is_benchmark_file(const std::filesystem::directory_entry& entry);
 
 // ---- A baseline is the result of a run that is kept in the repository to compare with: run.json, and
 // records.jsonl without times. Times belong to a machine; speed is compared as a pair of measurements
 // (scripts/bench_pair).
 
-/// Returns the files that make the results in `run` a baseline. Throws Error on bad results and on more than
-/// one run.
+/// Returns the files that make the results in `run` a baseline. Throws Error on bad results, and if `run`
+/// does not contain exactly one run.
 OutputFiles baseline_files(const std::filesystem::path& run);
 
 // ---- Checks that two sides are comparable: same data, definitions, configuration and machine, and the same
-// cases. Every difference is reported, including those that the policy accepts.
+// cases. Differences that the policy accepts are reported as well. The first five differences of a kind are
+// listed, and further ones are counted.
 
 /// A difference between the two sides.
 struct Mismatch {
-  /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program"
+  /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program",
+  /// "repetitions"
   std::string what;
   std::string subject;
-  std::string base;
+  std::string base;   ///< value in BASE
   std::string fresh;  ///< value in NEW
   bool invalidates = true;
 };
 
-/// Compares the provenance (run.json); cases are compared where they are paired (accuracy.h, speed.h).
+/// Compares the provenance of the two sides: run.json, and the context of benchmark files. Missing cases are
+/// found where cases are paired (accuracy.h, speed.h).
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy);
 
 /// Makes a mismatch that invalidates the comparison if the rule is Strictness::must.
@@ -97,11 +102,12 @@ class Tally {
     if (n_++ < shown) findings_.push_back(mismatch(rule_, what_, subject, base, fresh));
   }
 
+  /// Moves the findings listed so far to `all`.
   void move_told(std::vector<Mismatch>& all) {
     std::ranges::move(std::exchange(findings_, {}), std::back_inserter(all));
   }
 
-  /// Moves the listed findings to `all`, with the number of further ones.
+  /// Moves the listed findings to `all`, with one more that states the number of findings not listed.
   void move_to(std::vector<Mismatch>& all) {
     if (n_ > shown) findings_.push_back(mismatch(rule_, what_, fmt::format("{} more", n_ - shown), "", ""));
     move_told(all);

@@ -11,7 +11,8 @@
 
 namespace sextant {
 
-/// Factor for one error of one case; `normal` is a standard normal number that all errors of the case share.
+/// Returns the factor by which one error of one case is multiplied; `normal` is a standard normal number that
+/// all errors of the case share.
 using Plant = std::function<double(const Subject& subject, Interned metric, double normal)>;
 
 struct SimulationOptions {
@@ -29,7 +30,7 @@ struct SimulationCounts {
 };
 
 /// Simulates the gate. `base` and `fresh` are runs with the same seeds, at least options.seeds of them, or
-/// twice as many for other_seeds. Throws Error if they have fewer.
+/// twice as many for other_seeds. Throws Error if they have fewer seeds, or different ones.
 SimulationCounts simulate_gate(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
                                const SimulationOptions& options, const Policy& policy, int jobs);
 

@@ -1,4 +1,4 @@
-// bench/gate_power in seconds, on generated instead of recorded records.
+// The simulation of bench/gate_power, shortened to seconds, with generated records instead of recorded ones.
 
 #include "sextant/eval/gate/simulation.h"
 

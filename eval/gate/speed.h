@@ -1,9 +1,8 @@
 #pragma once
 
 // Compares times. A sample is one repetition: each repetition of a benchmark, for Google Benchmark; each
-// folder, for runs, as the median over its cases of time / time in the first folder of BASE, per estimator
-// and sequence. All computations use logarithms, so effects are ratios new / base:
-//
+// folder, for runs, as the median over its cases of time / time in the first folder of BASE, per data set,
+// sequence, estimator and stage. All computations use logarithms, so effects are ratios new / base:
 //
 //   ratio       exp of the Hodges-Lehmann shift (median of all log new - log base), with the 95 % interval of
 //               the shifts that the Mann-Whitney test does not reject
@@ -12,9 +11,10 @@
 //
 // `regressed`: the whole interval lies above 1 + minimum_effect. `improved`: it lies below 1 / (1 +
 // minimum_effect). `inconclusive`: the ratio lies above 1 + minimum_effect, but its interval does not; more
-// repetitions are needed. Without repetitions, or with fewer than the test needs (4 on each side), there is
-// no interval: a time that is slower by unrepeated_effect is `inconclusive`, one that is faster by it
-// `improved`. The times of runs are wall-clock times, so nine of ten cases must be slower or faster by it.
+// repetitions are needed. Without repetitions, or with fewer than the test needs (4 on each side if alpha is
+// 0.05), there is no interval: a time that is slower by more than unrepeated_effect is `inconclusive`, a time
+// that is faster by more than it `improved`. The times of runs are wall-clock times, so nine of ten cases
+// must be slower, or faster, by more than unrepeated_effect.
 
 #include <map>
 #include <optional>
@@ -34,8 +34,8 @@ struct SpeedRow {
   int n_new = 0;
   double base_ns = 0;  ///< median
   double ratio = 1;
-  std::optional<Interval> interval;
-  std::optional<double> p;
+  std::optional<Interval> interval;  ///< of the ratio; nullopt with too few repetitions for the test
+  std::optional<double> p;           ///< empty with fewer than 2 repetitions on a side
   double cliffs_delta = 0;
   std::optional<double> detectable;  ///< empty with fewer than 2 repetitions on a side
   GateVerdict verdict = GateVerdict::ok;
@@ -53,14 +53,15 @@ struct RunTime {
   Interval ratios;          ///< 10 % and 90 % quantiles of these ratios
 };
 
-/// Returns times by "dataset sequence estimator stage", over the cases that both sides have estimated.
+/// Returns times by "dataset sequence estimator stage", over the cases that have status ok and a time above 0
+/// on both sides.
 std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
                                          const std::vector<SubjectCases>& reference);
 
 SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy);
 
-/// Compares two samples of times (ns, above 0). `cases` holds the 10 % and 90 % quantiles of the ratios case
-/// by case, which decide if there is no interval; if it is empty as well, the ratio decides.
+/// Compares two samples of times (ns, above 0). `cases`: the 10 % and 90 % quantiles of the ratios case by
+/// case, which decide if there is no interval. Without `cases` the ratio decides.
 SpeedRow compare_times(const std::string& name, const std::vector<double>& base_ns,
                        const std::vector<double>& new_ns, const SpeedPolicy& policy,
                        const std::optional<Interval>& cases = std::nullopt);

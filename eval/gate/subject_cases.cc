@@ -17,8 +17,8 @@ int three_way(const T& a, const T& b) {
   return a < b ? -1 : (b < a ? 1 : 0);
 }
 
-/// Merges two sorted sequences: visits equal items together, and an item of one side only with null for the
-/// other.
+/// Merges two sorted sequences: calls visit(b, f) once for each pair of equal items, and once for each item
+/// that only one side has, with null for the other side.
 template <typename Item, typename Compare, typename Visit>
 void merge_sorted(const std::vector<Item>& base, const std::vector<Item>& fresh, const Compare& compare,
                   const Visit& visit) {
@@ -31,7 +31,7 @@ void merge_sorted(const std::vector<Item>& base, const std::vector<Item>& fresh,
   }
 }
 
-/// In order of name, like the columns.
+/// Returns the values that depend on the truth only, in order of name, like the columns.
 const std::vector<Interned>& truth_names() {
   static const std::vector<Interned> names = [] {
     std::vector<Interned> all;

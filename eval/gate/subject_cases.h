@@ -18,10 +18,10 @@ using Subject = NoiseLevelKey;
 
 /// Formats "synthetic s18 joint_flow level 0.1 object:2".
 std::string to_string(const Subject& subject);
-/// Three-way comparison of subjects in the order of tables.
+/// Returns -1, 0 or 1 for the order in which tables list subjects.
 int compare_subjects(const Subject& a, const Subject& b);
 
-/// Numbers with one name, one per row; NaN if the row has none.
+/// One named number of every row; NaN in a row that does not have it.
 struct NumberColumn {
   Interned name;
   std::vector<double> numbers;
@@ -51,7 +51,7 @@ struct SubjectCases : CaseColumns {
 /// Returns the column `name`; null if there is none.
 const NumberColumn* find_column(const std::vector<NumberColumn>& columns, Interned name);
 
-/// Columns with the same name on both sides; null if a side lacks it.
+/// One column on both sides; the pointer of a side that lacks it is null.
 struct ColumnPair {
   Interned name;
   const NumberColumn* base;
@@ -61,7 +61,7 @@ struct ColumnPair {
 std::vector<ColumnPair> pair_columns(const std::vector<NumberColumn>& base,
                                      const std::vector<NumberColumn>& fresh);
 
-/// Same subject on both sides; null if a side lacks it.
+/// One subject on both sides; the pointer of a side that lacks it is null.
 struct SubjectPair {
   const SubjectCases* base;
   const SubjectCases* fresh;
@@ -76,7 +76,7 @@ std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
 struct RowPair {
   uint32_t base, fresh;
 };
-/// Rows of both sides in order of case.
+/// Rows of the cases that both sides have, and of those that only one side has, in order of case.
 struct PairedRows {
   std::vector<RowPair> both;
   std::vector<size_t> only_base, only_fresh;

@@ -67,7 +67,7 @@ inline void write_run(const std::filesystem::path& folder, const std::vector<Rec
 }
 
 /// A file of Google Benchmark with `repetitions` of two benchmarks; `slower` multiplies the times of the
-/// first.
+/// first benchmark.
 inline Json benchmark_json(int repetitions, uint64_t draw, double slower = 1, double sigma = 0.02) {
   PhiloxStream random(draw, 1);
   Json json = {{"context", {{"host_name", "here"}, {"num_cpus", 2}, {"executable", "./solver_bench"}}},

@@ -2,9 +2,10 @@
 
 // Writes an MCAP recording (version 0, https://mcap.dev/spec) of JSON messages.
 //
-// Messages are collected in uncompressed chunks of about 1 MB with an index each, so that viewers seek
-// without reading the whole file. The summary section at the end repeats schemas and channels and holds chunk
-// indexes and the statistics. All sizes and times are little-endian; times are nanoseconds.
+// Messages are collected in uncompressed chunks of about 1 MB. Each chunk is followed by an index of its
+// messages, so that viewers can seek without reading the whole file. The summary section at the end repeats
+// schemas and channels, and contains the chunk indexes and the statistics. All sizes and times are
+// little-endian; times are nanoseconds.
 
 #include <cstdint>
 #include <filesystem>
@@ -35,18 +36,20 @@ enum class McapOp : uint8_t {
 
 class McapWriter {
  public:
-  /// Creates a temporary file beside `path`. `library` is the name of the writing program in the header.
-  /// Throws Error that names the file and the system's reason.
+  /// Creates a temporary file in the folder of `path`; finish() renames it to `path`. `library` is the name
+  /// of the writing program in the header. Throws Error that names the file and the system's reason if the
+  /// file cannot be created.
   McapWriter(const std::filesystem::path& path, std::string_view library);
 
   /// Adds a topic of JSON messages and returns its channel number. `schema` is the JSON schema of the type
   /// `schema_name`. Channels with the same type share the schema.
   uint16_t add_channel(const std::string& topic, const std::string& schema_name, const std::string& schema);
 
-  /// Appends one message with its time (ns). Messages of a chunk may be in any order.
+  /// Appends one message with its time (ns). Messages may be in any order of time.
   void add(uint16_t channel, uint64_t time_ns, std::string_view json);
 
-  /// Writes the last chunk and the summary, and gives the file its name; a file that has it is replaced.
+  /// Writes the last chunk and the summary, and renames the file to its final name; an existing file of that
+  /// name is replaced.
   void finish();
 
  private:

@@ -223,7 +223,7 @@ std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns,
   if (out.has_quaternion && !std::all_of(found.begin(), found.end(), once)) return std::nullopt;
   if (!std::all_of(found.begin(), found.begin() + 3, once) || !once(found[7])) return std::nullopt;
   out.covariance = covariance_columns(names);
-  if (!unit.empty()) fail("{}: the header gives positions in [{}]: expected metres", place, unit);
+  if (!unit.empty()) fail("{}: the header gives positions in [{}]: convert them to metres", place, unit);
   return out;
 }
 

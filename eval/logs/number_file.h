@@ -8,7 +8,7 @@
 //
 // Lines and fields are those of datasets/codec/text_rows.h. Lines that begin with '#' are comments. If the
 // first record does not begin with a number, it is a header, which header() returns. Every other field must
-// be a finite number in C notation; all messages start with "PATH:LINE: " and say what to do.
+// be a finite number in C notation. Messages about a line start with "PATH:LINE: ".
 
 #include <array>
 #include <cstddef>
@@ -36,7 +36,7 @@ constexpr Names<3> names_of(CovarianceConvention) { return {"ros", "openvins", "
 /// Rules for reading a file that may be too large or unfinished.
 struct ReadRules {
   std::optional<FileKind> kind = std::nullopt;  ///< nullopt: the default of the reader
-  /// leaves out a last line without its end of line, which may contain a truncated number
+  /// Leave out a last line without end of line, which may contain a truncated number.
   bool whole_lines = false;
   /// Convention of pose covariances; nullopt: determined by the number of values.
   std::optional<CovarianceConvention> covariance = std::nullopt;
@@ -47,11 +47,11 @@ class NumberFile {
   /// Separator determined by the first record: a comma if it contains one, otherwise blanks.
   static constexpr char either = '\0';
 
-  /// Opens a file; `separator` as in for_each_field(). Throws Error if the file cannot be read.
+  /// Opens a file; `separator` as in for_each_field(), or `either`. Throws Error if the file cannot be read.
   NumberFile(const std::string& path, char separator, const ReadRules& rules = {});
 
   /// Advances to the next record; returns false at the end. Throws Error on a value that is not a finite
-  /// number.
+  /// number, and on a header with a zero byte (a binary file).
   bool next();
 
   std::span<const double> values() const { return values_; }
@@ -62,7 +62,7 @@ class NumberFile {
   size_t expected_records() const;
   const std::string& path() const { return lines_.name(); }
   const std::string& header() const { return header_; }      ///< trimmed; may be empty
-  const std::string& comments() const { return comments_; }  ///< comments in the first lines, at most 4 kB
+  const std::string& comments() const { return comments_; }  ///< comments read so far, at most 4 kB
   /// Returns the header, otherwise the last comment before the first record: the line that may contain column
   /// names.
   const std::string& column_names() const { return header_.empty() ? last_comment_ : header_; }
@@ -105,12 +105,13 @@ struct PoseColumns {
   bool has_quaternion = true;
   std::optional<std::array<size_t, 12>> covariance = std::nullopt;  ///< Pr11 .. Pr33, Pt11 .. Pt33
 
-  /// Returns true for the order time, x y z, and the quaternion with w last, or first.
+  /// Returns true if the table begins with time, x y z and the four columns of the quaternion, in this order,
+  /// with w first if `w_first`, otherwise with w last.
   bool in_order(bool w_first) const;
 };
 
-/// Returns the columns; nullopt unless the header names each of the eight exactly once (for positions only:
-/// each of the four), with as many names as the table has columns. Throws Error if the header gives positions
+/// Returns the columns that `header` names; nullopt unless it has `n_columns` names and names each of the
+/// eight columns (for positions only: of the four) exactly once. Throws Error if the header gives positions
 /// in another unit than metres; `place` begins the message.
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place);
 

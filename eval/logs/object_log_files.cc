@@ -11,7 +11,7 @@ namespace sextant {
 
 namespace {
 
-/// First value of a line.
+/// Meaning of the first value of a line; row: lines have no such value, and row i belongs to frame i.
 enum class Key { frame, time, row };
 
 struct Row {
@@ -43,12 +43,14 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
       row.key = static_cast<double>(file.rows.size());
       row.pose = matrix_pose(lines, 0, repairs);
     } else {
-      lines.fail_here("expected frame and 12 or 16 values of a matrix, or t x y z qx qy qz qw, got {} values",
-                      n);
+      lines.fail_here(
+          "expected a frame and 12 or 16 values of a matrix, or t x y z qx qy qz qw and optionally 12, 21 or "
+          "36 values of a covariance, got {} values",
+          n);
     }
     const Key key = tum ? Key::time : n == 12 || n == 16 ? Key::row : Key::frame;
     if (!file.rows.empty() && key != file.key)
-      lines.fail_here("expected as many values as in the lines before");
+      lines.fail_here("this line has another format than the lines before: write all lines in one format");
     if (!file.rows.empty() && !(row.key > file.rows.back().key)) {
       lines.fail_here("{} {} comes after {}: expected ascending frames or times, each once",
                       tum ? "time" : "frame", row.key, file.rows.back().key);
@@ -66,7 +68,7 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
   file.path = (std::filesystem::path(folder.path()) / name).string();
   if (!covered.empty()) {
     if (covered.size() != file.rows.size())
-      fail("{}: {} of {} rows have covariances: expected one with each", file.path, covered.size(),
+      fail("{}: {} of {} rows have covariances: expected one in each row, or none", file.path, covered.size(),
            file.rows.size());
     RepairLog repairs;
     finish_covariances(covered, file.path, repairs);
@@ -78,7 +80,8 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
   return file;
 }
 
-/// Returns the rate for which all times are those of frames: 1 / the smallest step.
+/// Returns the rate of the frames in Hz, 1 / the smallest step between the times of a file, rounded to a
+/// whole number if that is within 0.1 %; nullopt if no file has two times.
 std::optional<double> rate_of(const std::vector<PlainFile>& files) {
   double least_s = std::numeric_limits<double>::infinity();
   for (const PlainFile& file : files) {
@@ -93,7 +96,8 @@ std::optional<double> rate_of(const std::vector<PlainFile>& files) {
   return rounded > 0 && std::abs(rate - rounded) < 1e-3 * rate ? rounded : rate;
 }
 
-/// Calls use(frame, row) for each row.
+/// Calls use(frame, row) for each row. Throws Error if a time is more than a quarter of a step away from the
+/// nearest frame, or if two rows belong to the same frame.
 template <typename Use>
 void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
   std::optional<int> last;
@@ -147,7 +151,7 @@ std::optional<ObjectFile> object_file(const std::string& name, std::string_view 
   return file;
 }
 
-/// Returns the first existing file of the cameras; empty: none.
+/// Returns the first of `names` that is a file of the folder; empty if there is none.
 std::string first_of(const LogFolder& folder, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     if (folder.has(name)) return name;
@@ -238,8 +242,9 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
     log.camera_lines.lines[{0, frame}] = row.line;
   });
   if (log.motions.empty()) {
-    fail("{}: holds no {} of objects: expected files obj_<id>{}.txt of two frames or more", folder.path(),
-         poses ? "poses" : "motions", poses ? "" : "_motion");
+    fail("{}: holds no {}: expected files obj_<id>{}.txt", folder.path(),
+         poses ? "poses of an object in two successive frames" : "motions of objects",
+         poses ? "_pose" : "_motion");
   }
   return {log};
 }

@@ -65,7 +65,8 @@ void for_each_record(const LogFolder& folder, const std::string& name, char sepa
 /// Checks that the frames of each object in a file are ascending.
 class FrameOrder {
  public:
-  /// Records the frame of `key`. `what`: "object" or "label".
+  /// Records the frame of `key`, and in `lines`, if given, its line. Throws Error unless the frame is greater
+  /// than the last one of the same id. `what` names the id in messages: "object", "label" or "camera".
   void check(const NumberFile& file, ObjectFrame key, const char* what, LogLines* lines = nullptr) {
     const auto [last, is_first] = last_.try_emplace(key.first, key.second);
     if (!is_first && key.second == last->second)
@@ -82,8 +83,8 @@ class FrameOrder {
   std::map<int, int> last_;
 };
 
-/// Returns the pose of 12 or 16 values, row by row, from `first` on. Throws Error on a last row other than 0
-/// 0 0 1.
+/// Returns the pose of 12 or 16 values, row by row, from `first` on. Throws Error if a last row is not
+/// 0 0 0 1, or if the rotation or the position is invalid (pose_collector.h).
 inline SE3 matrix_pose(const NumberFile& file, size_t first, RepairLog& log) {
   const std::span<const double> v = file.values();
   if (v.size() == first + 16) {
@@ -107,7 +108,7 @@ inline SE3 matrix_pose(const NumberFile& file, size_t first, RepairLog& log) {
 
 // ---- The formats `motions` and `poses` of object_logs.h: one file per object.
 
-/// Returns one log with all objects of the folder. Throws Error on a folder without such files.
+/// Returns one log with all objects of the folder. Throws Error if the files contain no motion.
 std::vector<ObjectLog> read_plain(const LogFolder& folder);
 
 }  // namespace sextant

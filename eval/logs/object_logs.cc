@@ -5,8 +5,8 @@
 #include <set>
 #include <tuple>
 
-#include "sextant/eval/logs/object_log_files.h"
 #include "sextant/eval/logs/number_file.h"
+#include "sextant/eval/logs/object_log_files.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pair_errors.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 void expect(const NumberFile& file, size_t n, const char* what) {
   if (file.separator() == ',' && header_contradicts(file.header(), what))
-    file.fail_here("the header names other columns than {}", what);
+    file.fail_here("the header names other columns than {}, or another order", what);
   if (file.values().size() != n) file.fail_here("expected {}, got {} values", what, file.values().size());
 }
 
@@ -49,7 +49,7 @@ void read_dynosam_cameras(const LogFolder& folder, const std::string& name, Obje
   });
 }
 
-/// Computes the rate from the lines frame_id, timestamp [ns].
+/// Computes the rate from the median time between frames, given in lines frame_id,timestamp [ns].
 void read_dynosam_times(const LogFolder& folder, const std::string& name, ObjectLog& out) {
   std::vector<double> steps_s;
   std::optional<std::pair<int, double>> last;
@@ -160,7 +160,7 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
   if (wanted == LogStage::any && !initial.motions.empty() && !refined.motions.empty()) {
     fail(
         "{}: holds motions of two stages, {} (initial) and {} (refined): "
-        "choose one: --stage, or objects.stage in a configuration",
+        "choose one with --stage, or with objects.stage in a configuration",
         folder.path(), initial.motions, refined.motions);
   }
   const bool take_refined =
@@ -168,7 +168,9 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
   VdoFiles files = take_refined ? refined : initial;
   if (files.motions.empty()) {
     fail("{}: holds no {}: expected a folder of VDO-SLAM's results", folder.path(),
-         wanted == LogStage::refined ? "obj_mot_*_rf*.txt" : "obj_mot_*.txt");
+         wanted == LogStage::refined   ? "obj_mot_*_rf*.txt"
+         : wanted == LogStage::initial ? "obj_mot_*.txt without _rf after obj_mot"
+                                       : "obj_mot_*.txt besides the truth, obj_mot_gt*.txt");
   }
   // For a log with the motions of one stage only: the best cameras available.
   if (wanted == LogStage::any) files.cameras = !refined.cameras.empty() ? refined.cameras : initial.cameras;
@@ -207,7 +209,8 @@ std::optional<SE3> true_motion(const std::map<ObjectFrame, SE3>& poses, ObjectFr
   return after->second * before->second.inverse();
 }
 
-/// Returns the distance of a logged object from a true one in frame k, each relative to its own camera, m.
+/// Returns the distance of a logged object from a true one in frame k, m: between the positions relative to
+/// their own cameras if both cameras are known, otherwise in the world.
 double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& camera, const SE3& true_pose) {
   const auto own = log.camera.pose(logged.second), other = camera.pose(logged.second);
   const SE3& pose = log.poses.at(logged);
@@ -215,8 +218,8 @@ double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& ca
   return ((own->inverse() * pose).translation() - (other->inverse() * true_pose).translation()).norm();
 }
 
-/// Returns the agreement of a logged step with one of a true object, from 0 to 1 (exact): by position if the
-/// log has it, otherwise by motion.
+/// Returns the agreement of a logged step with the step of a true object, from 0 to 1 (equal): of the
+/// positions if the log has the pose, otherwise of the motions.
 double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<ObjectFrame, SE3>& poses,
                  const Trajectory& camera, ObjectFrame key) {
   constexpr double near_m = 3, agrees_m = 0.5;
@@ -230,7 +233,7 @@ double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<Object
   return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / agrees_m);
 }
 
-/// Returns the true id of each logged id.
+/// Returns the true id of each logged id that has a partner, see take_truth().
 std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
                                const Trajectory& camera) {
   constexpr int fewest = 3;
@@ -268,14 +271,15 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
 
 std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request) {
   if (request.format != LogFormat::vdo && request.stage != LogStage::any)
-    fail("stage '{}': only results of format vdo have stages", to_string(request.stage));
+    fail("stage '{}': only results of format vdo have stages: leave --stage out", to_string(request.stage));
   const LogFolder files(folder, request);
   std::vector<ObjectLog> logs = request.format == LogFormat::dynosam ? read_dynosam(files)
                                 : request.format == LogFormat::vdo   ? read_vdo(files, request.stage)
                                                                      : read_plain(files);
   if (request.frame) {
     if (request.format == LogFormat::poses)
-      fail("--frame {}: files of poses are in the world", to_string(*request.frame));
+      fail("--frame {}: poses are always in the world: leave --frame out for the format poses",
+           to_string(*request.frame));
     for (ObjectLog& log : logs) log.frame = *request.frame;
   }
   return logs;
@@ -305,8 +309,8 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
   }
   if (motions.empty())
     fail(
-        "--frame camera: motions in the camera frame need camera poses, of the log or of --truth: there are "
-        "none");
+        "--frame camera: no motion has the camera poses of both of its frames, which are needed to convert "
+        "it to the world: give a log or --truth with them");
   std::map<ObjectFrame, SE3> lost;
   for (const auto& [key, X] : log.lost_truth) {
     if (const auto H = in_world(X, of_truth, key.second)) lost.emplace(key, *H);
@@ -317,7 +321,7 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
   if (log.motion_covariances.entries.empty()) return;
   log.motion_covariances = {};
   log.warnings.push_back(log.estimator +
-                         ": covariances of motions in the camera frame are not used: no NEES");
+                         ": covariances of motions in the camera frame are not used, so there is no NEES");
 }
 
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {

@@ -16,10 +16,11 @@
 //            with _gt before the extension. Lines "k" and 12 or 16 values (rows of [R|t]), or "t x y z qx qy
 //            qz qw" with the time or the frame k, optionally followed by 12, 21 or 36 values of a covariance
 //            (pose_collector.h)
-//   poses    a file per object, obj_<id>_pose.* or obj_<id>.*, with the same lines: T_world_object
+//   poses    a file per object, obj_<id>_pose.* or obj_<id>.*, with the same lines: T_world_object. Matrices
+//            may also stand without k; the rows are then frames 0, 1, 2, ..
 //
-// Cameras of `motions` and `poses`: est_camera_tum.txt or camera.*, true ones gt_camera_tum.txt or
-// camera_gt.*
+// Cameras of `motions` and `poses`, with the lines of `poses`: est_camera_tum.txt, camera.txt or camera.tum;
+// true cameras gt_camera_tum.txt, camera_gt.txt or camera_gt.tum.
 //
 // Structural faults are errors with file and line: a last row other than 0 0 0 1, a matrix that is not a
 // rotation, frames that are repeated or not ascending within an object.
@@ -51,7 +52,7 @@ struct LoggedMotion {
 struct LogLines {
   std::string path;                        ///< file of all objects
   std::map<int, std::string> object_path;  ///< files of single objects
-  std::map<ObjectFrame, int64_t> lines;    ///< for cameras: object 0
+  std::map<ObjectFrame, int64_t> lines;    ///< line of each entry; cameras have the id 0
 
   std::string at(ObjectFrame key) const;  ///< returns "PATH:LINE"
 };
@@ -85,7 +86,7 @@ struct ObjectLog {
 enum class LogFormat { dynosam, vdo, motions, poses };
 constexpr Names<4> names_of(LogFormat) { return {"dynosam", "vdo", "motions", "poses"}; }
 
-/// Stage of VDO-SLAM; any: the one whose motions exist.
+/// Stage of VDO-SLAM; any: the only stage whose motions are in the folder.
 enum class LogStage { any, initial, refined };
 constexpr Names<3> names_of(LogStage) { return {"any", "initial", "refined"}; }
 
@@ -97,35 +98,40 @@ struct ObjectLogRequest {
   /// converts time stamps to frame numbers; nullopt: computed from the stamps
   std::optional<double> rate_hz = std::nullopt;
   ReadRules rules;  ///< for every file
-  /// Returns true for the files of the folder to be used; empty: all.
+  /// Returns true for files of the folder that may be read; an empty function accepts all.
   std::function<bool(const std::filesystem::path&)> accept;
 };
 
-/// Reads one log per module. Throws Error on folders without logs, on damaged files, and on vdo folders with
-/// motions of both stages if no stage is requested.
+/// Reads the logs of a folder: one per module for dynosam, otherwise a single one. Throws Error on folders
+/// without logs, on damaged files, on vdo folders with motions of both stages if no stage is requested, and
+/// if a stage is requested of another format, or a frame for `poses`.
 std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectLogRequest& request);
 
-/// Converts motions declared in the camera frame (T_curr_prev) to the world, with the log's cameras,
-/// otherwise with `truth`. Throws Error if no motion has its two camera poses. Other logs stay unchanged.
+/// Converts motions declared in the camera frame (T_curr_prev) to the world; logs with another declared frame
+/// stay unchanged. Estimates are converted with the log's camera poses or, if it has none, with `truth`; true
+/// motions with `truth` or, if it is empty, with the log's true camera, then with its estimated one. Motions
+/// without the two camera poses are removed, and covariances of motions are dropped with a warning. Throws
+/// Error if no motion is left.
 void camera_motions_to_world(ObjectLog& log, const Trajectory& truth = {});
 
-/// Returns T_world_object of logs with motions only: each sequence of steps is chained from the true pose
-/// before it.
+/// Returns the poses T_world_object to which the motions lead, for logs without poses. Each sequence of
+/// successive steps is chained from the first of its frames that has a true pose; earlier steps are left out.
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log);
 
-/// Moves the log into the world of `camera`, so that both agree in their first common camera pose. A log
-/// without cameras must already be in that world.
+/// Moves the estimates of the log (camera, poses, motions and their covariances) into the world of `camera`,
+/// so that both agree in their first common camera pose. The log's true camera is used for this if it is
+/// known, otherwise the estimated one. A log without cameras must already be in that world.
 void move_to_world_of(const Trajectory& camera, ObjectLog& log);
 
-/// Returns T_world_object of the objects that are not declared static.
+/// Returns T_world_object of the objects that are not declared static, in the frames with a camera pose.
 std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth);
 
 /// Replaces the log's truth by that of a data set. The log's world may differ: it is moved so that both agree
-/// in their first common camera pose. Ids may differ as well: each logged object gets the id of the true
-/// object with the highest agreement over their common steps, and each true object is used once. The
+/// in their first common camera pose. Ids may differ as well: pairs of a logged and a true object are formed
+/// in descending order of their agreement, summed over their common steps, and each object is used once. The
 /// agreement of a step decreases from 1 to 0 over 3 m between the positions in the camera frame or, if the
-/// log has no poses, over 0.5 m between the motions in the body frame. Objects with an agreement of fewer
-/// than 3 steps get no truth.
+/// log has no pose there, over 0.5 m between the motions in the body frame. A pair must agree in at least 3
+/// steps (agreement above 0); logged objects without a partner get no truth.
 void take_truth(ObjectLog& log, const SequenceTruth& truth);
 
 }  // namespace sextant

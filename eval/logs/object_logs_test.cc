@@ -282,7 +282,7 @@ TEST(ObjectLogs, DamageIsReported) {
     return error_of([&] { read_object_logs(folder.path(), {format}); });
   };
   EXPECT_THAT(error(LogFormat::dynosam), HasSubstr("holds no <module>_object_motion_log.csv"));
-  EXPECT_THAT(error(LogFormat::vdo), HasSubstr("holds no obj_mot_*.txt"));
+  EXPECT_THAT(error(LogFormat::vdo), HasSubstr("holds no obj_mot_*.txt besides the truth, obj_mot_gt*.txt"));
   folder.write("m_object_motion_log.csv", "frame_id\n1,3,0,0\n");
   EXPECT_THAT(error(LogFormat::dynosam), HasSubstr("m_object_motion_log.csv:2: expected frame_id,object_id"));
   folder.write("m_object_motion_log.csv",

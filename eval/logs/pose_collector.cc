@@ -99,8 +99,8 @@ std::vector<std::string> RepairLog::warnings(const std::string& path) const {
 
 void check_position(const Eigen::Vector3d& p, const std::string& path, int64_t number) {
   if (!(p.cwiseAbs().maxCoeff() <= farthest_m) || !p.allFinite())
-    fail("{}:{}: position {} {} {} is beyond {} m: expected metres", path, number, p[0], p[1], p[2],
-         farthest_m);
+    fail("{}:{}: position {} {} {} is not finite or beyond {} m: expected metres", path, number, p[0], p[1],
+         p[2], farthest_m);
 }
 
 Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
@@ -109,7 +109,7 @@ Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string&
   if (!(off <= norm_limit)) {
     fail(
         "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, "
-        "expected 1 (limit {} off): are the columns in order?",
+        "expected 1 within {}: are the values in the right order?",
         path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), norm_limit);
   }
   if (off > norm_silent)
@@ -284,8 +284,10 @@ void finish_covariances(PoseSeries& series, const std::string& path, RepairLog& 
   if (unknown) return all.clear();
   for (size_t i = 0; i < all.size(); ++i) {
     if (smallest_eigenvalue(correlation_of(all[i])) > singular) continue;
-    log.note("covariances that are singular, of a pose with a direction that is exactly known: no NEES",
-             number(i));
+    log.note(
+        "covariances that are singular (a direction of the pose is exactly known): none is used, so there is "
+        "no NEES",
+        number(i));
     return all.clear();
   }
 }

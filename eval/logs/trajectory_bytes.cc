@@ -26,12 +26,14 @@ class Output {
   size_t room() const { return block_.size(); }
   void take(size_t n) {
     check_interrupt();
-    if (out_.size() + n > size_) fail("{}: a block holds more than its {} bytes: damaged", where_, size_);
+    if (out_.size() + n > size_)
+      fail("{}: a decompressed block has more than its {} bytes: the file is damaged", where_, size_);
     out_.append(block_.data(), n);
   }
   std::string finish() {
     if (out_.size() != size_)
-      fail("{}: a block holds {} of its {} bytes: damaged", where_, out_.size(), size_);
+      fail("{}: a decompressed block has {} bytes, but its header states {}: the file is damaged", where_,
+           out_.size(), size_);
     return std::move(out_);
   }
   [[noreturn]] void damaged(const std::string& reason) const {
@@ -104,22 +106,24 @@ std::string_view ByteSource::view(uint64_t at, uint64_t n) {
     fail("{}: ends at byte {} within a record: the file is truncated", name_, size_);
   if (!file_) return memory_.substr(static_cast<size_t>(at), static_cast<size_t>(n));
   if (at < block_at_ || at + n > block_at_ + block_.size()) {
-    if (n > largest_block) fail("{}: a block of {} bytes at {}: {} at most", name_, n, at, largest_block);
+    if (n > largest_block)
+      fail("{}: a block has {} bytes at byte {}, expected {} at most", name_, n, at, largest_block);
     block_.resize(static_cast<size_t>(std::min(std::max<uint64_t>(n, block_bytes), size_ - at)));
     block_at_ = at;
     const size_t got = file_->read(block_.data(), block_.size(), at);
-    if (got < block_.size()) fail("{}: ends at byte {} while it is read", name_, at + got);
+    if (got < block_.size())
+      fail("{}: ends at byte {}: it became shorter while it was read", name_, at + got);
   }
   return {block_.data() + (at - block_at_), static_cast<size_t>(n)};
 }
 
 std::string Decompressor::decompress(std::string_view kind, std::string_view bytes, uint64_t size,
                                      const std::string& where) {
-  if (size > largest_block) fail("{}: a block of {} bytes: {} at most", where, size, largest_block);
+  if (size > largest_block) fail("{}: a block has {} bytes, expected {} at most", where, size, largest_block);
   if (size > left_) {
     fail(
-        "{}: the compressed chunks up to here unpack to more than 16 MB and 200 times the file: "
-        "decompress the recording if it is not damaged",
+        "{}: the compressed chunks up to here unpack to more than 16 MB and 200 times the file's size: "
+        "decompress the recording first if it is not damaged",
         where);
   }
   left_ -= size;
@@ -138,13 +142,13 @@ std::string Decompressor::decompress(std::string_view kind, std::string_view byt
 }
 
 MemoryFile::MemoryFile(std::string_view bytes) : file_(::memfd_create("bytes", MFD_CLOEXEC)) {
-  if (file_ < 0) fail("no memory file: {}", std::strerror(errno));
+  if (file_ < 0) fail("cannot create a file in memory: {}", std::strerror(errno));
   for (size_t done = 0; done < bytes.size();) {
     const ssize_t n = ::write(file_, bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       ::close(file_);
-      fail("cannot write a memory file: {}", std::strerror(errno));
+      fail("cannot write a file in memory: {}", std::strerror(errno));
     }
     done += static_cast<size_t>(n);
   }

@@ -26,7 +26,8 @@ class ByteSource {
   const std::string& name() const { return name_; }
   uint64_t size() const { return size_; }
   bool is_in_memory() const { return !file_; }
-  /// Returns `n` bytes at `at`, valid until the next call. Throws Error if the file ends before.
+  /// Returns `n` bytes at `at`, valid until the next call. Throws Error if the file ends before, and if more
+  /// than largest_block bytes of a file are requested.
   std::string_view view(uint64_t at, uint64_t n);
 
  private:
@@ -50,12 +51,13 @@ class ByteCursor {
     return value;
   }
   std::string_view take(uint64_t n) {
-    if (n > remaining()) fail("{}: asks for {} bytes where {} are left: damaged", where_, n, remaining());
+    if (n > remaining())
+      fail("{}: asks for {} bytes where {} are left: the file is damaged", where_, n, remaining());
     const std::string_view out = bytes_.substr(at_, static_cast<size_t>(n));
     at_ += out.size();
     return out;
   }
-  /// Reads a length of 32 bits and as many bytes.
+  /// Reads a 32-bit length and returns that many bytes.
   std::string_view text() { return take(number<uint32_t>()); }
   uint64_t remaining() const { return bytes_.size() - at_; }
 
@@ -65,18 +67,18 @@ class ByteCursor {
   size_t at_ = 0;
 };
 
-/// Largest size of a block of a recording, compressed or not.
+/// Largest size in bytes of a block of a recording, compressed or not (256 MB).
 constexpr uint64_t largest_block = uint64_t{1} << 28;
 
-/// Decompresses the chunks of one file, which together may decompress to 16 MB plus 200 times the file: a
-/// recording of poses reaches a tenth of that, a decompression bomb several thousand times its size.
+/// Decompresses the chunks of one file, which together may decompress to 16 MB plus 200 times the size of the
+/// file. A recording of poses reaches a tenth of that, a decompression bomb several thousand times its size.
 class Decompressor {
  public:
   explicit Decompressor(uint64_t file_bytes) : left_(uint64_t{16'000'000} + 200 * file_bytes) {}
 
-  /// `kind`: lz4 (frame format), zstd or bz2. Memory grows with the actual output, not with the declared
-  /// `size`. Throws Error "WHERE: ..." on damage, on another size than `size`, above largest_block and above
-  /// the file's limit.
+  /// Returns the decompressed bytes. `kind`: lz4 (frame format), zstd or bz2. Memory grows with the actual
+  /// output, not with the declared `size`. Throws Error "WHERE: ..." on damage, on another kind, and if the
+  /// output has another size than `size` or exceeds largest_block or the file's limit.
   std::string decompress(std::string_view kind, std::string_view bytes, uint64_t size,
                          const std::string& where);
 

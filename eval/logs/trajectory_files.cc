@@ -8,9 +8,9 @@
 #include <new>
 
 #include "sextant/base/names.h"
+#include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
-#include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/trajectory_message.h"
 #include "sextant/eval/logs/trajectory_recordings.h"
 #include "sextant/eval/logs/vdo_xml.h"
@@ -69,8 +69,8 @@ class TextReader {
   RepairLog log_;
 };
 
-/// The formats tum, tum_ns, euroc and table: time, position and quaternion, in the columns named by a header
-/// or otherwise in the format's own order.
+/// The formats tum, tum_ns, euroc, table and positions: time, position and (except positions) quaternion, in
+/// the columns named by a header or otherwise in the format's own order.
 struct StampedFormat {
   const char* name;
   const char* expected;
@@ -93,7 +93,8 @@ std::optional<PoseColumns> named_columns(const NumberFile& file) {
                     fmt::format("{}:{}", file.path(), file.line()));
 }
 
-/// Determines the columns from a first record.
+/// Determines the columns of a table: by the header or, if it names none, by the format. Throws Error if the
+/// header contradicts the format.
 PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   const auto named = named_columns(file);
   if (!named) {
@@ -131,7 +132,7 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   return columns;
 }
 
-/// `before_s`: the stamps of the lines before.
+/// Returns the time stamp of the current line in s. `before_s`: the stamps of the lines before.
 double stamp_at(const NumberFile& file, const PoseColumns& columns, const std::vector<double>& before_s) {
   constexpr double latest_s = 1e11, least_ns = 1e6;
   const double t = file.values()[columns.time];
@@ -143,7 +144,7 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns, const std::v
     const double epochs = std::abs(t) / 1.7e9;  // of the present time in s
     if (epochs > 1e8)
       file.fail_here(
-          "time stamp {} is no number of seconds: it seems to be ns, the format is tum_ns or euroc", t);
+          "time stamp {} is too large for seconds: it seems to be in ns: give --format tum_ns or euroc", t);
     const char* unit = epochs > 1e5 ? "us" : "ms";
     // Stamps that do not count from 1970: poses are at most some seconds apart.
     constexpr double longest_step_s = 3;
@@ -154,8 +155,8 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns, const std::v
       unit = "us";
     }
     file.fail_here(
-        "time stamp {} is no number of seconds: it seems to be {}; write a header with the unit above the "
-        "first line, as '# t [{}] tx ty tz qx qy qz qw'",
+        "time stamp {} is too large for seconds: it seems to be in {}; write a header with the unit above "
+        "the first line, such as '# t [{}] tx ty tz qx qy qz qw'",
         t, unit, unit);
   }
   return t_s;
@@ -204,7 +205,7 @@ TrajectoryFile read_kitti(const std::string& path, const ReadRules& rules) {
           });
 }
 
-/// Seven values without time: the row is the time, or --rate determines it.
+/// Reads lines of seven values without a time: poses have neither stamps nor frame numbers.
 TrajectoryFile read_tartanair(const std::string& path, const ReadRules& rules) {
   static constexpr const char* columns = "tx,ty,tz,qx,qy,qz,qw";
   return TextReader(path, NumberFile::either, rules)
@@ -241,7 +242,7 @@ TrajectoryFile read_dynosam(const std::string& path, const ReadRules& rules) {
             if (!out.truth) {
               out.truth.emplace();
               if (header_contradicts(file.header(), dynosam_columns))
-                file.fail_here("the header names other columns than {}", dynosam_columns);
+                file.fail_here("the header names other columns than {}, or another order", dynosam_columns);
             }
             for (PoseSeries* series : {&out.poses, &*out.truth}) {
               const size_t first = series == &out.poses ? 1 : 8;
@@ -276,7 +277,7 @@ TrajectoryFile read_recording(const std::string& path, const ReadRules& rules) {
 const std::vector<TrajectoryFormat>& table() {
   static const std::vector<TrajectoryFormat> formats = {
       {"tum", "t tx ty tz qx qy qz qw, with blanks or commas", read_as<tum>},
-      {"tum_ns", "the same with t in ns, as ORB-SLAM3 writes it", read_as<tum_ns>},
+      {"tum_ns", "as tum with t in ns, as ORB-SLAM3 writes it", read_as<tum_ns>},
       {"positions", "t x y z without rotations, as of GNSS or a prism", read_as<positions>},
       {"kitti", "12 values of [R|t], or a frame number and these", read_kitti},
       {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", read_as<euroc>},
@@ -298,7 +299,7 @@ std::span<const TrajectoryFormat> trajectory_formats() { return table(); }
 
 namespace {
 
-/// Returns the formats of a first record with time, position and quaternion, or without column names.
+/// Returns the text formats that fit the first record of a file and the names of its columns.
 FittingFormats formats_of_record(const NumberFile& file) {
   const size_t n = file.values().size();
   const bool commas = file.separator() == ',';
@@ -342,7 +343,7 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) 
     if (file.next())
       fitting = formats_of_record(file);
     else
-      fitting.problem = "it holds no record";
+      fitting.problem = "it contains no record";
   } catch (const Error& error) {
     fitting.problem = error.what();
   }
@@ -375,7 +376,7 @@ TrajectoryFile read_trajectory(const std::string& path, const std::string& forma
     file.format = name;
     return file;
   } catch (const std::bad_alloc&) {
-    fail("{}: does not fit into memory (104 bytes per pose)", path);
+    fail("{}: does not fit into memory (104 bytes per pose): cut the recording into parts", path);
   }
 }
 

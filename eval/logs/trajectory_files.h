@@ -19,10 +19,10 @@
 //   mcap     MCAP, PATH:/TOPIC (trajectory_recordings.h)
 //   rosbag2  SQLite file of a rosbag2, PATH:/TOPIC (trajectory_recordings.h)
 //
-// If a header names the columns, it determines the format; another requested format is an Error. Without
-// names, a file that fits two formats is an Error too.
+// If a header names the columns, it determines the format; requesting another one (except table) is an Error.
+// Without names, a file that fits two formats is an Error if no format is requested.
 //
-// Treatment of damaged files (all messages have line numbers):
+// Treatment of damaged files (messages about a line contain its number):
 //   not a finite number, too few or too many values, no pose at all     Error
 //   quaternion        normalised; a warning when its norm is off 1 by more than 1e-3, Error > 0.02
 //   rotation matrix   used unchanged; a warning when R R' is off I by more than 1e-5, Error > 1e-2
@@ -46,8 +46,8 @@ struct TrajectoryFile {
   PoseSeries poses;                   ///< the estimate, if the file contains both
   std::optional<PoseSeries> truth;    ///< the log's own ground truth, as long as `poses`
   std::vector<std::string> warnings;  ///< repairs
-  std::string comments;               ///< comments in the first lines, lower case
-  std::string format;                 ///< name in the table
+  std::string comments;  ///< comments and header of a text file, or topic of a recording, in lower case
+  std::string format;    ///< name in the table
 };
 
 struct TrajectoryFormat {
@@ -58,26 +58,28 @@ struct TrajectoryFormat {
 
 std::span<const TrajectoryFormat> trajectory_formats();
 
-/// Reads a file; `format` is a name of the table; "auto" or empty: detect_trajectory_format(). Throws Error.
+/// Reads a file in the format of this name; "auto" or empty: detect_trajectory_format(). Throws Error if the
+/// file is not in that format.
 TrajectoryFile read_trajectory(const std::string& path, const std::string& format = "auto",
                                const ReadRules& rules = {});
 
-/// Decodes bytes in memory, with "bytes" as the path in messages; also the entry point of the fuzzers.
+/// Decodes the content of a file, for fuzzers and tests. Messages name recordings "bytes", and text files by
+/// the path of a file in memory.
 TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& format,
                                  const std::string& topic = "");
 
-/// The formats that fit the first record and the names of the columns; empty with the reason if none fits.
+/// Formats that fit the first record of a file and the names of its columns; no names if none fits.
 struct FittingFormats {
   std::vector<std::string> names;
-  std::string problem;  ///< reason unless exactly one fits
+  std::string problem;  ///< reason why none or several fit; empty if exactly one fits
 };
 FittingFormats fitting_formats(const std::string& path, const ReadRules& rules = {});
 
 /// Returns the only fitting format. Throws Error if none fits, or several, with their names and the flag.
 std::string detect_trajectory_format(const std::string& path, const ReadRules& rules = {});
 
-/// Encodes t tx ty tz qx qy qz qw with 17 digits; without stamps the frame number or row replaces t, without
-/// rotations the line is t x y z.
+/// Encodes lines t tx ty tz qx qy qz qw with 17 digits. Without stamps, t is the frame number or, without
+/// these, the row from 0; without rotations the lines are t x y z.
 std::string encode_tum(const PoseSeries& poses);
 
 }  // namespace sextant

@@ -18,8 +18,8 @@ static_assert(std::endian::native == std::endian::little);
 constexpr size_t largest_message = size_t{1} << 20;
 constexpr std::string_view static_ending = "_static";
 
-/// Layout of a message after its header: with or without a child's frame id, and the number of doubles after
-/// the seven of the pose, the first 36 of which are its covariance.
+/// Layout of a message after its header: an optional child frame id, the seven doubles of the pose, and
+/// `doubles_after` further ones, the first 36 of which are the covariance of the pose.
 struct PoseMessage {
   std::string_view type;
   bool has_child;
@@ -59,7 +59,8 @@ class MessageReader {
     const auto representation = static_cast<unsigned char>(head[1]);
     // CDR and XCDR 2 of plain structures, big and little endian.
     if (head[0] != 0 || (representation > 1 && representation != 6 && representation != 7))
-      fail("{}: unknown representation {} of CDR", where, representation);
+      fail("{}: the second byte of the CDR header is {}: expected the bytes 0 and 0, 1, 6 or 7 (plain CDR)",
+           where, representation);
     swap_ = representation == 0 || representation == 6;
     largest_alignment_ = representation > 1 ? 4 : 8;
   }
@@ -87,7 +88,7 @@ class MessageReader {
     if (cdr_ && n > 0) align(largest_alignment_);
     const uint64_t left = bytes_.remaining(), expected = 8 * n;
     if (left < expected || left > expected + (cdr_ ? 3 : 0))
-      fail("{}: has {} bytes after the pose, expected {}: damaged", where_, left, expected);
+      fail("{}: has {} bytes after the pose, expected {}: the message is damaged", where_, left, expected);
   }
 
  private:
@@ -130,7 +131,8 @@ bool TopicPoses::announce(const std::string& topic, const std::string& type, con
   const size_t msg = type.find("/msg/");
   const std::string name = msg == std::string::npos ? type : type.substr(0, msg) + type.substr(msg + 4);
   if (!t.type.empty() && (t.type != name || t.encoding != encoding))
-    fail("{}:{}: is of type {} ({}) and of type {} ({})", file_, topic, t.type, t.encoding, name, encoding);
+    fail("{}:{}: has the type {} ({}) and also the type {} ({}): expected one type per topic", file_, topic,
+         t.type, t.encoding, name, encoding);
   t.type = name;
   t.encoding = encoding;
   const bool known = encoding == "ros1" || encoding == "cdr";
@@ -147,7 +149,7 @@ void TopicPoses::add(const std::string& topic, std::string_view message) {
   Topic& t = topics_.at(topic);
   const std::string path = file_ + ":" + topic;
   if (message.size() > largest_message) {
-    fail("{}: a message of {} bytes: {} at most for poses", path, message.size(), largest_message);
+    fail("{}: a message has {} bytes, expected {} at most for poses", path, message.size(), largest_message);
   }
   if (t.holds_transforms) {
     add_transforms(t, path, message, topic.ends_with(static_ending));
@@ -162,7 +164,10 @@ double read_stamp(MessageReader& reader, bool cdr, const std::string& where) {
   if (!cdr) reader.number<uint32_t>();  // sequence number
   const double seconds = cdr ? reader.number<int32_t>() : reader.number<uint32_t>();
   const auto nanoseconds = reader.number<uint32_t>();
-  if (nanoseconds > 999'999'999) fail("{}: a stamp with {} nanoseconds: damaged", where, nanoseconds);
+  if (nanoseconds > 999'999'999) {
+    fail("{}: the stamp has {} nanoseconds, expected fewer than 1e9: the message is damaged", where,
+         nanoseconds);
+  }
   return seconds + nanoseconds / 1e9;
 }
 
@@ -302,7 +307,9 @@ TrajectoryFile TopicPoses::finish() {
       ++n;
     }
     if (n == 0) fail("{}: has no topic with poses, {}; it has: {}", file_, expected_types, list(false));
-    if (n > 1) fail("{}: has {} topics with poses: give one as {}:/TOPIC of {}", file_, n, file_, list(true));
+    if (n > 1)
+      fail("{}: has {} topics with poses: choose one with {}:/TOPIC; the topics are {}", file_, n, file_,
+           list(true));
   }
   const auto is_it = [&](const auto& entry) { return plain(entry.first) == plain(topic); };
   if (std::ranges::count_if(topics_, is_it) > 1)
@@ -315,12 +322,14 @@ TrajectoryFile TopicPoses::finish() {
     fail("{}:{}: is of type {}, which has no frames to choose: give the topic alone", file_, topic, t.type);
   if (!t.readable)
     fail("{}:{}: is of type {} ({}): expected {}", file_, topic, t.type, t.encoding, expected_types);
-  if (t.poses.empty()) fail("{}:{}: holds no message", file_, topic);
+  if (t.poses.empty()) fail("{}:{}: holds no message: choose another topic", file_, topic);
   TrajectoryFile out;
   out.poses = std::move(t.poses);
   if (t.n_unknown_covariances > 0 && t.n_unknown_covariances < out.poses.size())
-    t.log.note("covariances that are unknown (zeros, or -1), of others that are known: no NEES",
-               t.first_unknown);
+    t.log.note(
+        "covariances that are unknown (zeros, or -1) although others are known: none is used, so there is no "
+        "NEES",
+        t.first_unknown);
   if (t.n_unknown_covariances > 0) out.poses.covariances.clear();
   finish_covariances(out.poses, file_ + ":" + topic, t.log);
   sort_and_unite(out.poses, nullptr, t.log);

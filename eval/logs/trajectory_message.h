@@ -4,15 +4,15 @@
 //
 //   geometry_msgs  PoseStamped, PoseWithCovarianceStamped, TransformStamped
 //   nav_msgs       Odometry                       (its pose and covariance; the twist is left out)
-//   tf2_msgs, tf   TFMessage, tfMessage           PATH:/tf:PARENT.CHILD (trajectory_tf.h); the static
-//                  transforms are those of the topic of the same name and _static
+//   tf2_msgs, tf   TFMessage, tfMessage           PATH:/tf:PARENT.CHILD (trajectory_tf.h); static
+//                  transforms are taken from the topic of the same name followed by _static
 //   foxglove       PoseInFrame  in JSON, as `sextant export --format mcap` writes it
 //
 // ROS messages are in the serialisation of ROS 1 or in CDR (ROS 2; either byte order). The stamp is that of
 // the header, not the time of recording. A topic with changing frame ids contains poses of several bodies,
-// which is an Error, as are two poses without a stamp (0). Covariances follow pose_collector.h; if some
-// of a topic are all zeros or begin with -1 (unknown), none is used. Limits and repairs are those of
-// trajectory_files.h, with the message's number in the topic (from 1) instead of the line.
+// which is an Error, as are two poses without a stamp (0). Covariances follow pose_collector.h; if one of a
+// topic is unknown (all zeros, or -1 as the first value), none of the topic is used. Limits and repairs are
+// those of trajectory_files.h, with the message's number in the topic (from 1) instead of the line.
 
 #include <map>
 #include <optional>
@@ -25,8 +25,7 @@
 
 namespace sextant {
 
-/// Splits "FILE:/TOPIC" or "FILE:TOPIC"; a path that exists as given has no topic. A leading slash of a topic
-/// is ignored.
+/// Parts of "FILE:/TOPIC" or "FILE:TOPIC"; a path that exists as given has no topic.
 struct TopicPath {
   std::string file, topic;
 };
@@ -36,16 +35,18 @@ enum class MessageEncoding { ros1, cdr };
 
 class TopicPoses {
  public:
-  /// `topic` may be empty: the only one with poses; "/tf:PARENT.CHILD": the path of a frame.
+  /// `topic`: the topic to read, with or without its leading slash; empty: the only one with poses;
+  /// "/tf:PARENT.CHILD": the poses of the frame CHILD in the frame PARENT.
   TopicPoses(std::string file, const std::string& topic, const ReadRules& rules);
 
   /// Announces a topic; `type` with or without "/msg/", `encoding` as named by the container. Returns true if
-  /// its messages are to be passed to add().
+  /// its messages are to be passed to add(). Throws Error if the topic was announced with another type or
+  /// encoding.
   bool announce(const std::string& topic, const std::string& type, const std::string& encoding);
-  /// Throws Error on a damaged message.
+  /// Reads a message of an announced topic. Throws Error if it is damaged, or contains an invalid pose.
   void add(const std::string& topic, std::string_view message);
   /// Returns the poses of the requested topic, or of the only one. Throws Error that lists the topics if
-  /// there is none.
+  /// there is none, or if several have poses and none is requested.
   TrajectoryFile finish();
 
  private:
@@ -58,7 +59,7 @@ class TopicPoses {
     RepairLog log;
     std::string frame_ids;  ///< frame ids of the first message
     size_t n_without_stamp = 0;
-    size_t n_messages = 0;  ///< number of transforms
+    size_t n_messages = 0;  ///< number of messages with transforms
     size_t n_unknown_covariances = 0;
     int64_t first_unknown = 0;
   };

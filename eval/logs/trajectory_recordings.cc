@@ -28,20 +28,21 @@ class Fields {
     for (ByteCursor cursor(bytes, where); cursor.remaining() > 0;) {
       const std::string_view field = cursor.text();
       const size_t equals = field.find('=');
-      if (equals == std::string_view::npos) fail("{}: a header field without '=': damaged", where);
+      if (equals == std::string_view::npos) fail("{}: a header field has no '=': the bag is damaged", where);
       values_.emplace(field.substr(0, equals), field.substr(equals + 1));
     }
   }
   std::string text(const std::string& name) const {
     const auto found = values_.find(name);
-    if (found == values_.end()) fail("{}: a record without the field '{}': damaged", where_, name);
+    if (found == values_.end()) fail("{}: has no field '{}': the bag is damaged", where_, name);
     return found->second;
   }
   template <typename T>
   T number(const std::string& name) const {
     const std::string value = text(name);
     if (value.size() != sizeof(T))
-      fail("{}: field '{}' has {} bytes, expected {}", where_, name, value.size(), sizeof(T));
+      fail("{}: field '{}' has {} bytes, expected {}: the bag is damaged", where_, name, value.size(),
+           sizeof(T));
     return ByteCursor(value, where_).number<T>();
   }
 
@@ -73,7 +74,10 @@ class BagReader {
         return n;
       };
       const uint32_t header_bytes = length();
-      if (header_bytes > longest_header) fail("{}: has a header of {} bytes: damaged", where, header_bytes);
+      if (header_bytes > longest_header) {
+        fail("{}: has a header of {} bytes, expected {} at most: the bag is damaged", where, header_bytes,
+             longest_header);
+      }
       const Fields header(bytes.view(at, header_bytes), where);
       at += header_bytes;
       const uint32_t data_bytes = length();
@@ -94,21 +98,30 @@ class BagReader {
         const bool wanted = poses_.announce(topic, Fields(bytes.view(at, n), where).text("type"), "ros1");
         const auto known = topics_.try_emplace(id, wanted ? std::optional(topic) : std::nullopt);
         if (wanted && known.first->second != topic)
-          fail("{}: connection {} has two topics: damaged", where, id);
+          fail("{}: connection {} has two topics: the bag is damaged", where, id);
         break;
       }
       case op_message: {
         const auto connection = topics_.find(header.number<uint32_t>("conn"));
-        if (connection == topics_.end()) fail("{}: a message before its connection: damaged", where);
+        if (connection == topics_.end()) {
+          fail(
+              "{}: a message precedes the record of its connection: the bag is damaged; `rosbag reindex` may "
+              "repair it",
+              where);
+        }
         if (connection->second) poses_.add(*connection->second, bytes.view(at, n));
         break;
       }
       case op_chunk: {
-        if (in_chunk) fail("{}: a chunk within a chunk: damaged", where);
+        if (in_chunk) {
+          fail("{}: a chunk contains another chunk: the bag is damaged; `rosbag reindex` may repair it",
+               where);
+        }
         const std::string compression = header.text("compression");
         const auto size = header.number<uint32_t>("size");
         if (compression == "none") {
-          if (size != n) fail("{}: a chunk of {} bytes whose header states {}: damaged", where, n, size);
+          if (size != n)
+            fail("{}: a chunk has {} bytes, but its header states {}: the bag is damaged", where, n, size);
           read(bytes, at, at + n, true);
         } else {
           const std::string chunk = decompressor_.decompress(compression, bytes.view(at, n), size, where);
@@ -134,7 +147,7 @@ bool is_bag(std::string_view first_bytes) { return first_bytes.starts_with(bag_m
 
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules) {
   if (bytes.size() < bag_magic.size() || bytes.view(0, bag_magic.size()) != bag_magic)
-    fail("{}: is not a ROS bag of version 2.0", bytes.name());
+    fail("{}: is not a ROS bag of version 2.0: expected a file that begins with #ROSBAG V2.0", bytes.name());
   BagReader reader(bytes, topic, rules);
   reader.read(bytes, bag_magic.size(), bytes.size(), false);
   return reader.finish();
@@ -187,11 +200,17 @@ class McapReader {
       add_channel(cursor, where);
     } else if (op == McapOp::message) {
       const auto channel = channels_.find(cursor.number<uint16_t>());
-      if (channel == channels_.end()) fail("{}: a message before its channel: damaged", where);
+      if (channel == channels_.end()) {
+        fail(
+            "{}: a message precedes the record of its channel: the file is damaged; `mcap recover` may "
+            "repair it",
+            where);
+      }
       cursor.take(4 + 8 + 8);  // sequence number, time of recording, time of publication
       if (channel->second) poses_.add(*channel->second, cursor.take(cursor.remaining()));
     } else {
-      if (in_chunk) fail("{}: a chunk within a chunk: damaged", where);
+      if (in_chunk)
+        fail("{}: a chunk contains another chunk: the file is damaged; `mcap recover` may repair it", where);
       read_chunk(cursor, where);
     }
   }
@@ -201,10 +220,16 @@ class McapReader {
     const auto schema_id = cursor.number<uint16_t>();
     const std::string topic(cursor.text()), encoding(cursor.text());
     const auto schema = schemas_.find(schema_id);
-    if (schema == schemas_.end() && schema_id != 0) fail("{}: a channel before its schema: damaged", where);
+    if (schema == schemas_.end() && schema_id != 0) {
+      fail(
+          "{}: a channel refers to a schema that does not precede it: the file is damaged; `mcap recover` "
+          "may repair it",
+          where);
+    }
     const bool wanted = poses_.announce(topic, schema_id == 0 ? "no schema" : schema->second, encoding);
     const auto known = channels_.try_emplace(id, wanted ? std::optional(topic) : std::nullopt);
-    if (wanted && known.first->second != topic) fail("{}: channel {} has two topics: damaged", where, id);
+    if (wanted && known.first->second != topic)
+      fail("{}: channel {} has two topics: the file is damaged", where, id);
   }
 
   void read_chunk(ByteCursor& cursor, const std::string& where) {
@@ -216,13 +241,14 @@ class McapReader {
     std::string records;
     if (compression.empty()) {
       if (packed.size() != size)
-        fail("{}: a chunk of {} bytes whose header states {}: damaged", where, packed.size(), size);
+        fail("{}: a chunk has {} bytes, but its header states {}: the file is damaged", where, packed.size(),
+             size);
       records = packed;
     } else {
       records = decompressor_.decompress(compression, packed, size, where);
     }
     if (crc != 0 && libdeflate_crc32(0, records.data(), records.size()) != crc)
-      fail("{}: the chunk's CRC does not agree with its content: damaged", where);
+      fail("{}: the chunk's CRC does not agree with its content: the file is damaged: copy it again", where);
     ByteSource inner(records, file_);
     read(inner, 0, true);
   }
@@ -340,12 +366,14 @@ std::string text_at(sqlite3_stmt* row, int column) {
   return text == nullptr ? "" : std::string(text, static_cast<size_t>(sqlite3_column_bytes(row, column)));
 }
 
-/// Throws Error on a file that is shorter than the pages counted in its header, or not finished.
+/// Throws Error on a file that is not a SQLite database, is shorter than the pages counted in its header, or
+/// was not closed (a journal or write-ahead log with content lies beside it).
 void check_whole(ByteSource& bytes, bool in_memory) {
   constexpr uint64_t header_bytes = 100;
   if (bytes.size() < sqlite_magic.size() || bytes.view(0, sqlite_magic.size()) != sqlite_magic)
     fail("{}: is not a SQLite database: expected the .db3 of a rosbag2", bytes.name());
-  if (bytes.size() < header_bytes) fail("{}: ends within its header: it is cut off", bytes.name());
+  if (bytes.size() < header_bytes)
+    fail("{}: ends within its header: it is cut off: copy it again", bytes.name());
   const std::string header(bytes.view(0, header_bytes));
   const uint64_t stored =
       static_cast<unsigned char>(header[16]) << 8 | static_cast<unsigned char>(header[17]);
@@ -376,7 +404,7 @@ void check_whole(ByteSource& bytes, bool in_memory) {
 std::string decompressed(Decompressor& decompressor, std::string_view message, const std::string& where) {
   const unsigned long long size = ZSTD_getFrameContentSize(message.data(), message.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN)
-    fail("{}: a compressed message without its size: damaged", where);
+    fail("{}: a compressed message does not state its size: the recording is damaged", where);
   return decompressor.decompress("zstd", message, size, where);
 }
 
@@ -401,8 +429,10 @@ TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const R
   for (int64_t number = 1; db.step(messages.get()); ++number) {
     const auto found = topics.find(sqlite3_column_int64(messages.get(), 0));
     if (found == topics.end()) {
-      fail("{}: message {} is of the topic with id {}, which the table topics does not have: damaged",
-           bytes.name(), number, sqlite3_column_int64(messages.get(), 0));
+      fail(
+          "{}: message {} is of the topic with id {}, which the table topics does not have: the file is "
+          "damaged",
+          bytes.name(), number, sqlite3_column_int64(messages.get(), 0));
     }
     if (!found->second) continue;
     const void* blob = sqlite3_column_blob(messages.get(), 1);

@@ -1,8 +1,8 @@
 #pragma once
 
 // Poses of a topic in a recording, or the path of a frame in its transforms (trajectory_message.h). Records
-// are read sequentially, so no index is needed. Memory: one chunk (256 MB at most, compressed and not) and
-// 104 bytes per pose.
+// are read sequentially, so no index is needed. Memory: one chunk, compressed and decompressed (256 MB each
+// at most), and 104 bytes per pose.
 //
 //   bag      ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4; a file that
 //            ends within a record is an Error
@@ -24,7 +24,8 @@ bool is_bag(std::string_view first_bytes);
 bool is_mcap(std::string_view first_bytes);
 bool is_rosbag2(std::string_view first_bytes);
 
-/// Read a recording; `topic` may be empty if only one has poses. Throw Error.
+/// Read the poses of `topic`, which may be empty if only one topic has poses. Throw Error that names the
+/// file, and lists the topics if there is no such topic.
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
 TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});

@@ -20,18 +20,19 @@ namespace sextant {
 
 class TransformTree {
  public:
-  /// Adds the transform T_parent_child of message `number` of `path`. Throws Error on names that are empty or
-  /// equal, on a child with two parents, on one that is both static and not, and on an invalid pose.
+  /// Adds the transform T_parent_child of message `number` of `path`. Throws Error if the names are empty or
+  /// equal, if the child has two parents or is in both static and moving transforms, and on an invalid pose.
   void add(const std::string& parent, const std::string& child, double stamp_s,
            const Eigen::Quaterniond& rotation, const Eigen::Vector3d& position_m, bool is_static,
            const std::string& path, int64_t number);
 
-  /// Returns T_parent_child at its stamps for `frames` = "parent.child". Throws Error, which `where` begins,
-  /// on frames that do not exist or are not connected, on cycles, and if no transform between them moves.
+  /// Returns T_parent_child at the stamps defined above, for `frames` = "parent.child". Throws Error "WHERE:
+  /// ..." if the frames do not exist or are not connected, if the transforms form a cycle, and if no
+  /// transform between the frames moves or the moving ones have no time in common.
   PoseSeries path(const std::string& frames, const std::string& where, RepairLog& log) const;
 
   size_t size() const { return n_messages_; }  ///< number of transforms added
-  /// Returns "map.odom (40 transforms), base.camera (static), ...".
+  /// Lists the first 20 transforms: "map.odom (40 transforms), base.camera (static), ...".
   std::string list() const;
 
  private:

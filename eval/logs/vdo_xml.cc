@@ -17,8 +17,8 @@ class XmlLeaves {
  public:
   XmlLeaves(std::string_view text, std::string path) : text_(text), path_(std::move(path)) {}
 
-  /// Advances to the next leaf; returns false at the end. name() is the leaf's, within() the innermost
-  /// container's.
+  /// Advances to the next leaf; returns false at the end. name() is the name of the leaf, within() are the
+  /// names of its containers from the outermost on.
   bool next() {
     for (;;) {
       const size_t open = text_.find('<', at_);

@@ -64,8 +64,8 @@ cv::Mat canvas_of(const Frame& frame) {
   return canvas;
 }
 
-/// Draws inliers with the start of their flow; with `thin_out`, points on a grid are drawn in one third of
-/// its columns and rows only.
+/// Draws inliers with the start of their flow. With `thin_out`, only points in the first three of every nine
+/// columns and rows of pixels are drawn.
 void draw_points(const BodyResult& body, const cv::Scalar& colour, bool thin_out, cv::Mat& canvas) {
   constexpr double radius = 3.0;
   constexpr int cell_px = 9, kept_px = 3;
@@ -244,7 +244,7 @@ const std::array<cv::Vec3b, 7> object_tints = {cv::Vec3b(0, 159, 230), {233, 180
                                                {66, 228, 240},         {178, 114, 0},  {0, 94, 213},
                                                {167, 121, 204}};
 
-/// Returns the image in BGR with few colours, for a small file. Gray is used if there is no colour.
+/// Returns the colour image in BGR, or the gray one if there is no colour; empty if there is neither.
 cv::Mat image_of(const Frame& frame) {
   if (!frame.rgb.empty()) return bgr_of(frame.rgb);
   cv::Mat bgr;
@@ -332,7 +332,8 @@ cv::Mat mask_picture(const Image<uint16_t>& mask, const cv::Mat& image) {
   return colour;
 }
 
-/// Returns evenly spaced frames; the last frame has no flow.
+/// Returns evenly spaced frames, at most `n_frames`. The last frame of the sequence has no flow and is left
+/// out.
 std::vector<Frame> frames_of(const Sequence& sequence, int n_frames) {
   const SequenceInfo& info = sequence.info();
   Channels channels;
@@ -392,7 +393,7 @@ Showcase make_showcase(const ShowcaseRequest& request) {
   const SequenceInfo& info = sequence->info();
   const int frame = request.frame.value_or(info.first_frame + 1);
   if (frame <= info.first_frame || frame > info.last_frame) {
-    fail("frame {}: must be in {}-{}, the second to the last frame of {}", frame, info.first_frame + 1,
+    fail("frame {}: expected a frame from {} to {}, after the first one of {}", frame, info.first_frame + 1,
          info.last_frame, request.source.text);
   }
   if (!info.channels.rgb) fail("{}: has no colour images to draw on", request.source.text);

@@ -22,8 +22,9 @@ std::string draw_overlay(const Frame& frame, const FrameResult& result, const st
                          int width_px = 0);
 
 /// Returns JPEG bytes of one body of a pair on its previous frame, cropped around its points; the whole frame
-/// for the camera. Inliers are drawn as discs, other points as crosses, all with a quarter of their flow; the
-/// outline is drawn if the frame has masks. `frame` must have rgb.
+/// for the camera. At most 500 points are drawn: inliers as discs, other points as crosses, all with a
+/// quarter of their flow; the outline is drawn if the frame has masks. `frame` must have rgb; `width_px` > 0
+/// is the width of the picture.
 std::string draw_body(const Frame& frame, const BodyResult& body, int width_px);
 
 // ---- a source processed up to one frame pair, and the picture of that pair: Fig. 1 of the paper
@@ -45,7 +46,8 @@ struct Showcase {
   RunResult run;
 };
 
-/// Throws Error if the source does not contain the frame, or has no colour images.
+/// Runs the estimator from the first frame of the source to the requested frame, and draws the last pair.
+/// Throws Error if the source does not contain both frames of the pair, or has no colour images.
 Showcase make_showcase(const ShowcaseRequest& request);
 
 /// Returns a run's files (run_files(), including tracks.csv) and overlay.png.

@@ -290,7 +290,9 @@ ChannelErrors channel_errors(const std::vector<ChannelField>& frames, const std:
   if (out.n < 1000) fail("{}: errors are known at {} pixels only: expected at least 1000", channel, out.n);
   const Core core = fit_core(errors);
   for (const double sigma : core.sigma)
-    if (!(sigma > 0)) fail("{}: all errors are the same: there is no noise to measure", channel);
+    if (!(sigma > 0))
+      fail("{}: sigma is 0, because a quarter of the errors or more are equal: expected noisy measurements",
+           channel);
   out.offset_px = core.offset;
   out.sigma_px = core.sigma;
   out.mean_abs_px.assign(n_axes, 0);

@@ -3,15 +3,17 @@
 // Statistics of the errors of one channel over all frames.
 //
 //   core         pixels whose error lies within 4 sigma of the offset on every axis; offset and sigma are
-//                mean and standard deviation of the core, iterated from the densest quarter
+//                mean and standard deviation of the core, iterated 20 times from the shortest interval that
+//                contains a quarter of the errors
 //   tails        the other pixels: their share, and the radius of the disc over which uniform offsets have
 //                the same mean length, 1.5 times the mean length
 //   correlation  between the core's errors at two pixels, by their distance; intervals: 95 %, bootstrap over
 //                frames
 //   spatial      the mixture of Gaussians (measurement/problem.h) that fits the mean of the axes best:
-//                non-negative least squares over fixed lengths; the rest is independent from pixel to pixel
+//                non-negative least squares over fixed lengths, without shares below 0.02; the remaining
+//                share is independent from pixel to pixel
 //   dependence   sigma as 1.4826 MAD, and the share of tails, by |flow|, depth and distance to a mask's
-//                border
+//                border, for each range of values with at least 200 pixels
 
 #include <optional>
 #include <string>
@@ -51,25 +53,28 @@ struct Dependence {
 
 struct ChannelErrors {
   int n_frames = 0;
-  long n = 0;  ///< number of pixels, every third of rows and columns
-  std::vector<double> offset_px, sigma_px, mean_abs_px;  ///< by axis; the last over core and tails
-  double mean_px = 0;                                    ///< mean length of the error, over core and tails
+  long n = 0;  ///< number of pixels with an error, in every third row and column
+  /// by axis; offset and sigma of the core, the mean absolute error over core and tails
+  std::vector<double> offset_px, sigma_px, mean_abs_px;
+  double mean_px = 0;  ///< mean length of the error, over core and tails
   double tail_share = 0, tail_radius_px = 0;
   std::vector<CorrelationBin> correlation;
   SpatialCorrelation spatial;
   std::vector<Dependence> dependence;
 };
 
-/// Throws Error if fewer than 1000 pixels have an error, or if all errors are equal.
+/// Returns the statistics of all frames. Throws Error, which begins with the name `channel`, if fewer than
+/// 1000 pixels have an error, or if a quarter of the errors or more are equal, so that sigma is 0.
 ChannelErrors channel_errors(const std::vector<ChannelField>& frames, const std::string& channel);
 
-/// Returns the correlation as a function of distance, for errors that are centred and have unit variance.
+/// Returns the correlation as a function of distance, from 0.9 to 600 px, for errors that are centred and
+/// have unit variance. Bins with fewer than 500 pairs are left out.
 std::vector<CorrelationBin> measure_correlation(const std::vector<std::vector<Image<float>>>& frames_by_axis);
 
 /// Returns the best fitting mixture, as described above.
 SpatialCorrelation fit_correlation(const std::vector<CorrelationBin>& bins);
 
-/// Returns the chessboard distance of every pixel to the nearest pixel of another id, px; NaN above 60 px.
+/// Returns the chessboard distance of every pixel to the nearest pixel of another id, px; NaN from 60 px on.
 Image<float> border_distance(const Image<uint16_t>& mask);
 
 }  // namespace sextant

@@ -20,7 +20,7 @@ bool is_background(const Frame& frame, int x, int y) {
   return z >= nearest_m && z <= farthest_m && (frame.mask.empty() || frame.mask(x, y) == 0);
 }
 
-/// Returns corners, where flow is well defined; a grid if there is no image.
+/// Returns corners, where flow is well defined; if there is no image, the points of a grid.
 std::vector<Feature> points_of(const Frame& frame) {
   const int width = frame.flow.width(), height = frame.flow.height();
   const ExtractionOptions options;
@@ -33,7 +33,8 @@ std::vector<Feature> points_of(const Frame& frame) {
   return grid;
 }
 
-/// Returns the camera motion fitted to the measured flow and depth of the background.
+/// Returns the camera motion fitted to the measured flow and depth of the background; nullopt for fewer than
+/// 50 points, and if they do not determine a motion.
 std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera) {
   Problem problem{camera, {}, std::nullopt};
   for (const auto& [x, y, response] : points_of(frame)) {
@@ -50,7 +51,8 @@ std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera)
   return estimate.T_curr_prev;
 }
 
-/// Returns the point at (x, y) in the next camera; nullopt if it is not background or behind the camera.
+/// Returns the point at (x, y) in next camera coordinates; nullopt if it does not belong to the background,
+/// or if its depth there is 0.5 m or less.
 std::optional<Eigen::Vector3d> moved(const Frame& frame, const StereoCamera& camera, const SE3& T, int x,
                                      int y) {
   if (!is_background(frame, x, y)) return std::nullopt;
@@ -69,7 +71,8 @@ Image<Flow> induced_flow(const Frame& frame, const StereoCamera& camera, const S
   return out;
 }
 
-/// Interpolates linearly between the four surrounding pixels if they belong to one surface.
+/// Interpolates the disparity linearly between the four surrounding pixels; NaN if these differ by more than
+/// 1 px, because they then belong to several surfaces.
 double disparity_at(const Image<float>& depth_m, double bf, double x, double y) {
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
   if (!depth_m.contains(left, top) || !depth_m.contains(left + 1, top + 1)) return NAN;
@@ -164,9 +167,9 @@ ErrorSource::ErrorSource(const Sequence& sequence, Noise noise, uint64_t seed, D
     fail("depth reference left_right: the source needs depth and the images of both cameras");
   if (depth != DepthReference::none && depth != DepthReference::given) depth_ = depth;
   if (flow_ == FlowReference::none && depth_ == DepthReference::none) {
-    fail("nothing to measure errors of flow or depth against: {}",
+    fail("flow and depth have no reference from which their errors can be measured: {}",
          info.exact.flow || info.exact.depth
-             ? "they are the truth itself, and no noise is added: give --noise"
+             ? "they are the ground truth itself, and no noise is added: give --noise"
              : "expected flow and depth of at least two frames, or a data set with dense truth");
   }
 }

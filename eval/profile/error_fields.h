@@ -6,15 +6,17 @@
 //   flow, given             the data set's true flow; for an exact source with noise, its clean flow
 //   flow, induced           at background pixels (mask 0) 3 to 40 m away: project(T p z) - p, with the
 //                           measured depth z and the motion T that fits the measured flow best
-//                           (joint_flow_depth on corners, without an image on a grid; the flow that dominates
-//                           on a smooth road need not be consistent with a motion). It contains the error
-//                           induced by the depth, and lacks 6 degrees of freedom per frame
+//                           (joint_flow_depth on corners, or on a grid if there is no image; corners, because
+//                           the flow that dominates on a smooth road need not be consistent with a motion).
+//                           The result contains the error induced by the depth, and lacks the 6 degrees of
+//                           freedom of T in each frame
 //   disparity, given        bf / z minus bf / z_true
 //   disparity, next_frame   at the same background pixels: the disparity read in the next frame at the target
 //                           of T, minus that of the point moved by T, divided by sqrt(2) because both have
 //                           errors. Errors that are equal in both frames cancel
-//   disparity, left_right   SGBM of the right image read at the target of the left disparity, minus the left
-//                           disparity, over sqrt(2); SGBM itself removes differences above 1 px
+//   disparity, left_right   the left disparity minus that of SGBM on the right image, read at the pixel
+//                           nearest to the target of the left disparity, over sqrt(2); SGBM itself removes
+//                           differences above 1 px
 
 #include <optional>
 
@@ -42,8 +44,9 @@ struct ErrorFields {
 /// A source and the noise added to it.
 class ErrorSource {
  public:
-  /// Chooses the references; `depth` none: the best available, given before next_frame. Throws Error if
-  /// neither flow nor depth has a reference, or if left_right is requested for a source without two images.
+  /// Chooses the references; `depth` none or given: the best available one, given before next_frame. Throws
+  /// Error if neither flow nor depth has a reference, or if left_right is requested for a source without
+  /// depth or without the images of both cameras.
   ErrorSource(const Sequence& sequence, Noise noise, uint64_t seed, DepthReference depth);
 
   FlowReference flow_reference() const { return flow_; }

@@ -195,7 +195,11 @@ NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& sour
   profile.flow = channel_of(std::move(flow), std::string(to_string(errors.flow_reference())), "flow");
   profile.disparity =
       channel_of(std::move(disparity), std::string(to_string(errors.depth_reference())), "disparity");
-  if (!profile.flow && !profile.disparity) fail("{}: no frame has errors of flow or depth", source);
+  if (!profile.flow && !profile.disparity)
+    fail(
+        "{}: the errors of flow and depth cannot be measured in any frame: expected flow and depth on a "
+        "background of 50 corners or more, or a data set with dense ground truth",
+        source);
   profile.provenance = {{"source", source},
                         {"noise_added", options.noise.options()},
                         {"channels", below(options.data_root, sequence.info().provenance)},

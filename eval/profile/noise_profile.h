@@ -8,9 +8,9 @@
 //    "noise": {"flow": {"epe_x_px", "epe_y_px"}, "outliers": {"share", "radius_px"},
 //              "depth": {"delta_d_px", "baseline_m": 0}, "correlation": {"model": "spatial", ...}},
 //    "flow": {"reference", "n_frames", "n", "offset_px", "sigma_px", "mean_abs_px", "mean_px", "tail_share",
-//             "tail_radius_px", "correlation": [{"low_px", "high_px", "distance_px", "n", "value",
-//             "interval", "injected"}], "lengths_px", "shares", "dependence": [{"on", "low", "high", "n",
-//             "sigma_px", "tail_share"}]},
+//             "tail_radius_px", "spatial": {"model", "lengths_px", "shares"} or "independent",
+//             "correlation": [{"low_px", "high_px", "distance_px", "n", "value", "interval", "injected"}],
+//             "dependence": [{"on", "low", "high", "n", "sigma_px", "tail_share"}]},
 //    "disparity": {... as for flow, with one axis}}
 //
 // Noise has one correlation for all channels: that of the flow, if there is one. Offsets are reported, not
@@ -36,7 +36,7 @@ struct ProfileOptions {
   DepthReference depth = DepthReference::none;  ///< none: the best available
   int max_frames = 40;                          ///< evenly spaced; more frames add little information
   int jobs = 1;
-  std::string data_root{};  ///< paths in the provenance are relative to it, since profiles are passed on
+  std::string data_root{};  ///< removed from paths in the provenance, since profiles are passed on
 };
 
 struct ProfileChannel {
@@ -55,12 +55,13 @@ struct NoiseProfile {
   Json json() const;
 };
 
-/// Throws Error if nothing can be measured.
+/// Measures the errors of `sequence` and fits the profile; `source` is the name of the sequence in provenance
+/// and messages. Throws Error if neither flow nor disparity has measurable errors.
 NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& source,
                                const ProfileOptions& options);
 
 /// Fits the profile of `source`, writes it to the JSON file `out`, and its figure into the folder `figure`
-/// (empty: no figure). An empty name is replaced by that of `out`.
+/// (empty: no figure). An empty name is replaced by that of `out` without its extension.
 NoiseProfile write_noise_profile(const SourceSpec& source, ProfileOptions options,
                                  const std::filesystem::path& out, const std::string& figure);
 

@@ -30,7 +30,7 @@ bool fits(const py::array& array, const std::vector<py::ssize_t>& shape) {
   return array.size() > 0;
 }
 
-/// Returns the deviation of R from a rotation: the largest entry of R'R - I, or 2 for a reflection.
+/// Returns the deviation of R from a rotation: the largest absolute entry of R'R - I, or 2 for a reflection.
 double off_rotation(const Eigen::Matrix3d& R) {
   const Eigen::Matrix3d off = R.transpose() * R - Eigen::Matrix3d::Identity();
   return R.determinant() < 0 ? 2 : off.cwiseAbs().maxCoeff();
@@ -57,12 +57,12 @@ py::array checked_array(const py::handle& value, const std::string& name, const 
   if (!py::isinstance<py::array>(value)) fail("{}, got {}", wanted, type_name(value));
   const auto array = py::reinterpret_borrow<py::array>(value);
   const std::string type = py::str(array.dtype());
-  if (type != expected.type) fail("{}, got {}: {}.astype(numpy.{})", wanted, type, name, expected.type);
+  if (type != expected.type) fail("{}, got {}: give {}.astype(numpy.{})", wanted, type, name, expected.type);
   if (!fits(array, expected.shape)) fail("{}, got shape {}", wanted, shape_text(array));
   constexpr int needed =
       static_cast<int>(py::array::c_style) | static_cast<int>(py::detail::npy_api::NPY_ARRAY_ALIGNED_);
   if ((array.flags() & needed) != needed)
-    fail("{}, C-contiguous, got one that is not: numpy.ascontiguousarray({})", wanted, name);
+    fail("{}, C-contiguous, got one that is not: give numpy.ascontiguousarray({})", wanted, name);
   return array;
 }
 

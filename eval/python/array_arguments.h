@@ -1,7 +1,7 @@
 #pragma once
 
-// Python arrays as arguments. An unsuitable argument is an Error "NAME: expected ..., got ..." that says what
-// to do; nothing is converted or copied implicitly.
+// Checks of Python arrays that are passed as arguments. An unsuitable array throws Error "NAME: expected ...,
+// got ..."; where a conversion would help, the message names the call. Arrays are never converted implicitly.
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -26,17 +26,17 @@ struct ExpectedArray {
 pybind11::array checked_array(const pybind11::handle& value, const std::string& name,
                               const ExpectedArray& expected);
 
-/// Returns the elements of an array for which `is_bad` is true, as "nan at [3, 4] (and 11 more)"; empty if
-/// there are none.
+/// Describes the elements of an array for which `is_bad` is true: the first one with its indices, and the
+/// number of the others, as "nan at [3, 4] and 11 more"; empty if there are none.
 template <typename T, typename Bad>
 std::string places_of(const pybind11::array& array, const Bad& is_bad);
 
-/// Returns a finite float64 array with the shape (n, 3) or (n,).
+/// Returns a float64 array of this shape (ExpectedArray) in which all numbers are finite.
 pybind11::array finite_numbers(const pybind11::handle& value, const std::string& name,
                                std::vector<pybind11::ssize_t> shape, const std::string& in_words);
 
 /// Returns the rigid motions of a float64 array (n, 4, 4). Throws Error if one is not finite, its last row is
-/// not 0 0 0 1, or its rotation differs from orthonormal by more than 0.01 or is a reflection.
+/// not 0 0 0 1, or its rotation part R is a reflection or an entry of R'R - I exceeds 0.01.
 std::vector<Eigen::Matrix4d> motions_of(const pybind11::handle& value, const std::string& name);
 std::vector<SE3> rigid_motions_of(const pybind11::handle& value, const std::string& name);
 /// Returns the motions as a path whose rotations are the unchanged matrices.

@@ -1,10 +1,11 @@
 """PEP 517 backend of `pip install .`: setuptools with a CMake step.
 
-pip builds in an environment that holds only what pyproject.toml requires, and would download that. So nothing is required,
-and setuptools and wheel are those of the system (scripts/setup --python).
+pip builds in an environment that contains only the packages that pyproject.toml requires, and would download them. Therefore
+nothing is required, and setuptools and wheel are those of the system (scripts/setup --python).
 
-SEXTANT_BUILD_DIR names the build folder. Without it build/release is taken where it was configured for the same Python, else
-build/wheel is made. The source distribution holds the files that git tracks, or all of those that an unpacked one holds.
+SEXTANT_BUILD_DIR names the build folder. Without it, build/release is used if it was configured for the same Python, otherwise
+build/wheel is made. The source distribution holds the files that git tracks; outside a git checkout, as in an unpacked source
+distribution, it holds all files except those in build.
 """
 
 import io
@@ -49,7 +50,7 @@ def call(*command, environment=None):
 
 
 def build_folder(interpreter):
-    """Folder in which CMake builds, and its arguments."""
+    """Returns the folder in which CMake builds, and the arguments that configure it."""
     if named := os.environ.get("SEXTANT_BUILD_DIR"):
         return pathlib.Path(named).resolve(), []
     release = ROOT / "build" / "release"
@@ -86,7 +87,7 @@ class CMakeBuild(build_ext):
     @staticmethod
     def place(source, target):
         if not source.is_file():
-            raise SystemExit(f"{source} was not built: it is for another Python than {sys.executable}; set SEXTANT_BUILD_DIR")
+            raise SystemExit(f"{source} was not built: expected a build folder for {sys.executable}; name one in SEXTANT_BUILD_DIR")
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(source, target)
         call("strip", "--strip-unneeded", target)
@@ -137,7 +138,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def source_files():
-    """Returns the paths below ROOT, sorted."""
+    """Returns the paths of the source distribution's files, relative to ROOT and sorted."""
     listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
     if (ROOT / ".git").exists() and listed.returncode == 0:
         names = [name for name in listed.stdout.decode().split("\0") if name]

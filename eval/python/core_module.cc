@@ -58,10 +58,10 @@ class FrameSize {
 };
 
 constexpr const char* keep_says =
-    "; if these pixels have no measurement, give missing='keep': they stay unchanged";
+    "; if these pixels have no measurement, give missing='keep', which leaves them unchanged";
 
-/// Checks depths: NaN, infinity and 0 are missing measurements, which are rejected unless they are to be
-/// kept.
+/// Throws Error on negative depths; also on NaN, infinity and 0, which are missing measurements, unless
+/// `keep_missing`.
 void check_depth(const py::array& depth, bool keep_missing) {
   const std::string negative = places_of<float>(depth, [](float z) { return z < 0; });
   if (!negative.empty()) fail("depth: expected depths above 0 m, got {}", negative);
@@ -152,7 +152,7 @@ static void bind_noise(py::module_& core) {
 
 namespace {
 
-/// A column being filled; `at` is the position of its next value.
+/// A column that is being filled; `at` is the address of its next value.
 struct Filling {
   py::array values;
   char* at = nullptr;
@@ -193,7 +193,8 @@ void put(Filling& column, ColumnKind kind, const RecordValue& value) {
   }
 }
 
-/// Returns [(name, array, None)], for texts [(name, indices, texts)], in order of the columns.
+/// Returns a list of the columns in their order: (name, array, None) for numbers; (name, indices, texts) for
+/// texts, where index -1 is a missing text.
 py::list read_columns(const std::string& folder) {
   std::vector<Filling> filling;
   std::vector<RecordColumn> columns;
@@ -238,10 +239,10 @@ PYBIND11_MODULE(_core, core) {
   py::register_exception<sextant::Error>(core, "Error", PyExc_ValueError);
   core.def(
       "version", [] { return std::string(sextant::version()); },
-      "Of the package and the program.\n\n>>> sextant.version().count('.')\n2\n");
+      "Returns the version of the package and of the program.\n\n>>> sextant.version().count('.')\n2\n");
   core.def(
       "git_commit", [] { return std::string(sextant::git_commit()); },
-      "That it was built from.\n\n>>> sextant.git_commit() != ''\nTrue\n");
+      "Returns the git commit from which the package was built.\n\n>>> sextant.git_commit() != ''\nTrue\n");
   sextant::bind_noise(core);
   sextant::bind_trajectories(core);
   sextant::bind_motions(core);

@@ -15,7 +15,8 @@ namespace py = pybind11;
 namespace sextant {
 namespace {
 
-/// Returns (n, 4, 4); the rotations are the matrices as read, identities if the recording has positions only.
+/// Returns the poses as an array (n, 4, 4). Rotations are the matrices as read, identities if the recording
+/// has positions only.
 py::array_t<double> pose_array(const PoseSeries& series) {
   py::array_t<double> out({static_cast<py::ssize_t>(series.size()), py::ssize_t{4}, py::ssize_t{4}});
   for (size_t i = 0; i < series.size(); ++i) {

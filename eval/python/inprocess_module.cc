@@ -117,7 +117,7 @@ class PythonEstimator final : public Estimator {
   PythonFunction function_;
 };
 
-/// Functions by name; never destroyed, since the interpreter may end before.
+/// Functions by name; never destroyed, since the interpreter may end before the program does.
 std::map<std::string, PythonFunction>& functions() {
   static auto* const all = new std::map<std::string, PythonFunction>;
   return *all;
@@ -125,9 +125,14 @@ std::map<std::string, PythonFunction>& functions() {
 
 std::shared_ptr<const CaseEstimator> open_function(const std::string& name, const Json& options) {
   const auto found = functions().find(name);
-  if (found == functions().end()) fail("estimator 'python:{}': no function of that name was given", name);
+  if (found == functions().end())
+    fail(
+        "estimator 'python:{}': no function of that name was given: pass it in the argument estimators of "
+        "sextant.sweep()",
+        name);
   PythonFunction function = found->second;
-  if (!options.empty()) fail("estimator 'python:{}': takes no options: bind them to the function", name);
+  if (!options.empty())
+    fail("estimator 'python:{}': takes no options: bind them to the function (functools.partial)", name);
   Fingerprint fingerprint = function.fingerprint;
   return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)),
                                  std::move(fingerprint));
@@ -152,7 +157,7 @@ void tell_user(const char* kind, const std::string& text) {
   print_error(fmt::format("sextant: {}: {}\n", kind, one_line(text)));
 }
 
-/// Runs with the arguments of sextant.run(), which are those of `sextant run`.
+/// Runs the estimator `python:NAME` with the arguments of sextant.run(); returns the summary as JSON.
 std::string run_here(const std::vector<std::string>& sources, const std::string& estimator,
                      const std::string& options, const std::string& noise, const std::string& data_root,
                      double level, int n_seeds, int jobs, const std::string& preset, const std::string& out,

@@ -54,7 +54,7 @@ std::optional<Cameras> cameras_of(const py::object& pair, const std::string& nam
   return cameras;
 }
 
-/// Returns inverse(T_k) H T_k-1.
+/// Returns inverse(T_k) H T_k-1 of each motion H in the world: the motion as the camera sees it.
 Motions seen_from(const Cameras& cameras, const Motions& world) {
   Motions seen;
   for (size_t i = 0; i < world.size(); ++i)
@@ -129,7 +129,8 @@ Correspondences points_of(const py::object& pixels, const py::object& depth, con
   return points;
 }
 
-/// Returns [J with previous depth only, J with both depths or None], or None.
+/// Returns the tuple (bound with the previous depth only, bound with both depths or None), each a covariance
+/// (6, 6); None if the points do not determine the motion.
 py::object bound(const std::array<double, 5>& camera, const py::object& pixels, const py::object& depth,
                  const py::object& flow, const py::object& depth_curr, const py::object& motion,
                  const std::array<double, 3>& deviations,
@@ -216,7 +217,7 @@ std::vector<double> stamps_of(const py::object& value, const std::string& name) 
   const py::array array = finite_numbers(value, name, {-1}, "(n,)");
   const auto* first = static_cast<const double*>(array.data());
   std::vector<double> stamps(first, first + array.size());
-  if (!std::ranges::is_sorted(stamps)) fail("{}: expected ascending time stamps", name);
+  if (!std::ranges::is_sorted(stamps)) fail("{}: expected time stamps in ascending order: sort them", name);
   return stamps;
 }
 
@@ -267,8 +268,8 @@ py::tuple aligned(const py::object& estimate, const py::object& reference, const
   const auto how = from_name<Alignment>(method, "alignment");
   if ((how == Alignment::yaw) != up.has_value())
     fail(
-        "up: expected with align='yaw', and only there: the direction up in both worlds, (0, 0, 1) where z "
-        "points up");
+        "up: expected a direction if align='yaw', otherwise None: it is the upward direction in the worlds "
+        "of both paths, (0, 0, 1) if z points up");
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
   if (up) {
     axis = Eigen::Vector3d((*up)[0], (*up)[1], (*up)[2]);

@@ -1,5 +1,5 @@
-// Applies noise to one frame in C++ only: the test of the Python package compares its result with it bit for
-// bit.
+// Applies noise to one frame in C++ only. The test of the Python package compares its own result with this
+// one bit for bit.
 //
 //   noise_reference NOISE SEED DATASET SEQUENCE FRAME FX FY CX CY BF WIDTH HEIGHT IN OUT
 //
@@ -20,7 +20,7 @@ template <typename Pixel>
 Image<Pixel> take(std::string_view& bytes, int width, int height) {
   Image<Pixel> image(width, height);
   const size_t n = image.size() * sizeof(Pixel);
-  if (bytes.size() < n) fail("expected {} bytes more", n - bytes.size());
+  if (bytes.size() < n) fail("the input file is too short: expected {} more bytes", n - bytes.size());
   std::memcpy(image.data(), bytes.data(), n);
   bytes.remove_prefix(n);
   return image;

@@ -135,7 +135,7 @@ class SummaryDecoder {
     if (value > at_most) wrong("a number that is too large");
     return static_cast<int>(value);
   }
-  [[noreturn]] void wrong(const char* what) const { fail("{}: damaged: {}", where_, what); }
+  [[noreturn]] void wrong(const char* what) const { fail("{}: is damaged: contains {}", where_, what); }
 
   MeanSums mean() {
     MeanSums out;
@@ -331,7 +331,7 @@ SummaryReader::SummaryReader(const std::filesystem::path& path) : name_(path.str
   if (json_member<std::string>(header, "sextant", name_) != kind)
     fail("{}: not a file of case summaries", name_);
   if (const int found = json_member<int>(header, "schema", name_); found != summary_schema)
-    fail("{}: schema {}, but this program reads schema {}", name_, found, summary_schema);
+    fail("{}: has schema {}, but this program reads schema {}", name_, found, summary_schema);
   if (const Json errors = json_list(header, "errors", name_); errors != compared_errors()) {
     fail("{}: sums up the errors {}, but this program compares {}; sweep again", name_, json_line(errors),
          json_line(compared_errors()));
@@ -339,7 +339,9 @@ SummaryReader::SummaryReader(const std::filesystem::path& path) : name_(path.str
   n_cases_ = json_member<uint64_t>(header, "cases", name_);
 }
 
-void SummaryReader::cut_off() const { fail("{}: truncated after {} of {} cases", name_, n_read_, n_cases_); }
+void SummaryReader::cut_off() const {
+  fail("{}: is truncated after {} of {} cases: sweep again", name_, n_read_, n_cases_);
+}
 
 std::string SummaryReader::take(uint64_t n) {
   if (n > left_bytes_) cut_off();
@@ -360,7 +362,7 @@ uint64_t SummaryReader::varint() {
 std::string SummaryReader::checked(const std::string& what) {
   std::string bytes = take(varint());
   if (take(digest_bytes) != sha256(bytes).substr(0, digest_bytes))
-    fail("{}: {}: damaged: its SHA-256 differs", name_, what);
+    fail("{}: {} is damaged: its SHA-256 is not the stored one; sweep again", name_, what);
   return bytes;
 }
 
@@ -369,13 +371,15 @@ std::optional<SummaryReader::Block> SummaryReader::next() {
   if (n_read_ == n_cases_) {
     noise_ = checked("noise");
     is_at_end_ = true;
-    if (left_bytes_ > 0) fail("{}: has more than {} cases", name_, n_cases_);
+    if (left_bytes_ > 0)
+      fail("{}: has more bytes than its {} cases: the file was changed or damaged", name_, n_cases_);
     return std::nullopt;
   }
   Block block;
   block.number = varint();
   block.bytes = checked(fmt::format("case {}", block.number));
-  if (last_ && block.number <= *last_) fail("{}: case {} stands after case {}", name_, block.number, *last_);
+  if (last_ && block.number <= *last_)
+    fail("{}: case {} stands after case {}: expected ascending numbers", name_, block.number, *last_);
   last_ = block.number;
   ++n_read_;
   return block;

@@ -103,8 +103,9 @@ void check_keeps_records(const std::filesystem::path& records);
 class SummaryWriter {
  public:
   SummaryWriter(const std::filesystem::path& path, uint64_t n_cases);
-  /// Cases must be appended in order of number.
+  /// Appends the bytes of encode_case_summary(). Cases must be appended in order of number.
   void append(uint64_t number, std::string_view bytes);
+  /// Appends the noise of all cases, and completes the file.
   void close(std::string_view noise);
 
  private:
@@ -112,7 +113,7 @@ class SummaryWriter {
 };
 
 /// Reads a summary file from the first case to the last. Throws Error with file and case if it is not a
-/// summary file, is truncated or damaged, or contains errors that this program does not compare.
+/// summary file, is truncated or damaged, or sums up other errors than those that this program compares.
 class SummaryReader {
  public:
   explicit SummaryReader(const std::filesystem::path& path);

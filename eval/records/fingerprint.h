@@ -26,15 +26,15 @@ struct Fingerprint {
 
   std::string sha256() const;
   Json json() const;
-  /// Parses a fingerprint. Throws Error that begins with `where`.
+  /// Parses a fingerprint. Throws Error that begins with `where` if a member is missing or malformed.
   static Fingerprint from(const Json& json, const std::string& where);
 };
 
 /// Compares the parts; `not_seen` is ignored.
 bool operator==(const Fingerprint& a, const Fingerprint& b);
 
-/// Describes how `now` differs from `before`: "estimator.py changed, params.txt is new, 3 more"; empty if
-/// they are equal.
+/// Describes how `now` differs from `before`: "estimator.py changed, params.txt is new, old.txt is gone,
+/// 3 more"; empty if they are equal.
 std::string difference(const Fingerprint& before, const Fingerprint& now);
 
 /// Versions by the estimator's label.
@@ -46,7 +46,7 @@ void add_version(const Fingerprint& one, std::vector<Fingerprint>& versions);
 constexpr const char* fingerprints_key = "fingerprints";
 Json fingerprints_json(const Fingerprints& fingerprints);
 /// Returns the fingerprints in a plan.json or run.json; empty if the file has no such key. Throws Error that
-/// begins with `where`.
+/// begins with `where` if they are malformed.
 Fingerprints fingerprints_in(const Json& file, const std::string& where);
 
 }  // namespace sextant

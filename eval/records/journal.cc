@@ -47,8 +47,8 @@ std::optional<std::string> whole_line(std::ifstream& file) {
   return line += '\n';
 }
 
-/// Returns the content after the header, without the end of line after bytes; nullopt if the file ends
-/// before.
+/// Returns the content after the header, without the newline that ends a content of bytes; nullopt if the
+/// file ends before.
 std::optional<std::string> read_content(std::ifstream& file, const Header& header, uint64_t left_bytes) {
   std::string content;
   if (!header.n_bytes) {

@@ -4,8 +4,9 @@
 // of its block includes sweep and case: a block of another sweep, or under another number, is invalid. Every
 // block is synced before the next one begins: a power cut loses at most the last one.
 //
-// A block has an owner: the sweep, together with the version of the estimator that computed the case. The
-// owners of a case are all known ones, the present one first; blocks of the others are reported as stale.
+// A block has an owner: the sweep, together with the version of the estimator that computed the case. A case
+// has one possible owner for each known version of its estimator, the present version first; blocks of the
+// other owners are stale (Block::version > 0).
 
 #include <cstdint>
 #include <filesystem>
@@ -47,9 +48,9 @@ class Journal {
   /// Returns the owners of a case, at least one; new blocks belong to the first.
   using Owners = std::function<std::vector<std::string>(uint64_t number)>;
 
-  /// Opens or creates the journal; finds the complete blocks of known owners and truncates what follows the
-  /// last of them. Blocks that do not fit are skipped. Throws Error if another process has the journal open,
-  /// or if it cannot be written.
+  /// Opens or creates the journal. Finds the blocks up to the first one that is incomplete, damaged or of an
+  /// unknown owner, and truncates the file there; blocks that do not fit are skipped. Throws Error if another
+  /// process has the journal open, or if it cannot be written.
   Journal(std::filesystem::path path, Owners owners, const Fits& fits);
   /// Overload for a single owner of all cases.
   Journal(std::filesystem::path path, const std::string& owner, const Fits& fits)
@@ -59,8 +60,8 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Appends the records of one case. Safe to call from several threads. Throws Error if the disk is full;
-  /// the journal is then unchanged.
+  /// Appends the records of one case. Safe to call from several threads. Throws Error if the block cannot be
+  /// written, for example because the disk is full; the journal is then unchanged.
   void append(uint64_t number, uint64_t n_records, std::string_view lines, const Json& noise = {});
   /// Appends a case whose content does not consist of lines.
   void append_bytes(uint64_t number, std::string_view bytes);

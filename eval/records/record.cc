@@ -50,7 +50,7 @@ class Writer {
   }
 };
 
-/// Reader of JSON with messages that name the place.
+/// Reads a record from JSON; its error messages begin with `where`.
 class StrictReader {
  public:
   StrictReader(const Json& json, const std::string& where) : json_(json), where_(where) {
@@ -62,7 +62,7 @@ class StrictReader {
     }
     const int schema = json_member<int>(json, "schema", where);
     if (schema != internal::record_schema)
-      fail("{}: schema {}, but this program reads schema {}", where, schema, internal::record_schema);
+      fail("{}: has schema {}, but this program reads schema {}", where, schema, internal::record_schema);
   }
 
   template <typename T>
@@ -147,7 +147,7 @@ std::vector<std::string> unlisted_keys(const std::vector<Record>& records) {
 void check_listed(const std::vector<Record>& records) {
   const std::vector<std::string> unlisted = unlisted_keys(records);
   if (!unlisted.empty())
-    throw InternalError(fmt::format("keys of a record that are not in lib/metrics/definitions.cc: {}",
+    throw InternalError(fmt::format("a record has keys that are missing in lib/metrics/definitions.cc: {}",
                                     fmt::join(unlisted, ", ")));
 }
 

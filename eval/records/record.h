@@ -68,7 +68,7 @@ class NamedNumbers {
   void insert(Iterator first, Iterator last) {
     for (; first != last; ++first) emplace(first->first, first->second);
   }
-  /// Appends a number; returns false unless the name comes after all others.
+  /// Appends a number if its name comes after all others; otherwise returns false.
   bool append(Interned name, double number) {
     if (!empty() && !(numbers_.back().first < name)) return false;
     numbers_.emplace_back(name, number);
@@ -136,9 +136,9 @@ Record strip_times(Record record);
 /// Stores an error as "EtFRAME_m" and "ERFRAME_deg".
 void put(const PoseChangeError& error, const std::string& frame, Record::Numbers& numbers);
 
-/// Returns true if there is truth in both frames and the body should be estimated; objects that are static by
-/// truth should not. Logs of other systems give the true speed, but no distance, of an object, or errors
-/// alone.
+/// Returns true if the body has truth in both frames and should be estimated: the camera if the record has
+/// step_gt_m; an object if it is not static by truth (dynamic_gt = 0) and the record has distance_gt_m or,
+/// like records from logs of other systems, v_gt_kmh or any error.
 bool has_truth(const Record& record);
 
 /// Returns the position of a body in tables: 0 for ego, otherwise its id.

@@ -16,7 +16,7 @@ namespace {
 constexpr size_t block_bytes = size_t{4} << 20U;
 static_assert(block_bytes > max_record_bytes);
 
-/// Reads a file line by line.
+/// Passes the record of each line to a visitor; error messages name the line.
 class LineReader {
  public:
   LineReader(std::string name, const RecordVisitor& visit) : name_(std::move(name)), visit_(visit) {}

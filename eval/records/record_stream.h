@@ -19,7 +19,7 @@ std::string write_records(const std::vector<Record>& records);
 std::vector<Record> parse_records(std::string_view text, const std::string& name);
 std::vector<Record> read_records(const std::filesystem::path& path);
 
-/// Longer lines are not records; those written by this program have about 1 kB.
+/// Largest length of a line; longer lines are refused. Lines written by this program have about 1 kB.
 inline constexpr size_t max_record_bytes = size_t{1} << 20U;
 
 /// Receives the record of one line, which it may move from; the next line overwrites it.

@@ -76,7 +76,7 @@ std::vector<BodyTrack> parse_tracks(const std::string& text, const std::string& 
   if (lines.back().empty()) lines.pop_back();
   const bool has_orientations = !lines.empty() && lines.front() == std::string(header) + orientation_header;
   if (lines.empty() || (lines.front() != header && !has_orientations))
-    fail("{}:1: expected '{}'", name, header);
+    fail("{}:1: expected the header '{}'", name, header);
   const size_t n_fields = has_orientations ? 16 : 8;
   std::vector<BodyTrack> tracks;
   for (size_t i = 1; i < lines.size(); ++i) {

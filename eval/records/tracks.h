@@ -4,7 +4,8 @@
 //
 //   body,frame,x_m,y_m,z_m,x_gt_m,y_gt_m,z_gt_m      world coordinates; empty: not estimated, no truth
 //
-// and `evaluate objects --out` to tracks/ with the orientations (unit quaternions) of both behind them:
+// and as `evaluate objects --out` writes them to tracks/, where each line continues with the orientations
+// (unit quaternions) of the estimate and of the truth:
 //
 //   ..,qx,qy,qz,qw,qx_gt,qy_gt,qz_gt,qw_gt
 //
@@ -25,7 +26,8 @@ struct TrackPoint {
   int frame = 0;
   std::optional<Eigen::Vector3d> estimate_m;
   std::optional<Eigen::Vector3d> truth_m;
-  /// Orientation of the body in the world where the position is known. A run's tracks.csv does not hold it.
+  /// Orientation of the body in the world where the position is known. A run's tracks.csv does not contain
+  /// it.
   std::optional<Eigen::Quaterniond> estimate_rotation{};
   std::optional<Eigen::Quaterniond> truth_rotation{};
 };
@@ -40,7 +42,7 @@ struct BodyTrack {
 std::string tracks_file(const std::string& system, uint64_t run);
 
 std::string write_tracks(const std::vector<BodyTrack>& tracks, bool with_orientations = false);
-/// Parses either file. Throws Error that begins with "NAME:LINE".
+/// Parses a file of either form. Throws Error that begins with "NAME:LINE" if a line is malformed.
 std::vector<BodyTrack> parse_tracks(const std::string& text, const std::string& name);
 
 }  // namespace sextant

@@ -1,7 +1,7 @@
 #pragma once
 
-// Writing zip files, and numpy arrays in them, for `sextant export` and evo's result files. The bytes are a
-// function of the content. Errors name the file.
+// Writes zip files, and numpy arrays in them, for `sextant export` and evo's result files. Equal content
+// gives equal bytes. Errors name the file.
 
 #include <filesystem>
 #include <string>
@@ -25,7 +25,7 @@ class ZipFile {
   void begin(const std::string& name, uint64_t n_bytes);
   void append(std::string_view bytes);
   void end();
-  /// Renames the file to its final name.
+  /// Completes the archive, syncs it to disk and renames it to its final name.
   void finish();
 
  private:

@@ -63,7 +63,7 @@ struct VerdictLine {
   std::string evidence;           ///< one line
   std::string link;               ///< "#<name>" of a section or table, a path in the report folder, or empty
   std::string group{};            ///< heading of the group of lines that this one belongs to; empty: none
-  std::vector<Figure> figures{};  ///< figures beside the line
+  std::vector<Figure> figures{};  ///< figures that are shown with the line
 };
 
 /// Appearance of a verdict. It follows from the words, so that a table and the summary cannot differ.
@@ -74,8 +74,8 @@ Tone tone_of(const std::string& verdict);
 /// Counts texts in order of first appearance: "12 reproduced, 3 not reproduced, 1 undecided".
 std::string count_words(const std::vector<std::string>& words);
 std::string count_verdicts(const std::vector<VerdictLine>& verdicts);
-/// Joins several verdicts: the common one if all agree, otherwise "partly"; "not measured here" if there are
-/// none.
+/// Joins several verdicts. Returns their common word if all are equal, otherwise "partly"; "not measured
+/// here" if there are none.
 std::string joint_verdict(const std::vector<std::string>& verdicts);
 
 /// A table with the name of its files.
@@ -83,16 +83,16 @@ struct NamedTable {
   std::string name;
   Table table;
   /// Keys of columns. On pages a new table begins at each change of their values (split_rows); if the columns
-  /// are marked `fold`, each table states the values once. Files hold the whole table.
+  /// are marked `fold`, each table states the values once. Files contain the whole table.
   std::vector<std::string> split_by{};
-  /// Keys of the columns that matter first, which fit a terminal and a page; others are shown on request.
-  /// Empty: all columns matter.
+  /// Keys of the most important columns, which fit a terminal and a page; the others are shown on request.
+  /// Empty: all columns are shown.
   std::vector<std::string> first{};
-  bool only_on_request = false;  ///< too long for a terminal that shows what matters first
+  bool only_on_request = false;  ///< too long for a terminal: shown there on request only
 };
 
-/// Calls do_part(part) for each part in turn, which exists during the call only; for the table itself if
-/// split_by is empty.
+/// Calls do_part(part) for each part of a table that is split by split_by, or once for the whole table if
+/// split_by is empty. A part exists during the call only.
 void for_each_part(const NamedTable& named, const std::function<void(const Table& part)>& do_part);
 size_t n_parts(const NamedTable& named);
 /// Name of the anchor of the part with index `i`, if split_by is not empty.

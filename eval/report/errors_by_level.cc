@@ -12,7 +12,8 @@
 namespace sextant {
 namespace {
 
-/// Efficiency over the records that have error and bound; empty if there are none, or if all errors are 0.
+/// Returns the efficiency over the records that have error and bound; nullopt if there are none, or if all
+/// errors are 0.
 std::optional<Efficiency> efficiency(const ClusterSums& errors, const Moments& bounds,
                                      const BootstrapOptions& options) {
   const Moments all = total(errors);
@@ -94,7 +95,7 @@ NoiseLevelRow summarize_level(const NoiseLevel& level, const BootstrapOptions& o
   return row;
 }
 
-/// One statistic of SampleSummary; with `detail` in CSV and JSON only.
+/// One statistic of SampleSummary. `detail`: it is shown in CSV and JSON only.
 struct Statistic {
   IntervalEstimate SampleSummary::*member;
   const char* name;

@@ -2,7 +2,6 @@
 
 // Errors by noise level, from records only: one row per data set, sequence, body, estimator and level.
 //
-//
 //   mean, rmse, quantiles  over the estimated pairs of all seeds, with 95 % intervals by the cluster
 //                          bootstrap (stats/bootstrap.h); a cluster is the pairs of a seed, or a frame if
 //                          there is one seed
@@ -34,7 +33,7 @@ namespace sextant {
 struct Efficiency {
   double bound = 0;  ///< unit of the error
   double efficiency = 0;
-  std::optional<Interval> interval;  ///< 95 % interval of the efficiency; none with one seed
+  std::optional<Interval> interval;  ///< 95 % interval of the efficiency; nullopt with one seed
 
   /// RMS error / bound, which is 1 at the bound.
   IntervalEstimate ratio() const;
@@ -76,15 +75,15 @@ struct NoiseLevelRow {
   /// Mean EPE before the refinement, which is the actual noise, if the true flow is known
   std::optional<double> epe_initial_px;
 
-  /// Returns true if records of that level contribute to this row.
+  /// Returns true if the records of level `key`, in a sweep of the parameter `swept`, contribute to this row.
   bool covers(const std::string& swept, const NoiseLevelKey& key) const {
     return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
            key.estimator == estimator && key.level == level && key.noise == noise;
   }
 };
 
-/// Returns rows in order of data set, sequence, body (camera first), estimator, level and noise; they do not
-/// depend on `jobs`.
+/// Returns a row for each level that has records with truth, in order of data set, sequence, body (camera
+/// first), estimator, level and noise. The rows do not depend on `jobs`.
 std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs = 1,
                                         const BootstrapOptions& options = {});
 

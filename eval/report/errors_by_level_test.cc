@@ -40,7 +40,7 @@ TEST(NoiseLevels, MeansAndIntervalsByHand) {
   EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").median.value, 2);
   EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").rmse.value, std::sqrt(5.0));
   EXPECT_DOUBLE_EQ(rows[1].errors.at("ER_deg").mean.value, 4);
-  // Every seed has the same mean, so its mean is certain; were pairs the clusters, it would not be.
+  // Every seed has the same mean, so the interval has no width; with pairs as clusters it would have one.
   EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").mean.interval->low, 2);
   EXPECT_DOUBLE_EQ(rows[1].errors.at("Et_m").mean.interval->high, 2);
   EXPECT_EQ(rows[2].body, "object:2");  // before object:10

@@ -23,7 +23,7 @@ struct Level {
 };
 using RowPairs = std::vector<std::pair<size_t, size_t>>;
 
-/// Compares the pairs whose records both have that error; empty if there are none.
+/// Compares one error over the pairs in which both records have it; nullopt if there are none.
 std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& first,
                                        const NoiseLevel& second, size_t error, ClusterBy by,
                                        const BootstrapOptions& options) {
@@ -70,7 +70,8 @@ std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& 
   return out;
 }
 
-/// Empty if no pair was estimated by both, or if the summaries are of different pairs.
+/// Compares two levels of summaries. Returns nullopt if no pair was estimated by both, if the estimated pairs
+/// differ, or if one level has records instead of summaries.
 std::optional<ComparisonRow> compare_summed(const NoiseLevel& first, const NoiseLevel& second,
                                             const BootstrapOptions& options) {
   const NoiseLevelKey& key = first.key();
@@ -94,7 +95,7 @@ std::optional<ComparisonRow> compare_summed(const NoiseLevel& first, const Noise
   return row;
 }
 
-/// Empty if no pair was estimated by both.
+/// Compares two levels of records. Returns nullopt if no pair was estimated by both.
 std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& second,
                                      const BootstrapOptions& options) {
   const RowPairs pairs = first.pairs(second);
@@ -119,7 +120,7 @@ std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& 
   return row;
 }
 
-/// Estimators in the order in which the sweeps' records have them.
+/// Returns the estimators in order of first appearance in the records of the sweeps.
 std::vector<Interned> estimators_in_order(const std::vector<NoiseSweep>& sweeps) {
   std::vector<Interned> names;
   for (const NoiseSweep& sweep : sweeps) {

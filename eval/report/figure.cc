@@ -35,7 +35,7 @@ set grid ytics linecolor rgb "#E0E0E0" linewidth 0.5
 set key top left reverse Left samplen 1.5 spacing 1.1 noenhanced
 )";
 
-/// Script that draws the figure once for each requested kind of picture.
+/// Returns a script that draws the figure as SVG and, unless `svg_alone`, as PDF and PNG.
 std::string complete_script(const Figure& figure, bool svg_alone) {
   const std::string size_cm = fmt::format("{:g}cm,{:g}cm", figure.width_cm, figure.height_cm);
   const auto pixels = [](double cm, double dpi) { return static_cast<int>(cm / 2.54 * dpi); };
@@ -59,7 +59,7 @@ std::string complete_script(const Figure& figure, bool svg_alone) {
   return script;
 }
 
-/// Removes the date that Cairo writes into a PDF.
+/// Replaces the date that Cairo writes into a PDF by a fixed one.
 std::string without_date(std::string pdf) {
   const std::string key = "/CreationDate (D:";
   for (size_t at = pdf.find(key); at != std::string::npos; at = pdf.find(key, at + 1)) {
@@ -80,7 +80,8 @@ std::string replaced(const std::string& text, char what, const char* by) {
   return out;
 }
 
-/// Text on one line. gnuplot does not escape the '>' of "]]>" in an SVG, which is invalid XML.
+/// Returns the text on one line, with a blank in "]]>": gnuplot does not escape its '>' in an SVG, which
+/// would be invalid XML.
 std::string label_text(const std::string& text) {
   std::string line = one_line(text);
   for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at))
@@ -233,7 +234,8 @@ namespace {
 
 constexpr const char* log_name = "gnuplot.log";
 
-/// Environment variables that influence the bytes of a figure.
+/// Returns the environment for gnuplot: that of the process, but with fixed values, or none, of the variables
+/// that influence the bytes of a figure.
 std::vector<std::string> environment() {
   std::vector<std::string> settings = {"TZ=UTC0", "LC_ALL=C.UTF-8", "SOURCE_DATE_EPOCH=1577836800"};
   for (char** entry = environ; *entry != nullptr; ++entry) {
@@ -255,9 +257,9 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return out;
 }
 
-/// Returns the read end of a pipe that holds the script for gnuplot. The script is written before gnuplot
-/// starts, so a gnuplot that ends early cannot break the pipe. gnuplot-iostream would start it through a
-/// shell.
+/// Returns the read end of a pipe that contains the command for gnuplot to load the script. The command is
+/// written before gnuplot starts, so a gnuplot that ends early cannot break the pipe. gnuplot is not started
+/// by gnuplot-iostream, which would use a shell.
 int commands(const std::string& script) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) fail("cannot start gnuplot: {}", std::strerror(errno));

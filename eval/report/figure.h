@@ -30,9 +30,10 @@ struct Figure {
 /// Converts a text to a part of a file name: "s18/clone" -> "s18-clone".
 std::string file_stem(const std::string& text);
 
-/// Colour of the i-th line: "#0072B2" ...; repeats after 7.
+/// Returns the colour of the i-th line: "#000000", "#0072B2", ...; repeats after 7.
 std::string line_colour(size_t i);
-/// gnuplot's filled point type of the i-th line, and the matching open one.
+/// Return gnuplot's filled point type of the i-th line, and the open type of the same shape; both repeat
+/// after 5.
 int filled_point(size_t i);
 int open_point(size_t i);
 
@@ -40,15 +41,15 @@ int open_point(size_t i);
 /// single quotes in it become apostrophes (U+2019). Use `noenhanced` where it is shown, otherwise '_' and '{'
 /// are markup.
 std::string gp_text(const std::string& text);
-/// As gp_text(), for the label of a tic, in which gnuplot would interpret '%' as a format.
+/// Quotes the label of a tic like gp_text(), and doubles '%', which gnuplot would interpret as a format.
 std::string gp_tic(const std::string& label);
-/// Converts a text for a figure's CSV; compare strcol() with the converted text. gnuplot supports no quotes
-/// within quotes, so ',' becomes ';' and quotes become apostrophes.
+/// Converts a text for a figure's CSV: ',' becomes ';' and quotes become apostrophes, because gnuplot
+/// supports no quotes within quotes. A script that compares with strcol() must use the converted text.
 std::string gp_cell(const std::string& text);
 
-/// Box plot of a sample: quartiles and median, whiskers at 5 and 95 %. box_fields() are the columns q05, q25,
-/// median, q75, q95; box_plots() the arguments of `plot` that draw them, without titles, at the gnuplot
-/// expression `x`.
+/// Box plot of a sample: quartiles and median, whiskers at 5 and 95 %. box_fields() returns the columns q05,
+/// q25, median, q75, q95. box_plots() returns the arguments of gnuplot's `plot` that draw these columns,
+/// without titles, at the gnuplot expression `x`.
 Fields<std::vector<double>> box_fields();
 std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour);
 

@@ -1,4 +1,4 @@
-// Whose-ever texts a figure shows, it stays a figure.
+// Figures with untrusted texts: gnuplot draws the texts and executes none of them.
 
 #include "sextant/eval/report/figure.h"
 
@@ -11,7 +11,8 @@
 namespace sextant {
 namespace {
 
-/// The text as title, label, tic, series, axis and cell; its one point is drawn where strcol() is the text.
+/// A figure that has the text as title, label, tic, series, axis and cell. Its only point is drawn from the
+/// row in which strcol() equals the text.
 Figure figure_of(const std::string& text, const std::string& name) {
   Figure figure;
   figure.name = name;
@@ -70,11 +71,11 @@ TEST(FigureFiles, TimeZoneAndLanguageChangeNothing) {
   EXPECT_THAT(here.at("zone.pdf"), HasSubstr("/CreationDate"));
 }
 
-// gnuplot says that all is well when it could not write; a full device shows it.
+// gnuplot reports success even if it could not write all of a picture; the test cuts the files off.
 TEST(FigureFiles, APictureThatIsNotWholeIsAnError) {
   for (const char* extension : {"svg", "pdf", "png"}) {
     Figure figure = figure_of("text", "full");
-    // As a full disk does it: what was written ends somewhere.
+    // As on a full disk, the file ends after 100 bytes.
     figure.script +=
         fmt::format("if (GPVAL_TERM[1:3] eq '{0}') {{ set output; system('truncate -s 100 full.{0}') }}\n",
                     std::string(extension).substr(0, 3));

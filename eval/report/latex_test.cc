@@ -25,7 +25,7 @@ Table table_of(int n_numbers) {
   return table;
 }
 
-/// Labels that "\\\\" would take for its optional argument or its star.
+/// A table with labels that LaTeX would read as the optional argument or the star of "\\\\".
 Table labels_table() {
   Table table{.title = "Labels", .columns = {Column::text("label"), Column::text("other")}};
   for (const char* label : {"[5cm]", "[p] x", "*", "x"}) table.add_row({label, "a"});

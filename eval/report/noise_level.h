@@ -8,7 +8,8 @@
 //   truth       records whose body has truth, and is not static by truth
 //   estimated   records of these with status ok
 //
-// All numbers below refer to estimated records, except n_seeds(), which refers to all records.
+// All numbers below refer to estimated records, except n_truth(), and n_seeds(), which counts the seeds of
+// all records.
 
 #include <algorithm>
 #include <cstdint>
@@ -46,9 +47,10 @@ struct NoiseLevelKey {
   };
 };
 
-/// metrics_for(compared): the errors that a level holds. Errors are addressed by their index in this list.
+/// Returns the errors that a level stores, metrics_for(compared). An error is addressed by its index in this
+/// list.
 const std::vector<const MetricDefinition*>& compared_errors();
-/// Names of compared_errors().
+/// Returns the names of compared_errors().
 const std::vector<Interned>& compared_names();
 /// Returns the index of an error; throws InternalError if there is none of that name.
 size_t compared_error(std::string_view name);
@@ -60,8 +62,8 @@ class NoiseLevel {
       : key_(key), names_(std::move(errors)) {}
 
   void add(const Record& record);
-  /// Adds the summary of a case. Throws Error if the level holds records; the other overload throws if it
-  /// holds summaries.
+  /// Adds the summary of a case. Throws Error if the level has records; the other overload throws Error if it
+  /// has summaries.
   void add(uint64_t seed, const BodySums& body);
   bool is_summed() const { return !sums_.empty(); }
   /// Sorts the rows by case, after the last add().
@@ -78,11 +80,12 @@ class NoiseLevel {
   ClusterBy clusters() const { return is_summed() || n_seeds() > 1 ? ClusterBy::seeds : ClusterBy::frames; }
 
   bool has(size_t error) const { return n_of_.at(error) > 0; }
-  /// One error over the records that have it, as sums per cluster, or as values with their clusters.
+  /// Return one error of the records that have it, as sums per cluster, or as values with their clusters. The
+  /// clusters of summaries are always seeds.
   ClusterSums sums(size_t error, ClusterBy by) const;
   ClusteredSample sample(size_t error, ClusterBy by) const;
-  /// As sums() by seed, over the records that also have a bound of that error; and the moments of these
-  /// bounds.
+  /// Returns the sums of an error by seed over the records that also have a bound of it, and the moments of
+  /// these bounds.
   std::pair<ClusterSums, Moments> bounded(size_t error) const;
   Moments nees() const { return nees_; }
   /// EPE before the refinement, if the true flow is known; it shows the actual noise.
@@ -93,13 +96,15 @@ class NoiseLevel {
   /// Returns the rows of two levels that belong to the same case and both have a compared error. Both need
   /// sort().
   std::vector<std::pair<size_t, size_t>> pairs(const NoiseLevel& other) const;
+  /// Returns the number of records that have a compared error.
   size_t n_with_error() const;
-  /// Sums of an error over the seeds that both levels of summaries have. Returns nullopt if the sets of
-  /// estimated frames differ for any seed.
+  /// Sums of one error over one seed in two levels.
   struct SeedSums {
     uint64_t seed;
     Moments first, second;
   };
+  /// Returns the sums of an error for each seed that both levels of summaries have. Returns nullopt if the
+  /// sets of estimated frames differ for any of these seeds.
   std::optional<std::vector<SeedSums>> paired_sums(const NoiseLevel& other, size_t error) const;
   SeedFrame case_of(size_t row) const { return cases_.case_of(row); }
   /// Returns the error of a row; NaN if the row has none.
@@ -121,10 +126,10 @@ class NoiseLevel {
   std::vector<Moments> bounds_ = std::vector<Moments>(names_.size());
   Moments nees_, epe_initial_px_, distance_gt_m_;
   CaseColumns cases_;
-  // By row of records.
+  // Columns of records, by error and row.
   std::vector<std::vector<double>> errors_ = std::vector<std::vector<double>>(names_.size());
   std::vector<std::vector<bool>> has_bound_ = std::vector<std::vector<bool>>(names_.size());  ///< by error
-  // By row of summaries (a case), instead of errors_; the frames of cases_ are 0.
+  // Columns of summaries, whose rows are cases; errors_ is then empty, and the frames of cases_ are 0.
   struct RowSums {
     Moments error, bounded;
   };
@@ -163,7 +168,8 @@ class NoiseLevels {
   std::vector<Interned> estimators_;
 };
 
-/// Seeds if these levels have at least two together, otherwise frames.
+/// Returns seeds if these levels have errors of at least two seeds together, or if they are summaries;
+/// otherwise frames.
 ClusterBy clusters_of(std::span<const NoiseLevelRef> levels);
 
 /// Groups levels that differ in level and noise only; `levels` must be in order of key.

@@ -40,7 +40,7 @@ std::vector<AchievedNoise> achieved_noise(const Json& run) {
   return achieved;
 }
 
-/// Returns the folders that hold this case, in order; a folder that holds it twice occurs twice.
+/// Returns the folders that contain this case, in order; a folder that contains it twice is listed twice.
 std::vector<std::string> folders_with(const NoiseLevelKey& key, const SeedFrame& at,
                                       const std::vector<std::filesystem::path>& folders) {
   std::vector<std::string> found;
@@ -64,7 +64,7 @@ std::vector<std::string> folders_with(const NoiseLevelKey& key, const SeedFrame&
   return found;
 }
 
-/// Throws Error for a case in two folders, whichever parameter they vary.
+/// Throws Error if a case occurs twice, in one folder or in two, whichever parameters these vary.
 void check_once(const std::vector<NoiseSweep>& sweeps, const std::vector<std::filesystem::path>& folders) {
   std::map<NoiseLevelKey, std::vector<const NoiseLevel*>> by_key;
   for (const NoiseSweep& sweep : sweeps) {
@@ -78,7 +78,7 @@ void check_once(const std::vector<NoiseSweep>& sweeps, const std::vector<std::fi
     }
     if (cases.empty()) continue;
     const std::vector<std::string> found = folders_with(key, cases.front(), folders);
-    fail("{}: {} of {} {}, {}, frame {}, is in {} too: give each case once", found.at(1), key.body,
+    fail("{}: {} of {} {}, {}, frame {}, is also in {}: give each case once", found.at(1), key.body,
          key.dataset, key.sequence, key.estimator, cases.front().second, found.front());
   }
 }
@@ -133,7 +133,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
     if (!has_results(folder)) {
-      fail("{}: no records.jsonl or {}: expected the folder of a finished run or sweep", folder.string(),
+      fail("{}: has no records.jsonl or {}: expected the folder of a finished run or sweep", folder.string(),
            summary_file_name);
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();

@@ -1,8 +1,8 @@
 #pragma once
 
 // Folders of runs and sweeps, as reports read them: the records by noise level, streamed, and the requested
-// and achieved noise from run.json. Folders that vary the same noise parameter are joined, whichever
-// estimators they hold.
+// and achieved noise from run.json. Folders that vary the same noise parameter are joined, even if their
+// estimators differ.
 
 #include <filesystem>
 #include <optional>
@@ -38,15 +38,15 @@ NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record
 /// Adds the levels of `more` to `sweep`.
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
-/// Reads folders; returns sweeps in order of parameter and, within one, of the folders. Throws Error for a
-/// folder without records.jsonl or summary.bin, and if two folders hold the same case.
+/// Reads folders; returns one sweep for each noise parameter that they vary, in order of parameter. Throws
+/// Error on a folder without records.jsonl and summary.bin, on damaged files, and if a case occurs twice.
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders);
 
 /// Returns the dotted key of the noise whose value equals the level at every level of a run.json's
 /// configuration; "" if there is none, or only one level.
 std::string swept_parameter(const Json& configuration);
 
-/// Title of an axis for the parameter: "disparity noise delta_d [px]".
+/// Returns the title of an axis for the parameter: "flow noise: end-point error [px]".
 std::string parameter_title(const std::string& parameter);
 
 // ---- Requested and achieved noise, from the run.json of runs and sweeps: one row per source, level and

@@ -1,8 +1,8 @@
 #pragma once
 
-// The paper as data. results/published/zhang2020.json holds the numbers that it prints; zhang2020_data.json
-// assigns data, objects and estimators to its rows, and holds its statements. Tables, claims and figures take
-// their names from here.
+// The paper as data. results/published/zhang2020.json contains the numbers that the paper prints;
+// zhang2020_data.json assigns data, objects and estimators to the rows of its tables, and contains its
+// statements. Tables, claims and figures take their names from these two files.
 
 #include <optional>
 #include <set>
@@ -53,7 +53,7 @@ struct TableText {
   std::string fetch;  ///< scripts that fetch the publicly available part of these data
 };
 
-/// Everything that the two files hold.
+/// The content of the two files.
 struct Paper {
   Json published;              ///< zhang2020.json
   std::vector<SetData> sets;   ///< the paper's own data first
@@ -110,17 +110,17 @@ const Paper& paper();
 /// Reads a file of results/published, which comes with the program.
 Json published_json(const std::string& name);
 
-/// Returns the published number at this path; empty if the paper prints none. Throws Error if the path does
-/// not exist, so that a misspelt key is not taken for a missing value.
+/// Returns the published number under this key; nullopt if the paper prints none (null). Throws Error if the
+/// key does not exist, so that a misspelt key is not taken for a missing value.
 std::optional<double> published_number(const Json& table, const std::string& key);
 
-/// Names the place of measurement for readers: kind of data and sequence.
+/// Returns the name for readers of the data on which something was measured: kind of data and sequence.
 std::string data_title(const std::string& dataset, const std::string& sequence);
 /// Also names the frames of the filter if it has a range: "replay of ..., frames 124-134".
 std::string data_title(const RecordFilter& filter);
 
-/// Command that fetches the data and then measures; for data that no script of ours fetches, instructions
-/// instead.
+/// Returns the command that fetches the data and then measures. `fetch` is a command of ours (scripts/...),
+/// or, for data that no script fetches, instructions, which are returned unchanged.
 std::string measuring_line(const std::string& fetch);
 
 }  // namespace sextant

@@ -51,9 +51,9 @@ RecordPlaces record_places(const std::vector<Record>& records, const std::filesy
 void add_records_column(const std::vector<RowRecords>& behind, const std::filesystem::path& page_folder,
                         Table& table);
 
-/// Adds the same column to a table with one row for each of `rows`, which have a data set and a sequence, and
-/// may have a body and a level. `row.covers(parameter, key)` returns true for the levels behind a row.
-/// Without places the table stays unchanged.
+/// Adds the column "records" to a table with one row for each of `rows`, which have a data set and a
+/// sequence, and may have a body and a level. `row.covers(parameter, key)` returns true for the levels whose
+/// records are behind a row. Without places the table stays unchanged.
 template <typename Row>
 void add_record_links(const std::vector<Row>& rows, const RecordPlaces& places,
                       const std::filesystem::path& page_folder, Table& table) {
@@ -86,7 +86,7 @@ void add_record_links(const std::vector<Row>& rows, const RecordPlaces& places,
 /// Makes the cells in the column `key` link to these addresses, one for each row; "" links nowhere.
 void add_addresses(const std::string& key, const std::vector<std::string>& addresses, Table& table);
 
-/// Relative address of a file on a page in `page_folder`, so that both can be moved together.
+/// Returns the address of a file relative to a page in `page_folder`, so that both can be moved together.
 std::string address_from(const std::filesystem::path& page_folder, const std::filesystem::path& file);
 
 }  // namespace sextant

@@ -20,8 +20,8 @@ namespace sextant {
 using RecordRefs = std::vector<const Record*>;
 
 // ---- Cases of records in columns: a row is one seed and frame, for one estimator and body. Noise levels
-// (noise_level.h) and the subjects of a comparison (eval/gate/subject_cases.h) keep their numbers beside
-// these columns.
+// (noise_level.h) and the subjects of a comparison (eval/gate/subject_cases.h) add their numbers as
+// further columns.
 
 /// A seed of the noise and a frame; estimators are paired by it.
 using SeedFrame = std::pair<uint64_t, int>;
@@ -36,7 +36,8 @@ struct CaseColumns {
     seeds.push_back(seed);
     frames.push_back(frame);
   }
-  /// Order of rows by case; rows of the same case keep their order. Empty if they are already in order.
+  /// Returns the order of the rows by case; rows of the same case keep their order. nullopt if the rows are
+  /// already in order.
   std::optional<std::vector<size_t>> sorting_order() const {
     std::vector<size_t> order(size());
     std::iota(order.begin(), order.end(), size_t{0});
@@ -56,7 +57,8 @@ void reorder(const std::vector<size_t>& order, std::vector<T>& values) {
   values = std::move(ordered);
 }
 
-/// Visits the cases of two sorted tables in order, with the row in each; empty if a table lacks the case.
+/// Calls visit(row of first, row of second) for each case of two sorted tables, in order; a row is nullopt if
+/// its table does not have the case.
 template <typename Visit>
 void for_each_case(const CaseColumns& first, const CaseColumns& second, const Visit& visit) {
   for (size_t a = 0, b = 0; a < first.size() || b < second.size();) {

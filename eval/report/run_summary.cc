@@ -43,8 +43,8 @@ std::map<BodyKey, RecordRefs> by_body(const std::vector<Record>& records) {
   return bodies;
 }
 
-/// Describes the error of the camera that is the same in every pair, which measurement noise cannot cause.
-/// Empty unless the mean along an axis exceeds three standard errors and is large enough to be printed.
+/// Describes the error of the camera's steps that is the same in every pair, which measurement noise cannot
+/// cause. Returns nullopt unless the mean along an axis exceeds three standard errors and 0.1 mm.
 std::optional<std::string> systematic_note(const RecordRefs& ego) {
   std::vector<int> frames;
   std::vector<Eigen::Vector3d> errors_m;
@@ -152,7 +152,7 @@ Table body_table(const std::vector<BodySummary>& rows, const MetricPreset& prese
                   fields, rows);
 }
 
-/// `all`: with the systematic errors of the camera's steps, which are for specialists.
+/// Returns the notes below a summary. `all` adds the systematic errors of the camera's steps.
 std::vector<std::string> summary_notes(const std::vector<Record>& records, bool all) {
   const ClassificationCounts c = count_classification(records);
   std::vector<std::string> notes = {

@@ -39,7 +39,7 @@ struct BodySummary {
   std::map<std::string, double> metrics;
   std::string other;  ///< "gated(distance) 3, lost 1"
 
-  /// Returns true if records of that level contribute to this row.
+  /// Returns true if the records of level `key` contribute to this row.
   bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
     return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator &&
            key.body == body;
@@ -57,8 +57,8 @@ std::optional<double> summary_number(const RecordRefs& estimated, const MetricDe
 /// Formats the records that are not ok by status, e.g. "gated(distance) 3, lost 1".
 std::string other_statuses(const RecordRefs& records);
 
-/// Counts the object records that hold both the estimated and the true class, and were not left out by a gate
-/// on distance or area.
+/// Counts the decisions of the object records that have both the estimated and the true class, except objects
+/// that a gate on distance or area left out.
 ClassificationCounts count_classification(const std::vector<Record>& records);
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset);
@@ -68,7 +68,7 @@ Table summary_table(const std::vector<Record>& records, const MetricPreset& pres
 /// With `all` every column, however wide.
 std::string summary_text(const std::vector<Record>& records, const MetricPreset& preset, bool all);
 
-/// {"schema","preset","aggregate","rows":[...],"classification":{...}}
+/// Returns {"schema","preset","aggregate","rows":[...],"classification":{...}}.
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset);
 
 // ---- Split-half consistency of the bodies (`sextant run --consistency`).
@@ -89,8 +89,8 @@ struct StepErrors {
   double drift_m = 0;
   int n = 0;
 
-  /// "mean 0.0566 m (right -0.0400, down 0.0400, ahead 0.0000), scatter ... m; drift to the right 0.45 mm a
-  /// frame"
+  /// Formats "mean 0.0566 m (right -0.0400, down 0.0400, ahead 0.0000), scatter ... m; drift to the right
+  /// 0.45 mm a frame"; the first number is the length of the mean.
   std::string text() const;
 };
 

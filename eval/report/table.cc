@@ -14,7 +14,7 @@ namespace sextant {
 
 namespace {
 
-/// Number of characters on screen of a UTF-8 text; continuation bytes are not counted.
+/// Returns the number of characters of a UTF-8 text: its bytes without continuation bytes.
 size_t width_of(const std::string& text) {
   return static_cast<size_t>(std::count_if(
       text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
@@ -137,8 +137,8 @@ std::vector<RowRange> row_ranges(const Table& table, const std::vector<std::stri
   std::vector<RowRange> ranges;
   for (size_t i = 0; i < table.rows.size(); ++i) {
     const bool continues = i > 0 && std::ranges::all_of(columns, [&](size_t j) {
-      return table.rows[i - 1][j] == table.rows[i][j];
-    });
+                             return table.rows[i - 1][j] == table.rows[i][j];
+                           });
     if (!continues) ranges.push_back({i, i});
     ranges.back().end = i + 1;
   }
@@ -418,7 +418,8 @@ std::string latex_cell(const Cell& cell, const Column& column) {
   return latex_escaped(text);
 }
 
-/// First text of a row: after "\\\\" and the rules of booktabs "[5cm]" or "*" would be read as an argument.
+/// Protects the first text of a row: after "\\\\" and the rules of booktabs, LaTeX would read a "[5cm]" or
+/// "*" at its beginning as an argument.
 std::string first_in_row(const std::string& text) {
   const bool is_argument = text.starts_with('[') || text.starts_with('*');
   return is_argument ? fmt::format("{{{}}}{}", text.substr(0, 1), text.substr(1)) : text;

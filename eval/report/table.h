@@ -67,9 +67,9 @@ struct Column {
   }
 };
 
-/// Text columns, titled by their keys, whose value is stated once if all rows agree.
+/// Returns text columns, titled by their keys, whose value is stated once if all rows agree.
 std::vector<Column> folded_columns(const std::vector<std::string>& keys);
-/// Two columns for the ends of an interval.
+/// Returns two columns for the ends of an interval, which readers see as one column "[low, high]".
 std::vector<Column> range_columns(const std::string& low_key, const std::string& high_key, int decimals,
                                   const std::string& title = "95 % interval");
 
@@ -96,11 +96,11 @@ struct Table {
   void add_columns(std::vector<Column> more);
   /// Adds a column with cell(i) in row i.
   void add_column(Column column, const std::function<Cell(size_t i)>& cell);
-  /// Index of the column with that key; empty if there is none.
+  /// Returns the index of the column with that key; nullopt if there is none.
   std::optional<size_t> find_column(std::string_view key) const;
-  /// Index of the column with that key; throws InternalError if there is none.
+  /// Returns the index of the column with that key; throws InternalError if there is none.
   size_t place(std::string_view key) const;
-  /// Throws InternalError if the length of the row is wrong or a number is not finite.
+  /// Adds a row. Throws InternalError if its length is wrong or a number is not finite.
   void add_row(std::vector<Cell> row);
 };
 
@@ -125,8 +125,8 @@ class Fields : public std::vector<Field<Row>> {
     this->insert(this->end(), more.begin(), more.end());
     return *this;
   }
-  /// Adds columns of a member of the row. `find` returns a pointer to it or an optional; if it is absent, the
-  /// cells are empty.
+  /// Adds the columns of a part of the row, such as a member. `find` returns a pointer to this part, or an
+  /// optional; if the part is absent, its cells are empty.
   template <typename Part, typename Find>
   Fields& add(const Fields<Part>& more, const Find& find) {
     for (const Field<Part>& field : more) {
@@ -145,7 +145,7 @@ class Fields : public std::vector<Field<Row>> {
   }
 };
 
-/// A value in one column, and its 95 % interval as a range.
+/// Returns the columns of an estimate: its value, and the two ends of its 95 % interval.
 Fields<IntervalEstimate> estimate_fields(const Column& value, const std::string& low_key,
                                          const std::string& high_key);
 
@@ -173,8 +173,8 @@ struct RowRange {
 };
 /// Returns the ranges of rows between changes of the values in these columns.
 std::vector<RowRange> row_ranges(const Table& table, const std::vector<std::string>& keys);
-/// Returns some rows, with title, caption and notes of the whole; `fold` then states their common values
-/// once.
+/// Returns a table of the rows in this range, with the title, caption and notes of `table`. Columns marked
+/// `fold` then state a value that these rows share once.
 Table rows_of(const Table& table, RowRange rows);
 /// Splits a table at each change of the values in these columns.
 std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys);
@@ -183,12 +183,12 @@ std::string to_text(const Table& table);
 std::string to_markdown(const Table& table);
 /// Escapes an untrusted text as one line of Markdown without HTML.
 std::string markdown_text(const std::string& text);
-/// RFC 4180, header line first; title, caption and notes are not written.
+/// Returns CSV (RFC 4180) with a header line of column keys; title, caption and notes are not written.
 std::string to_csv(const Table& table);
-/// An array with one object per row.
+/// Returns an array with one object per row; empty cells are left out.
 Json rows_to_json(const Table& table);
-/// json_text(rows_to_json(table)), made row by row: the object of all rows takes ten times the memory of its
-/// text.
+/// Returns the text of rows_to_json(), made row by row, because the JSON object of all rows takes ten times
+/// the memory of its text.
 std::string rows_to_json_text(const Table& table);
 
 // ---- Common parts of the renderings for readers (text, Markdown, LaTeX, HTML).
@@ -201,7 +201,7 @@ Table for_people(const Table& table);
 
 struct FoldedTable {
   Table table;
-  std::string said_once;  ///< "dataset vdo, sequence 0003"
+  std::string said_once;  ///< the values of the removed columns: "dataset vdo, sequence 0003"
 };
 /// Removes the columns marked `fold` whose value is the same in every row.
 FoldedTable fold_columns(const Table& table);
@@ -218,7 +218,7 @@ Table with_columns(const Table& table, const std::vector<std::string>& keys);
 // pdflatex. Columns with the same value in every row are stated once in the caption; details are left out, as
 // in to_text.
 
-/// `name` gives the label "tab:<name>".
+/// Returns the table as LaTeX, with the label "tab:<name>".
 std::string to_latex(const Table& table, const std::string& name);
 
 /// Escapes special characters; formats E_t, E_R, E_v as symbols, and Greek letters and signs outside ASCII as

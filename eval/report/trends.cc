@@ -73,7 +73,7 @@ std::map<double, Labels> labels_of(const std::vector<Levels>& of_errors) {
   return by_level;
 }
 
-/// Trend over clusters that all have every level.
+/// Computes the trend of one error; every cluster must have every level.
 ErrorTrend trend_of(const Levels& levels, const BootstrapOptions& options) {
   ErrorTrend trend;
   std::vector<LevelSums> sums;

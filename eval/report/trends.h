@@ -40,7 +40,7 @@ struct TrendRow {
   int n_clusters = 0;
   std::map<std::string, ErrorTrend> errors;  ///< by name; the `compared` errors known at two levels or more
 
-  /// Returns true if records of that level contribute to this row.
+  /// Returns true if the records of level `key`, in a sweep of the parameter `swept`, contribute to this row.
   bool covers(const std::string& swept, const NoiseLevelKey& key) const {
     return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
            key.estimator == estimator;
@@ -75,8 +75,9 @@ struct FallingError {
   std::string reason() const;
 };
 
-/// Curves whose mean E_t at the highest level is lower than least_fall times that at the lowest level.
+/// An error falls if its mean at the highest level is lower than this share of its mean at the lowest level.
 inline constexpr double least_fall = 0.95;
+/// Returns the curves whose mean E_t falls.
 std::vector<FallingError> falling_errors(const std::vector<NoiseSweep>& sweeps);
 
 Table falling_error_table(const std::vector<FallingError>& rows);

@@ -66,7 +66,7 @@ std::string plain(std::string_view word) {
   return text;
 }
 
-/// Terms at a small edit distance that is less than most of the word.
+/// Returns the three terms one of whose names has the smallest edit distance to `wanted`.
 std::vector<std::string> nearest(const std::string& wanted) {
   std::vector<std::pair<int, std::string>> near;
   for (const Word& word : all_words()) {

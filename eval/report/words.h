@@ -26,8 +26,8 @@ struct Word {
 /// Returns terms, then statuses, numbers and presets.
 std::span<const Word> all_words();
 
-/// Returns the entries called `word`, ignoring case, '_', '-' and blanks. Throws Error with similar terms if
-/// there are none.
+/// Returns the entries that have `word` as one of their names, ignoring case, '_', '-' and blanks. Throws
+/// Error with the three most similar terms if there are none.
 std::vector<const Word*> explain(std::string_view word);
 
 }  // namespace sextant

@@ -21,7 +21,7 @@ namespace {
 
 using Sections = std::vector<PlacedSection>;
 
-constexpr int page_quality = 85;  // of JPEG pictures on the page; the lossless PNG lies beside it
+constexpr int page_quality = 85;  // of JPEG pictures on the page; the lossless PNG is a file of the report
 
 void add_section(PaperPlace place, const std::string& name, const std::string& heading,
                  std::vector<Figure> figures, Sections& sections, bool is_detail = true) {
@@ -79,7 +79,8 @@ void add_noise_levels(const fs::path& parts, const std::vector<NoiseLevelRow>& l
   sections.push_back({PaperPlace::fig_4, std::move(section)});
 }
 
-/// Joins the published systems that were measured under the same noise on the same data.
+/// Adds to an experiment the levels of the published systems that were measured under the same noise on the
+/// same data.
 NoisePart with_systems(const EvidencePart& part, const Evidence& evidence) {
   NoisePart joined{part, {part.name}};
   const Record& ours = part.records.front();
@@ -94,8 +95,8 @@ NoisePart with_systems(const EvidencePart& part, const Evidence& evidence) {
   return joined;
 }
 
-/// Record sets of the paper's experiments on the data of one experiment, with the paper's names of bodies;
-/// only bodies that were estimated.
+/// Returns a record set for each of the paper's sets that the records of one experiment cover. Bodies have
+/// the paper's names; bodies that were never estimated are left out.
 std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   std::vector<RecordSet> sets;
   for (const SetData& data : paper().sets) {
@@ -107,7 +108,8 @@ std::vector<RecordSet> paper_record_sets(const EvidencePart& part) {
   return sets;
 }
 
-/// Record sets of the experiment whose data are nearest to the paper's and whose method is the paper's.
+/// Returns the record sets of the experiment that has records of the paper's method on the data nearest to
+/// the paper's; none if no experiment has such records.
 std::vector<RecordSet> nearest_sets(const Evidence& evidence) {
   const EvidencePart* nearest = nullptr;
   for (const EvidencePart* part : evidence.with(PartRole::sets)) {
@@ -153,7 +155,8 @@ std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
   return floors;
 }
 
-/// Adds the tests of dynamic against static of one experiment, as a table and their curves.
+/// Adds a section about the tests that classify the objects of one experiment as dynamic or static: a table,
+/// and the receiver operating characteristics.
 void add_classification(const EvidencePart& part, Sections& sections) {
   std::vector<Figure> figures = classification_figures(part.records);
   if (figures.empty()) return;
@@ -220,7 +223,7 @@ namespace {
 
 using Paths = std::vector<const AttributionPath*>;
 
-/// Decisions of all paths, in their order.
+/// Returns the decisions of all paths, each once, in order of first appearance.
 std::vector<std::string> decisions_of(const Paths& paths) {
   std::vector<std::string> decisions;
   for (const AttributionPath* path : paths) {

@@ -40,7 +40,7 @@ Part sweep_part(const char* name, PartRole role, const char* plan, const char* n
   return part;
 }
 
-/// Experiment on the text files of Virtual KITTI, in whichever folder of the root they lie.
+/// Makes an experiment on the text files of Virtual KITTI, from the folder of the root that contains them.
 Part replay_part(const char* name, PartRole role, const char* plan, const std::string& data_root) {
   Part part = sweep_part(name, role, plan, "vkitti_1.3.1_text", paper().fetch("vkitti1_text"));
   const std::filesystem::path root(data_root);
@@ -153,7 +153,8 @@ std::vector<Recording> recordings_in(const fs::path& root) {
     }
   }
   if (found.empty())
-    fail("{}: holds no trajectory of a known name", (root / "kitti_tracking_peers").string());
+    fail("{}: holds no trajectory of a known name: expected files such as orbslam3_camera/0003.txt",
+         (root / "kitti_tracking_peers").string());
   return found;
 }
 
@@ -192,7 +193,7 @@ std::vector<Record> records_of(const Recording& recording, const EgoResult& raw,
   return records;
 }
 
-// DynOSAM's logs and the sequence that they are of.
+// Folder of DynOSAM's logs below the root, and the sequence of KITTI tracking that was logged.
 constexpr const char* object_logs = "dynosam_kitti_0000";
 constexpr const char* object_sequence = "0000";
 
@@ -315,7 +316,8 @@ std::string embedded_text(const std::string& name) {
 
 OutputFiles stored_files(const std::string& part, const std::filesystem::path& beside) {
   if (!std::filesystem::exists(beside / "records.jsonl"))
-    fail("{}: no records.jsonl: experiment {} needs it", beside.string(), part);
+    fail("{}: has no records.jsonl: experiment {} takes the truth of its frames from this file",
+         beside.string(), part);
   const auto truth = truth_values(read_records(beside / "records.jsonl"));
   const std::string name = part + "/records.jsonl";
   std::vector<Record> records;

@@ -34,19 +34,20 @@ struct Part {
   std::string beside{};  ///< `stored`: an earlier experiment whose records have the truth of the same frames
 };
 
-/// Returns the experiments in the order in which they run, those without external data first. The text files
-/// of Virtual KITTI are read from ROOT/vkitti_1.3.1_text, or from ROOT/vkitti_1.3.1 if only that exists.
+/// Returns the experiments in the order in which they run: first those on the embedded scenarios, and each
+/// stored experiment after the one that it needs (`beside`). The text files of Virtual KITTI are read from
+/// ROOT/vkitti_1.3.1_text or, if this folder does not exist, from ROOT/vkitti_1.3.1.
 std::vector<Part> reproduction_parts(const std::string& data_root);
 
 /// Explains why an experiment cannot run with this data; empty if it can.
 std::string what_is_missing(const Part& part, const std::string& data_root);
 
 // ---- Published systems, measured once with the external protocol (docs/external-estimators.md) and stored.
-// results/systems/PART/records.jsonl holds their errors; run.json the program and the machine that measured
-// them. These files come with the program.
+// results/systems/PART/records.jsonl contains their errors, and run.json the program and the machine that
+// measured them. These files come with the program.
 //
-// The stored records have no truth values, because those of real data may not be redistributed. They are
-// taken from the records of the experiment that was measured here on the same frames.
+// The stored records have no truth values, because those of real data may not be redistributed. The truth
+// values are taken from the records of the experiment that was measured here on the same frames.
 
 /// Returns records.jsonl and run.json of a stored experiment. Records of frames and bodies that `beside` does
 /// not have are left out. Throws Error if the experiment does not exist, or if `beside` has no records.jsonl.
@@ -62,7 +63,7 @@ OutputFiles stored_files(const std::string& part, const std::filesystem::path& b
 //   errors.Et_m, ER_deg        against the raw truth
 //   errors.Et_corrected_m      against the truth with velocity-corrected step lengths
 //   errors.Et_scaled_m         raw truth, the estimate scaled to the truth's size (Umeyama, scale only)
-//   values.step_gt_m, step_floor_m
+//   values.step_gt_m, step_floor_m, and other floors of the truth
 
 /// A system with recorded camera trajectories.
 struct RecordedSystem {
@@ -74,23 +75,24 @@ struct RecordedSystem {
 };
 std::span<const RecordedSystem> recorded_systems();
 
-/// The paper's sequences whose truth is publicly available as text: "0000" .. "0020".
+/// Returns the paper's sequences whose truth is publicly available as text: "0000" to "0006", "0018", "0020".
 const std::vector<std::string>& recorded_sequences();
 
-/// Files that evaluate_recorded() would read, as path -> SHA-256.
+/// Returns the files that evaluate_recorded() would read, as path -> SHA-256. Throws Error if there is no
+/// trajectory.
 Json recorded_inputs(const std::string& data_root);
 
 /// Returns records.jsonl, run.json, and for each system and sequence
 /// <system>_<sequence>_{reference,estimate}.tum.
 OutputFiles evaluate_recorded(const std::string& data_root);
 
-// ---- recorded object motions: DynOSAM's logs of a sequence of KITTI tracking, in ROOT/dynosam_kitti_0000.
-// The truth is the data set's own; errors as `evaluate objects` gives them.
+// ---- Recorded object motions: DynOSAM's logs of a sequence of KITTI tracking, in ROOT/dynosam_kitti_0000.
+// The truth comes from the data set; errors are those of `sextant evaluate objects`.
 
-/// Files that evaluate_recorded_objects() would read, as path -> SHA-256.
+/// Returns the files that evaluate_recorded_objects() would read, as path -> SHA-256.
 Json recorded_object_inputs(const std::string& data_root);
 
-/// records.jsonl and run.json, with the estimators "DynOSAM front end" and "DynOSAM back end".
+/// Returns records.jsonl and run.json. The estimators are called "DynOSAM front end" and "DynOSAM back end".
 OutputFiles evaluate_recorded_objects(const std::string& data_root);
 
 }  // namespace sextant

@@ -6,12 +6,12 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/reproduce/figures.h"
-#include "sextant/eval/records/output.h"
-#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 
@@ -23,7 +23,8 @@ Json read_data_json(const fs::path& folder) {
     fail("{}: no data.json: expected a folder that `sextant reproduce` has written", folder.string());
   }
   const Json data = read_json(path);
-  if (!data.is_array()) fail("{}: expected a JSON array; remove it and run again", path.string());
+  if (!data.is_array())
+    fail("{}: expected a JSON array: remove the file and run `sextant reproduce` again", path.string());
   return data;
 }
 
@@ -40,7 +41,10 @@ Evidence read_evidence(const ReproduceConfig& config) {
         {part.name, part.role, std::move(sweeps.front()), read_records(folder / "records.jsonl")});
   }
   if (evidence.parts.empty())
-    fail("{}: no experiment is finished, so there is nothing to report", config.out.string());
+    fail(
+        "{}: no experiment is finished, so there is nothing to report: run `sextant reproduce` without "
+        "--report-only",
+        config.out.string());
   return evidence;
 }
 
@@ -79,7 +83,7 @@ Table data_table(const Json& data, const Evidence& evidence) {
       fields, rows);
 }
 
-/// Summary line of a table of the paper.
+/// Makes the summary line of a table of the paper.
 VerdictLine verdict_line(const PaperTable& entry, const PublishedTable& table,
                          const std::vector<PaperLayout>& layouts) {
   std::vector<std::string> verdicts;
@@ -103,7 +107,8 @@ VerdictLine verdict_line(const PaperTable& entry, const Table& ours) {
   return line;
 }
 
-/// Sections with the long tables and the figures of their answers, for the details of the page.
+/// Makes the sections of details.html with the long tables, each with the picture of its published and
+/// measured values (answer_figure()), and adds the summary line of each table to `verdicts`.
 std::vector<PlacedSection> long_table_sections(const Evidence& evidence,
                                                const std::vector<PublishedTable>& published,
                                                const std::vector<PaperLayout>& layouts,
@@ -136,7 +141,8 @@ std::vector<PlacedSection> long_table_sections(const Evidence& evidence,
   return sections;
 }
 
-/// Figures of the paper's numbers that the page shows directly, in the paper's order.
+/// Returns the figures that have a number in the paper and are on report.html, not on details.html, in the
+/// order of the sections.
 std::vector<PrintedFigure> printed_figures(const std::vector<PlacedSection>& sections) {
   std::vector<PrintedFigure> figures;
   for (const PlacedSection& placed : sections) {
@@ -187,8 +193,8 @@ ReproductionReport reproduction_report(const ReproduceConfig& config) {
 
 namespace {
 
-/// Verdict of a claim in the summary: reproduced, reproduced in part, not reproduced, undecided or not
-/// measured.
+/// Returns the verdict of a claim in the summary: "reproduced", "partly", "not reproduced", "undecided" or
+/// "not measured here".
 std::string verdict_of(const CheckedClaim& claim) { return claim_verdicts({claim}, "").front().verdict; }
 
 std::string sentence(const std::string& begin, const std::vector<std::string>& items) {
@@ -230,8 +236,7 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
   std::string text =
       sentence("Holds", holds) + sentence("Holds in part", partly) + sentence("Does not hold", differs);
   if (!why.empty()) text += fmt::format("Why Table III differs: {}. ", why);
-  text += fmt::format("{} of {} comparable published values lie within our runs. ", n_within,
-                      n_judged);
+  text += fmt::format("{} of {} comparable published values lie within our runs. ", n_within, n_judged);
   if (!missing.empty())
     text += fmt::format("Not measured: tables {}: {}, then sextant reproduce --data ROOT.",
                         fmt::join(missing, ", "), fmt::join(fetch, " and "));

@@ -1,7 +1,6 @@
 #pragma once
 
-// Repeats the paper's experiments as far as the data allow. A folder DIR holds
-//
+// Repeats the paper's experiments as far as the data allow. The folder DIR of a reproduction contains
 //
 //   parts/<name>/      one experiment (sweep, run or evaluation) each, complete or resumable
 //   data.json          which experiments could run with this data, and which data the others need
@@ -15,8 +14,8 @@
 #include <vector>
 
 #include "sextant/eval/experiment/pack.h"
-#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/claims/claim.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/paper/paper_page.h"
 #include "sextant/eval/reproduce/parts.h"
@@ -33,16 +32,19 @@ struct ReproduceConfig {
   bool quiet = false;
 };
 
-/// Runs the unfinished experiments. Throws Error on bad data and Interrupted on Ctrl-C, after which the same
-/// call resumes.
+/// Writes data.json, removes earlier results of experiments whose data are missing now, and runs the
+/// experiments that are unfinished or outdated. Throws Error on bad data and Interrupted on Ctrl-C, after
+/// which the same call resumes.
 void run_parts(const ReproduceConfig& config);
 
-/// Report of the results in config.out. Throws Error if there are none.
+/// The report of a reproduction.
 struct ReproductionReport {
   ReportDocument document;
   std::vector<PaperLayout> tables;     ///< tables in the layout of the paper
   std::vector<PrintedFigure> figures;  ///< figures of paper.html; all are in the document
 };
+/// Makes the report of the finished experiments in config.out. Throws Error if none is finished, or if
+/// data.json is missing or damaged.
 ReproductionReport reproduction_report(const ReproduceConfig& config);
 
 // ---- The answer in at most 120 words: which claims hold, which do not and why, what was not measured, and
@@ -54,7 +56,8 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
 // ---- Provenance of a report: program, machine and inputs of its records, from the run.json of the
 // experiments. The same folders give the same lines.
 
-/// The experiments lie in `parts`/<name>. A value that several experiments share is listed once.
+/// Returns the lines, (name, value), for the experiments in `parts`/<name>. A value that several experiments
+/// share is listed once.
 std::vector<std::pair<std::string, std::string>> reproduction_provenance(const std::filesystem::path& parts,
                                                                          const Evidence& evidence);
 

@@ -3,8 +3,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/progress.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/progress.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep.h"
 #include "sextant/eval/pictures/pictures.h"
@@ -17,7 +17,7 @@
 namespace sextant {
 namespace {
 
-/// Identifies the program, which results depend on besides plan and data.
+/// Returns the SHA-256 of the program's file: results depend on the program, the plan and the data.
 std::string program_id() {
   static const std::string id = sha256(read_file("/proc/self/exe"));
   return id;
@@ -64,7 +64,8 @@ bool read_the_same(const fs::path& folder) {
   }
 }
 
-/// Runs an experiment whose files are all written at once.
+/// Runs an experiment whose files are all written at once, unless its records exist and the files that it
+/// read are unchanged.
 void run_whole_part(const fs::path& folder, const std::function<OutputFiles()>& make) {
   if (!fs::exists(folder / "records.jsonl") || !read_the_same(folder)) write_output_folder(folder, make());
 }
@@ -115,7 +116,8 @@ void run_part(const Part& part, const ReproduceConfig& config, const fs::path& f
   }
 }
 
-/// Progress "[3/9] flow noise, scenario s18 ... 4.1 s", on standard error.
+/// Progress on standard error: for each experiment a line "[3/9] flow noise, scenario s18" and, when it has
+/// ended, a line "4.1 s; 6 experiments left, about 25 s".
 class PartLines {
  public:
   PartLines(size_t n, bool quiet) : n_(n), quiet_(quiet) {}

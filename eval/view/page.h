@@ -38,7 +38,8 @@ struct PageOptions {
 OutputFiles view_page(std::span<const ViewedRun> runs, const PageOptions& options);
 
 /// Writes the page to the file `out` (FILE.html) or into the folder `out`; returns the file to open. Throws
-/// Error if FILE.html cannot hold the images; a folder can.
+/// Error if `out` is FILE.html and view_page() has put the images into files of their own, which need a
+/// folder.
 std::string write_view(const std::filesystem::path& out, const OutputFiles& files);
 
 /// Request for a page of one run, or of two runs of the same source.
@@ -46,8 +47,8 @@ struct ViewRequest {
   /// Folders of `sextant run`, `sweep`, `merge` or `evaluate objects`
   std::vector<std::filesystem::path> folders;
   CaseChoice choice;
-  std::string
-      images;  ///< the SOURCE that folders of logs are about; empty: that of a run beside them, or none
+  /// SOURCE to which folders of logs belong; empty: that of a run in `folders`, or none
+  std::string images;
   std::string data_root;
   std::string out;  ///< FILE.html, or a folder
   PageOptions page;

@@ -4,7 +4,6 @@
 // distributions, pictures of the three worst frames of each body, provenance, and the command that makes the
 // interactive page. It is one self-contained file; links into the interactive page work once that command has
 // been run. The same run gives the same bytes, wherever its folder is.
-// the line has been run. Same run, same bytes, wherever its folder is.
 
 #include <map>
 #include <set>
@@ -34,11 +33,12 @@ class WorstFrames {
 
   explicit WorstFrames(const MetricPreset& preset) : preset_(preset) {}
 
-  /// A PairObserver. For an estimator with several results, the first result is used.
+  /// Adds a pair, as a PairObserver. If an estimator has several results, the first one is used.
   void add(const FrameResult& result, std::span<const Record> of_pair);
   /// Returns true if pairs of these frames were seen.
   bool has_seen(const SequenceInfo& info) const;
-  /// By body_order(); the largest E_t first, and for equal ones the earlier frame. Empty if no pair was seen.
+  /// Returns the worst frames of each body, by body_order(): the largest E_t first, and of equal ones the
+  /// earlier frame. Empty if no pair was seen.
   const std::map<int, std::vector<WorstFrame>>& of(const SequenceInfo& info) const;
 
  private:

@@ -159,7 +159,8 @@ TEST(View, TwoRunsMustBeOfTheSameFrames) {
   std::vector<ViewedRun> runs = {
       viewed(run_into(folder, "a", config_of("synthetic:s18@0-2", "motion_only"))),
       viewed(run_into(folder, "b", config_of("synthetic:s18@0-3", "motion_only")))};
-  EXPECT_THAT(error_of([&] { view_page(runs, {.quiet = true}); }), HasSubstr("must be of the same frames"));
+  EXPECT_THAT(error_of([&] { view_page(runs, {.quiet = true}); }),
+              HasSubstr("must have the same frames and image size"));
 }
 
 TEST(View, OfRecordsAloneNeedsOnlyTheImages) {

@@ -53,7 +53,8 @@ std::string listed(const std::vector<std::string>& names) {
   return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
 }
 
-/// Index of `wanted` among `names`; the first one if `wanted` is empty.
+/// Returns the index of `wanted` in `names`; 0 if `wanted` is empty. Throws Error that lists the names if it
+/// is none of them.
 size_t place_of(const std::string& wanted, const std::vector<std::string>& names, const std::string& what,
                 const fs::path& folder) {
   if (names.empty()) fail("{}: its configuration has no {}", folder.string(), what);
@@ -278,7 +279,7 @@ std::shared_ptr<const Sequence> sequence_of_logs(const std::vector<Record>& reco
   SequenceInfo info;
   info.dataset = records.front().dataset;
   info.sequence = records.front().sequence;
-  info.rate_hz = 10;  // of the playback alone: logs without a source do not have it
+  info.rate_hz = 10;  // for the playback only: logs without a source do not state a rate
   info.first_frame = records.front().frame - 1;
   info.last_frame = records.front().frame;
   const auto include = [&](int first, int last) {
@@ -299,7 +300,9 @@ ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const s
   ViewedRun run;
   run.folder = folder.string();
   std::vector<Record> all = read_records(folder / "records.jsonl");
-  if (all.empty()) fail("{}: has no records", (folder / "records.jsonl").string());
+  if (all.empty())
+    fail("{}: has no records: expected the results of `sextant evaluate objects --out`",
+         (folder / "records.jsonl").string());
   std::vector<std::string> estimators, seeds;
   for (const Record& record : all) {
     if (std::ranges::find(estimators, record.estimator.str()) == estimators.end())

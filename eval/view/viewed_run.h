@@ -1,8 +1,8 @@
 #pragma once
 
-// One case of a finished run or sweep, with data that its records do not hold: the points of every pair, the
-// covariances and the paths. These are computed again from the source by the same deterministic pipeline, so
-// a run needs no extra files to be viewed. Records are read from the folder. External programs are not run
+// One case of a finished run or sweep, with data that its records do not contain: the points of every pair,
+// the covariances and the paths. These are computed again from the source by the same deterministic pipeline,
+// so a run needs no extra files to be viewed. Records are read from the folder. External programs are not run
 // again; their cases consist of records only.
 
 #include <cstdint>
@@ -56,7 +56,8 @@ struct TopViewCovariance {
 class PositionCovariances {
  public:
   /// Adds one pair. T_world_curr and the positions of the objects are the estimates after the pair; call in
-  /// order of frames. A body without a covariance in the result is left out.
+  /// order of frames. An object without a covariance is left out of the result; without one of the camera,
+  /// the result is empty.
   std::map<std::string, TopViewCovariance> add(const FrameResult& frame, const SE3& T_world_curr,
                                                const std::map<int, Eigen::Vector3d>& objects_m);
 
@@ -117,7 +118,8 @@ struct ViewedRun {
 std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks, int frame);
 
 /// Reads a run. Throws Error if the folder is not one of `sextant run`, `sextant sweep` or `sextant merge`,
-/// if it has no such case (the message lists the cases that it has), or if its source has moved.
+/// if it has no such case (the message lists the sources, estimators, levels or seeds that it has), or if its
+/// source cannot be opened.
 ViewedRun view_run(const std::filesystem::path& folder, const CaseChoice& choice,
                    const std::string& data_root, int jobs, bool quiet);
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/base/progress.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/progress.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/evaluation/trajectory_figures.h"
@@ -110,7 +110,7 @@ std::vector<std::string> with_split_keys(const std::vector<std::string>& keys) {
   return all;
 }
 
-// Columns of the tables that matter first.
+// Keys of the most important columns of each table.
 const std::vector<std::string> first_of_comparisons =
     with_split_keys({"first", "second", "body", "level", "n_pairs", "Et_difference_m", "Et_low_m",
                      "Et_high_m", "Et_difference_percent", "Et_verdict", "records"});
@@ -165,17 +165,12 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   of_bodies.erase(of_estimators.begin(), of_estimators.end());
   progress.advance();
   add("Errors by noise level",
-      {.name = "noise_levels",
-       .table = linked(noise_level_table(levels), levels),
-       .first = first_of_levels},
+      {.name = "noise_levels", .table = linked(noise_level_table(levels), levels), .first = first_of_levels},
       std::move(of_bodies));
-  add("Errors that fall",
-      {.name = "falling_errors", .table = falling_error_table(falling_errors(sweeps))});
+  add("Errors that fall", {.name = "falling_errors", .table = falling_error_table(falling_errors(sweeps))});
   const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
-  add("Growth",
-      {.name = "trends", .table = linked(trend_table(trends), trends), .first = first_of_trends});
-  add("Summaries",
-      {.name = "summaries", .table = summary_limits(sweeps, comparisons, n_left_out)});
+  add("Growth", {.name = "trends", .table = linked(trend_table(trends), trends), .first = first_of_trends});
+  add("Summaries", {.name = "summaries", .table = summary_limits(sweeps, comparisons, n_left_out)});
   Table achieved_table = achieved_noise_table(achieved);
   if (!out.empty()) {
     std::vector<std::string> addresses;
@@ -198,8 +193,7 @@ ReportDocument report_sweeps(const std::vector<std::filesystem::path>& folders,
   if (document.sections.empty())
     fail("no pair with truth in any of the {} folders: nothing to report", folders.size());
   if (!out.empty()) {
-    write_output_folder(out,
-                        [&](const FileWriter& write) { make_report_folder(document, options, write); });
+    write_output_folder(out, [&](const FileWriter& write) { make_report_folder(document, options, write); });
   }
   return document;
 }

@@ -1,8 +1,8 @@
 #pragma once
 
-// Reports, from a user's request to the folder that holds them. The commands `evaluate ego`, `evaluate
-// objects` and `reproduce` call these and print what they return. An output folder is locked before
-// anything is read.
+// Makes reports, from a user's request to the folder that contains them. The commands `evaluate ego`,
+// `evaluate objects`, `reproduce` and `report` call these functions and print what they return. An output
+// folder is locked before anything is read.
 
 #include <filesystem>
 #include <span>
@@ -44,8 +44,8 @@ Reproduction reproduce(const ReproduceConfig& config, bool report_only);
 // ---- The report of `sextant report`: statements of the paper, errors by noise level and their growth,
 // comparisons of estimators, and the noise that was achieved.
 
-/// Makes the report of runs and sweeps together. It has no sections if no pair has truth. Throws Error on
-/// bad folders.
+/// Makes the report of runs and sweeps together. It has no sections if no pair has truth. `out`: folder of
+/// the report, from which rows of tables link to records; empty: no links. Throws Error on bad folders.
 ReportDocument noise_document(const std::vector<std::filesystem::path>& folders, int jobs, bool quiet = true,
                               const std::filesystem::path& out = {});
 

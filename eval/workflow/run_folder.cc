@@ -33,7 +33,7 @@ RunConfig run_config(const RunRequest& request, const RunOutput& output) {
   if (!request.procedure.empty()) {
     follow_procedure(request.procedure, with_noise, config);
   } else if (with_noise) {
-    fail("--noise procedure: expected --procedure NAME with it");
+    fail("--noise procedure takes the noise from a procedure: give --procedure NAME, too");
   }
   set_noise(config);
   config.n_seeds = request.n_seeds;

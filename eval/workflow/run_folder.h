@@ -50,7 +50,7 @@ struct WrittenRun {
 
 /// Runs and writes the folder: run_files(), summary.md, summary.csv and report.html. An interrupted run is
 /// resumed after its last finished source. Throws Error and Interrupted as run() does, and Error if the
-/// folder holds another run.
+/// folder contains the results of another run and output.force is off.
 WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output);
 
 /// Result of rescoring: exactly one member is set.
@@ -59,8 +59,9 @@ struct RescoredFolder {
   std::optional<SweepOutcome> sweep;
 };
 /// Scores again the files that external programs left in the folder of a run or sweep, and writes the
-/// results into another folder. `config` supplies jobs, progress, correspondence cache and where notes for
-/// the user go; everything else comes from the folder.
+/// results into another folder. `config` supplies only the number of jobs, `quiet` and, for a sweep, the
+/// correspondence cache and the receiver of notes for the user; everything else comes from the folder, the
+/// request and `output`.
 RescoredFolder rescore_into_folder(const RescoreRequest& request, const SweepConfig& config,
                                    const RunOutput& output);
 

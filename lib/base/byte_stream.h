@@ -64,8 +64,8 @@ class ByteReader {
     }
     fail("{}: damaged: a number has more than 64 bits", name_);
   }
-  /// Returns `n` as a count after checking that `n` items of at least `size` bytes each can follow; throws
-  /// Error if the remaining bytes are too few.
+  /// Returns `n` after checking that the remaining bytes suffice for `n` items of at least `size` bytes each;
+  /// otherwise throws Error.
   size_t checked_count(uint64_t n, size_t size) const {
     if (n > rest_.size() / size) damaged();
     return static_cast<size_t>(n);

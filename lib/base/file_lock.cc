@@ -26,7 +26,7 @@ struct Holder {
   long pid = 0;
 };
 
-/// Reads the holder of a lock; empty while another process is writing the file.
+/// Returns the process that created a lock file; nullopt if the file is gone or has another content.
 std::optional<Holder> read_holder(const fs::path& lock_file) {
   std::ifstream file(lock_file);
   Holder holder;
@@ -34,7 +34,8 @@ std::optional<Holder> read_holder(const fs::path& lock_file) {
   return holder;
 }
 
-/// Makes `lock_file`, which link() does for one process only, on NFS too. False when it is there.
+/// Creates `lock_file` with link(), which succeeds for one process only, also on NFS. Returns false if the
+/// file already exists, and throws Error if it cannot be created for another reason.
 bool make_lock_file(const fs::path& lock_file) {
   const fs::path own = fmt::format("{}.{}.{}", lock_file.string(), host_name(), ::getpid());
   write_file(own, fmt::format("{} {}\n", host_name(), ::getpid()));
@@ -50,7 +51,7 @@ bool make_lock_file(const fs::path& lock_file) {
 std::optional<FileLock> FileLock::take(const fs::path& file, std::string* holder, Flock flock) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (descriptor < 0 && errno == ELOOP)
-    fail("{}: is a link, and a locked folder must not lead elsewhere; remove it", file.string());
+    fail("{}: is a link, expected a regular file: remove the link", file.string());
   if (descriptor < 0) fail("{}: cannot open: {}", file.string(), std::strerror(errno));
   FileLock lock(descriptor, {});
   int result = 0;
@@ -78,8 +79,8 @@ std::optional<FileLock> FileLock::take(const fs::path& file, std::string* holder
       continue;
     }
     if (holder != nullptr) {
-      *holder = found ? fmt::format("process {} on {} (if it is no more: remove {})", found->pid, found->host,
-                                    lock_file.string())
+      *holder = found ? fmt::format("process {} on {} (if it no longer exists, remove {})", found->pid,
+                                    found->host, lock_file.string())
                       : fmt::format("another process (see {})", lock_file.string());
     }
     return std::nullopt;
@@ -109,8 +110,8 @@ std::optional<Identity> identity(int status, const struct stat& info) {
   return status == 0 ? std::optional(Identity(info.st_dev, info.st_ino)) : std::nullopt;
 }
 
-/// Makes the folders on the way to `folder` that are not there and appends them to `made`, outermost first.
-/// Returns false if another process removed a parent folder meanwhile.
+/// Creates `folder` and its missing parents, and appends those that were created to `made`, outermost first.
+/// Returns false if a parent was removed meanwhile by another process, or is a broken link.
 bool make_folders(const fs::path& folder, std::vector<fs::path>& made) {
   std::error_code ignored;
   if (fs::is_directory(folder, ignored)) return true;
@@ -133,7 +134,7 @@ struct FolderLock::Held {
     for (auto path = made.rbegin(); path != made.rend(); ++path) ::rmdir(path->c_str());
   }
 
-  pid_t owner = ::getpid();  // a child process inherits this, but not the lock
+  pid_t owner = ::getpid();  // a forked child inherits this object, but must not use the lock
   std::vector<fs::path> made;
   Descriptor folder;
   std::optional<FileLock> file;

@@ -2,11 +2,11 @@
 
 // Lock of a file that only one process holds at a time, on this host or another.
 //
-// The lock is flock() if the file system supports it: it ends with its process, however that ends. File
-// systems of clusters may not support it (ENOLCK, ENOSYS, EOPNOTSUPP); then the lock is a file FILE.lock that
-// names host and process and that only one process can create. A process that no longer exists on this host
-// has lost such a lock; for another host this cannot be determined, and the message names the host and the
-// file to remove.
+// The lock is flock() if the file system supports it: it ends with its process, however the process ends.
+// File systems of clusters may not support it (ENOLCK, ENOSYS, EOPNOTSUPP); then the lock is a file
+// FILE.lock, which only one process can create and which contains the names of host and process. If that
+// process no longer exists on this host, its lock is taken over. For a process on another host this cannot be
+// determined, so the message names the host and the file to remove.
 
 #include <sys/file.h>
 #include <filesystem>
@@ -21,8 +21,8 @@ class FileLock {
   using Flock = int (*)(int file, int operation);  ///< ::flock, replaced in tests
 
   /// Takes the lock of `file`, and creates the file if needed. Returns nullopt if another process holds the
-  /// lock; `holder` then describes it, as far as known. Throws Error with the system's reason if the state
-  /// cannot be determined.
+  /// lock; `holder` then describes that process, as far as known. Throws Error if `file` is a link, and with
+  /// the system's reason if it cannot be opened or the state of the lock cannot be determined.
   static std::optional<FileLock> take(const std::filesystem::path& file, std::string* holder = nullptr,
                                       Flock flock = ::flock);
   ~FileLock();
@@ -45,14 +45,15 @@ class FileLock {
 
 class FolderLock {
  public:
-  /// Creates the folder if needed, and takes its lock; a process that already holds the lock shares it with
-  /// itself. Throws Error if another process holds the lock, or if the folder is a file or cannot be created.
+  /// Creates the folder if needed, and takes its lock. Several FolderLocks of one process for the same folder
+  /// share the lock. Throws Error if another process holds the lock, or if the folder is a file or cannot be
+  /// created or opened.
   explicit FolderLock(const std::filesystem::path& folder);
 
  private:
-  struct
-      /// ends with the last FolderLock of its folder; removes the folders that it created and that are empty
-      Held;
+  /// State that the FolderLocks of one folder share. The last one releases the lock and removes the folders
+  /// that the first one created, if they are empty.
+  struct Held;
   std::shared_ptr<Held> held_;
 };
 

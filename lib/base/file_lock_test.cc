@@ -68,8 +68,8 @@ TEST(FileLock, LocksOfOtherHostsAreKeptAndNamed) {
   std::ofstream(file.string() + ".lock") << "node17 4711\n";
   std::string holder;
   EXPECT_FALSE(FileLock::take(file, &holder, &no_flock));
-  EXPECT_THAT(holder,
-              HasSubstr("process 4711 on node17 (if it is no more: remove " + file.string() + ".lock)"));
+  EXPECT_THAT(holder, HasSubstr("process 4711 on node17 (if it no longer exists, remove " + file.string() +
+                                ".lock)"));
 }
 
 TEST(FileLock, ErrorsContainTheSystemsReason) {

@@ -28,8 +28,8 @@ inline constexpr FileKind records_file = {"a file of records, a journal or cache
 inline constexpr FileKind streamed_file = {"a file", uint64_t{1} << 50U};
 inline constexpr FileKind recording_file = {"a recording", uint64_t{1} << 50U};
 
-/// A regular file that is open for reading. Throws Error with the path and either the system's reason or the
-/// size limit of the kind.
+/// A regular file that is open for reading. Throws Error with the path and the reason: that of the system, or
+/// that the file is a folder, pipe or device, or larger than its kind may be.
 class FileReader {
  public:
   FileReader(const fs::path& path, const FileKind& kind);
@@ -49,16 +49,16 @@ class FileReader {
   uint64_t size_ = 0;
 };
 
-/// Returns the content of a file. Throws Error with the path and either the system's reason or the size
-/// limit.
+/// Returns the content of a file. Throws Error like FileReader.
 std::string read_file(const fs::path& path, const FileKind& kind = data_file);
 
 /// Writes `bytes` to a temporary file in the same folder, syncs it to disk and renames it to `path`: after a
-/// power cut either the old or the new file exists. Throws Error and leaves no temporary file behind.
+/// power cut either the old or the new file exists. If it fails, throws Error and leaves no temporary file
+/// behind.
 void write_file(const fs::path& path, std::string_view bytes);
 
-/// A file that is written piece by piece and synced to disk by close(). Throws Error with the path and the
-/// system's reason.
+/// A new file that is written piece by piece and synced to disk by close(). Throws Error with the path and
+/// the system's reason, also if the file already exists.
 class StreamedFile {
  public:
   explicit StreamedFile(fs::path path);

@@ -14,7 +14,8 @@ struct TextHash {
   size_t operator()(std::string_view text) const { return std::hash<std::string_view>()(text); }
 };
 
-/// Never destroyed, because threads may read texts until the program ends.
+/// Returns the stored copy of a text, which all threads share. The set of texts is never destroyed, because
+/// threads may read texts until the program ends.
 const std::string* of_all_threads(std::string_view text) {
   static auto& mutex = *new std::mutex;
   static auto& texts = *new std::unordered_set<std::string, TextHash, std::equal_to<>>;
@@ -28,7 +29,8 @@ const std::string& empty_text() {
   return text;
 }
 
-/// Hashes the length, the first and the last bytes, where names differ.
+/// Returns the place of a text in a thread's cache of 512 texts: a hash of its length and of its first and
+/// last eight bytes, because names differ there.
 size_t place_of(std::string_view text) {
   constexpr size_t n = sizeof(uint64_t);
   uint64_t first = 0, last = 0;

@@ -26,7 +26,8 @@ TEST(Interned, IsOrderedLikeTheTexts) {
   EXPECT_FALSE(Interned("Et_m") < Interned("Et_m"));
 }
 
-/// Several threads intern more texts than each remembers; the texts share beginning, end and length.
+/// Several threads intern more texts than the cache of a thread can contain; all texts have the same
+/// beginning, end and length.
 TEST(Interned, ManyTextsOfManyThreads) {
   constexpr int n = 5000;
   std::vector<std::set<const std::string*>> of_thread(4);

@@ -44,12 +44,12 @@ void* end_after_signal(void*) {
   }
   std::this_thread::sleep_for(std::chrono::duration<double>(interrupt_grace_s));
   Watch& w = watch();
-  // never unlocked: no folder may be added from here on
+  // The mutex is never unlocked, so that no folder is added from here on.
   if (w.mutex.try_lock_for(std::chrono::milliseconds(100))) {
     std::error_code ignored;
     for (const std::filesystem::path& folder : w.folders) std::filesystem::remove_all(folder, ignored);
   }
-  // standard error is closed: nothing to do
+  // A write to a closed standard error fails, which needs no handling.
   if (::write(STDERR_FILENO, w.last_words.data(), w.last_words.size()) < 0) {
   }
   std::_Exit(w.exit_code);

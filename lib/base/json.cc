@@ -12,7 +12,7 @@
 namespace sextant {
 namespace {
 
-/// Iterator over the characters of the text; `seen` is the number of characters read so far.
+/// Iterator over the characters of the text; `*seen` points behind the last character that was read.
 struct Cursor {
   using iterator_category = std::forward_iterator_tag;
   using value_type = char;
@@ -74,7 +74,7 @@ class Builder final : public nlohmann::json_sax<Json> {
   /// A list or object whose end has not been read yet.
   struct Open {
     Json* value;
-    std::unordered_set<std::string> keys{};  ///< of an object with more than few_keys keys
+    std::unordered_set<std::string> keys{};  ///< of an object with at least few_keys keys; else empty
 
     /// Returns false if the key is already present. Json searches all keys of an object linearly, which would
     /// be quadratic for objects with many keys.

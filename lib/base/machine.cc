@@ -134,7 +134,7 @@ void parallel_for(int n, int jobs, const std::function<void(int)>& body) {
   std::vector<std::jthread> threads;
   try {
     for (int t = 1; t < std::min(jobs, n); ++t) threads.emplace_back(work);
-  } catch (...) {  // the system refuses another thread: the running ones do the work
+  } catch (...) {  // no further thread can be created: the others end after their present index
     next = n;
     throw;
   }

@@ -56,8 +56,9 @@ E from_name(std::string_view name, std::string_view kind) {
 }
 
 // Lookup in explicit tables of named entries (adapters, estimators, tables, ...). Entries do not register
-// themselves in static initialisers, because the linker drops those of a static library. To add an entry,
-// write one new file and one line in the folder's registry.cc.
+// themselves in static initialisers, because the linker drops object files of a static library that nothing
+// refers to. To add an entry, write one new file and one line in the table (registry.cc of the folder, or the
+// file that calls find_entry()).
 
 /// Returns the entry called `name` of a table whose entries have a member `name`. If there is none, throws
 /// Error with the nearest name and all known names; `kind` appears in the message: "unknown estimator

@@ -35,15 +35,19 @@ class Descriptor {
   int fd_;
 };
 
-// A new temporary folder in the system's temporary folder, named `prefix` and six letters that no existing
-// folder has, not even one left by a killed process. The destructor removes it with everything in it. Throws
-// Error if it cannot be created.
+// A new folder in the system's temporary folder. Its name is `prefix` and six random letters and digits, so
+// that it differs from every existing folder, also from one left by a killed process. The destructor removes
+// the folder with its content. The constructor throws Error if the folder cannot be created.
 
 class ScratchFolder {
  public:
   explicit ScratchFolder(const std::string& prefix) {
     std::string name = (std::filesystem::temp_directory_path() / (prefix + "XXXXXX")).string();
-    if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot create a temporary folder", name);
+    if (::mkdtemp(name.data()) == nullptr)
+      fail(
+          "{}: cannot create this temporary folder: set TMPDIR to a folder with free space in which you may "
+          "create files",
+          name);
     path_ = name;
   }
   ~ScratchFolder() {
@@ -64,12 +68,13 @@ class ScratchFolder {
 //
 // The temporary name is unpredictable and the file is created exclusively (O_EXCL, O_NOFOLLOW): in a folder
 // that others may write to, nobody can place a link there through which another file would be overwritten.
-// Every temporary file of the project is made by this class or lies in a ScratchFolder.
+// Every temporary file of the project is made by this class, or lies in a folder that only this user can
+// enter: a ScratchFolder, the folder .incomplete of an OutputFolder, or another one made by mkdtemp().
 
 class NewFile {
  public:
   /// Creates the temporary file, named `path` followed by ".tmp" and 16 random hexadecimal digits. Throws
-  /// Error with the path and the system's reason, also if `path` is a folder, pipe or device.
+  /// Error if `path` is a folder, pipe or device, and with the system's reason if the file cannot be created.
   explicit NewFile(std::filesystem::path path);
   /// Removes the file unless commit() was called.
   ~NewFile();
@@ -82,7 +87,7 @@ class NewFile {
   const std::filesystem::path& temporary() const { return temporary_; }
   void append(std::string_view bytes) const;
   /// Syncs the file to disk and renames it to its final name; an existing file or link of that name is
-  /// replaced.
+  /// replaced. Throws Error with the system's reason.
   void commit();
 
  private:
@@ -101,21 +106,23 @@ bool write_all(int file, std::string_view bytes);
 // Output is written only into the folder that the command line names and its subfolders: a name that comes
 // from a file goes through safe_file_name(), and a subfolder is never reached through a link.
 
-/// Turns a text into the name of one file or folder: '/' and control characters become '-', a leading '.'
-/// becomes '_', and a name of more than 200 bytes is cut and ends in 16 digits of the SHA-256 of the text.
-/// Other texts stay unchanged.
+/// Turns a text into the name of one file or folder: '/' and ASCII control characters become '-', a leading
+/// '.' becomes '_', and a name of more than 200 bytes is cut and ends in 16 hexadecimal digits of the SHA-256
+/// of the text. An empty text becomes "_"; other texts stay unchanged.
 std::string safe_file_name(std::string_view text);
 
-/// Appends "-2", "-3", ... to names that occur earlier in the list.
+/// Returns the names, with "-2", "-3", ... appended to each one that occurs earlier in the list, so that all
+/// differ.
 std::vector<std::string> distinct_names(std::vector<std::string> names);
 
-/// Creates the folder `relative` below the existing folder `root` and returns its path. Throws Error if a
-/// component of `relative` is a link or a file, or if the path leads out of `root`.
+/// Creates the folder `relative` below the existing folder `root` and returns its path. Throws Error if
+/// `relative` is empty, absolute or contains "..", and if one of its components is a link or a file or cannot
+/// be created.
 std::filesystem::path make_folder_below(const std::filesystem::path& root,
                                         const std::filesystem::path& relative);
 
-/// Moves a file to `relative` below `root`, with the checks of make_folder_below(); an existing file or link
-/// of that name is replaced.
+/// Moves a file to `relative` below `root`. Creates and checks the folders on the way like
+/// make_folder_below(); an existing file or link of that name is replaced.
 void move_below(const std::filesystem::path& from, const std::filesystem::path& root,
                 const std::filesystem::path& relative);
 
@@ -123,8 +130,8 @@ void move_below(const std::filesystem::path& from, const std::filesystem::path& 
 /// because its content is trusted. A folder that does not exist passes.
 void check_private_folder(const std::filesystem::path& folder);
 
-/// Creates a folder, with its parents, that only this user can enter; applies check_private_folder() to an
-/// existing one.
+/// Creates a folder that only this user can enter, with its parents; applies check_private_folder() also to
+/// an existing folder. Throws Error if the folder cannot be created or fails the check.
 void make_private_folder(const std::filesystem::path& folder);
 
 }  // namespace sextant

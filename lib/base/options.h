@@ -15,10 +15,10 @@
 //
 // A field may itself be such a struct, with {} as its default. Supported leaf types: bool, int, uint64_t,
 // double, std::string, and enumerations with names (base/names.h), whose names the help lists.
-// NamedOptions<T> is an object whose keys the user chooses; the check() of the struct that contains it
-// validates them, and reading replaces the whole map. SEXTANT_OPTIONS_OF(BASE, ...) continues the list of a
-// base class. If a key differs from the member's name, the struct defines visit() itself, with one call
-// v("default", other, "px", "meaning") per field.
+// NamedOptions<T> is an object whose keys the user chooses; the check() of the struct that contains the
+// object validates its keys, and reading replaces the whole map. SEXTANT_OPTIONS_OF(BASE, ...) continues the
+// list of a base class. If a key differs from the member's name, the struct defines visit() itself, with one
+// call v("default", other, "px", "meaning") per field.
 
 #include <algorithm>
 #include <map>
@@ -94,7 +94,7 @@ void read_options(const Json& json, T& options, const std::string& where = "");
 template <internal::OptionStruct T>
 T options_from(const std::filesystem::path& path);
 
-/// Returns all fields with their present values.
+/// Returns all fields with their present values, as an object.
 template <internal::OptionStruct T>
 Json write_options(const T& options);
 
@@ -106,7 +106,8 @@ struct OptionHelp {
   std::string meaning;  ///< includes the names that an enumeration accepts
 };
 
-/// Returns every leaf option below `T`, with its value in `options`.
+/// Returns every leaf option below `T`, with its value in `options`; `prefix` is the dotted path of `options`
+/// itself. NamedOptions appear once, with the key NAME and the defaults of one entry.
 template <internal::OptionStruct T>
 std::vector<OptionHelp> describe_options(const T& options, const std::string& prefix = "");
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// Philox 4x32-10, a counter-based random number generator: the value for any counter is computed without
-// those before it, in any order and on any thread.
+// Philox 4x32-10, a counter-based random number generator: the value for a counter does not depend on earlier
+// values, so that values can be computed in any order and on any thread.
 //   J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw: Parallel Random Numbers: As Easy as 1, 2, 3, SC'11.
 // Checked in philox_test.cc against the known answers published with the authors' Random123 library.
 

@@ -44,8 +44,10 @@ class Progress {
   Clock::time_point last_draw_{};
 };
 
-/// Returns the durations of the stages since the program began, longest first: "cases 61.0 s, figures 8.2 s".
-/// Stages of the same name are added up; quiet and short ones are left out. Empty if none is left.
+/// Returns the durations of the stages that have ended, longest first: "cases 61.0 s, figures 8.2 s".
+/// Durations of stages with the same name are added. Stages with `quiet` and sums below 0.5 s are left out;
+/// of more than eight stages only the first eight are named, followed by ", 3 more". Empty if no stage is
+/// left.
 std::string time_summary();
 
 // Standard streams of a program that may have been started with some of them closed.

@@ -1,6 +1,6 @@
 #pragma once
 
-// Quantiles of valid samples; stats/summary.h checks its samples first.
+// Quantiles of samples without NaN, which these functions do not check; those of stats/summary.h do.
 
 #include <algorithm>
 #include <span>
@@ -10,14 +10,14 @@
 namespace sextant {
 
 /// Returns the quantile by type 7 of Hyndman and Fan (1996), the default of R and numpy: linear interpolation
-/// between the order statistics x_(1) <= .. <= x_(n) at position 1 + (n - 1) p. Throws Error unless 0 <= p <=
-/// 1; requires n > 0.
+/// between the order statistics x_(1) <= .. <= x_(n) at position 1 + (n - 1) p. Throws Error unless
+/// 0 <= p <= 1, and InternalError for an empty sample.
 double quantile_of_sorted(std::span<const double> sorted, double p);
-/// Returns the quantile of values in any order; reorders them.
+/// Returns the quantile of values in any order, with the same definition and errors. Reorders the values.
 double quantile_of(std::span<double> values, double p);
 
 /// Returns the upper median: the element at index n / 2 of the sorted values, without averaging two elements
-/// for even n. Reorders the values.
+/// for even n. Reorders the values. Throws InternalError if there are none.
 template <typename Values>
 auto middle_of(Values& values) {
   SEXTANT_CHECK(!values.empty());
@@ -26,8 +26,8 @@ auto middle_of(Values& values) {
   return *middle;
 }
 
-// Quantiles of the chi-square distribution: the approximation of Wilson and Hilferty (1931), exact for two
-// degrees of freedom.
+// Quantile of the chi-square distribution by the approximation of Wilson and Hilferty (1931), or by the exact
+// formula for two degrees of freedom.
 
 double chi_square_quantile(int degrees_of_freedom, double probability);
 

@@ -13,7 +13,8 @@ namespace sextant {
 /// Returns the Levenshtein distance.
 int edit_distance(std::string_view a, std::string_view b);
 
-/// Returns the name nearest to `word`; empty if none is near enough to be a likely misspelling.
+/// Returns the name with the smallest edit distance to `word`; empty if none is near enough to be a likely
+/// misspelling, i.e. within 2 or a third of the length of `word`, whichever is larger.
 std::string_view nearest_name(std::string_view word, std::span<const std::string> names);
 
 /// Returns "did you mean 'x'? known: a, b, c"; without the question if no name is near.
@@ -22,20 +23,21 @@ std::string suggest(std::string_view word, std::span<const std::string> names);
 /// Returns the pieces of `text` between `separator`s; n separators give n + 1 pieces.
 std::vector<std::string> split(std::string_view text, char separator);
 
-/// Returns `text` without leading and trailing blanks, tabs and carriage returns.
+/// Returns `text` without leading and trailing blanks, tabs, vertical tabs, form feeds and carriage returns.
 std::string_view trimmed(std::string_view text);
 
 /// Returns true if `text` is not empty and consists of the digits 0 to 9.
 bool is_digits(std::string_view text);
 
-/// Returns the number that the whole of `text` spells in C notation, also with a leading '+'; infinity on
-/// overflow, 0 on underflow, nullopt if it is not a number.
+/// Returns the number that the whole of `text` spells in decimal notation ("12", "-1.5e3", "inf", "nan"),
+/// also with a leading '+'; infinity of the same sign on overflow, 0 on underflow, nullopt if it is not a
+/// number.
 std::optional<double> number_in(std::string_view text);
 
 bool is_utf8(std::string_view text);
 
 /// Replaces what an XML or HTML page cannot contain: bytes that are not UTF-8 and characters that XML 1.0
-/// excludes become U+FFFD.
+/// excludes become U+FFFD. Also applies with_directions_shown().
 std::string page_text(std::string_view text);
 
 /// Returns page_text() with every control character replaced by a blank, so that the text cannot break a line

@@ -8,8 +8,8 @@
 namespace sextant {
 namespace {
 
-/// Returns the minimum over |e| <= radius of (d - e)^T S^-1 (d - e); S is given by its eigenvalues, and d in
-/// its eigenvectors.
+/// Returns the minimum over |e| <= radius of (d - e)^T S^-1 (d - e). `variances`: eigenvalues of S; `d`: in
+/// the basis of the eigenvectors of S.
 double distance2_from_ball(const Eigen::Vector3d& d, const Eigen::Vector3d& variances, double radius) {
   if (d.norm() <= radius) return 0;
   // e_i = d_i / (1 + m s_i) with the Lagrange multiplier m >= 0 for which |e| = radius; |e| decreases with m.

@@ -44,7 +44,8 @@ struct ClassificationOptions {
     v("smallest_speed_mps", smallest_speed_mps, "m/s",
       "likelihood: slower bodies count as static (1 cm a frame at 10 Hz, as in Virtual KITTI)");
     v("false_alarm_rate", false_alarm_rate, "probability",
-      "likelihood: upper bound on the probability that such a body is classified dynamic");
+      "likelihood: upper bound on the probability that a body slower than smallest_speed_mps is classified "
+      "dynamic");
   }
   void check() const;
 };
@@ -52,7 +53,8 @@ struct ClassificationOptions {
 struct MotionClass {
   double moving_share = 0;  ///< NaN if no point has both depths
   int n_points = 0;         ///< points with both depths
-  /// true if moving_share is unknown, since nothing shows that the body stands still
+  /// true if moving_share exceeds min_moving_share; also if it is unknown, since nothing shows that the body
+  /// stands still
   bool is_dynamic = false;
 };
 
@@ -66,8 +68,9 @@ struct MotionLikelihood {
   bool is_dynamic = false;
 };
 
-/// Returns the test of a body with the centre `centre_m` (previous camera coordinates); nullopt if a
-/// covariance is not positive definite.
+/// Returns the result of the likelihood test for a body with the centre `centre_m` (previous camera
+/// coordinates); nullopt if the covariance of its motion against the background is not positive definite or a
+/// number is not finite.
 std::optional<MotionLikelihood> test_motion(const MotionEstimate& body, const MotionEstimate& background,
                                             const Eigen::Vector3d& centre_m, double dt_s,
                                             const ClassificationOptions& options);

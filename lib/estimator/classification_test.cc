@@ -92,7 +92,7 @@ TEST(MotionLikelihood, CountsDeviationsBeyondTheSmallestSpeed) {
   EXPECT_FALSE(slow->is_dynamic);
 }
 
-// The same displacement along the direction with the largest variance.
+// A displacement of the same length along the direction with the largest variance.
 TEST(MotionLikelihood, WeighsDirectionsByTheirCovariance) {
   Vector6d deviations = Vector6d::Constant(1e-6);
   deviations.head<3>() << 0.01, 0.01, 0.1;

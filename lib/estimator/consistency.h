@@ -7,8 +7,9 @@
 //
 // has a mean of 6 if the covariances are correct. A larger mean indicates errors that the covariance does not
 // contain. C_12 is the cross-covariance of the halves from errors that correlate over the image
-// (error_model.h); it is 0 for estimators without an error model. The halves use the noise levels estimated
-// from the whole body, whose covariance is under test, and the inliers are not selected again.
+// (error_model.h); it is 0 for estimators without an error model. Halves with an error model use the noise
+// levels and error variances that were estimated from the whole body, because its covariance is under test.
+// Only inliers of the whole body take part; estimators that choose their points gate each half once more.
 
 #include <optional>
 
@@ -17,12 +18,12 @@
 namespace sextant {
 
 struct SplitNees {
-  std::optional<double> sides;  ///< halves left and right of the median pixel of the inliers
-  std::optional<double> cells;  ///< halves of odd and even squares of 80 px, as on a chess board
+  std::optional<double> sides;  ///< halves left and right of the median column of the inliers
+  std::optional<double> cells;  ///< halves of black and white squares of a chess board, 80 px wide
 };
 
-/// Returns the split NEES of each split; nullopt if a half has no estimate. Each half starts from the motion
-/// and the inliers of the whole body.
+/// Returns the NEES of each split; nullopt if a half has no estimate or the covariance of the difference is
+/// not positive definite. Each half starts from the motion and the inliers of the whole body.
 SplitNees split_nees(const Problem& problem, const MotionEstimate& whole, const Estimator& estimator);
 
 }  // namespace sextant

@@ -67,7 +67,8 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
   body.times.refine_ms = watch.lap_ms();
 }
 
-/// Returns the previous instance of most of the points.
+/// Returns the instance of the previous mask to which most of the points belong; without points, the object's
+/// instance in the current mask.
 int main_instance(const ObjectObservation& object) {
   std::map<uint16_t, int> votes;
   for (const uint16_t instance : object.instance_prev) ++votes[instance];
@@ -77,8 +78,8 @@ int main_instance(const ObjectObservation& object) {
       ->first;
 }
 
-/// Returns the points of one previous instance. The others belong to another body that disappears behind this
-/// one, so that their flow ends here.
+/// Returns the points of one instance of the previous mask. All other points belong to a body that disappears
+/// behind this one, so that their flow ends on it.
 Correspondences points_of_instance(const ObjectObservation& object, int instance) {
   std::vector<unsigned char> keep(object.points.size());
   for (size_t i = 0; i < keep.size(); ++i) keep[i] = object.instance_prev[i] == instance ? 1 : 0;
@@ -229,7 +230,7 @@ void FrameEstimator::decide_by_likelihood(const FramePair& pair, const BodyResul
 
 /// Returns the track labels of the current frame (paper sec. IV-C2): 0 for a static object. A dynamic object
 /// takes the label that most of its points had, or a new one if that is 0. If several objects claim a label,
-/// the one with most votes gets it.
+/// the one with most votes gets it, and all others get new ones.
 std::map<int, int> FrameEstimator::associate(const FramePair& pair, const std::vector<BodyResult>& objects) {
   struct Claim {
     int instance;
@@ -268,7 +269,8 @@ std::map<int, int> FrameEstimator::associate(const FramePair& pair, const std::v
 }
 
 void FrameEstimator::estimate_object(const FramePair& pair, const BodyResult& ego, BodyResult& body) const {
-  if (options_.classification.test == MotionTest::likelihood && ego.status == Status::ok) return;  // it is
+  // The likelihood test has already estimated the object.
+  if (options_.classification.test == MotionTest::likelihood && ego.status == Status::ok) return;
   std::optional<SE3> propagated;
   const auto known = motion_of_track_.find(body.track);
   if (ego.status == Status::ok && known != motion_of_track_.end()) {

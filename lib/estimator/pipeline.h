@@ -4,10 +4,11 @@
 // of consecutive frame pairs:
 //
 //   ego motion (robust start vs. the propagated motion, refinement)  ->  scene flow, dynamic or static  ->
-//   labels by majority vote  ->  gates  ->  object motion  ->  velocity
+//   gates  ->  labels by majority vote  ->  object motion  ->  velocity
 //
-// FrameEstimator stores the propagated state: the last camera motion, object motions and labels. Pairs must
-// be given in order. The result is a pure function of the pairs and the options.
+// The likelihood test (classification.h) needs the object's motion, which is then estimated before the
+// labels. FrameEstimator stores the propagated state: the last camera motion, object motions and labels.
+// Pairs must be given in order. The result is a pure function of the pairs and the options.
 
 #include <map>
 #include <memory>
@@ -22,7 +23,8 @@
 
 namespace sextant {
 
-/// Points on which objects are refined: as RefineOn, or the same choice as for the background.
+/// Points on which the motion of an object is refined: those of RefineOn, or (`same`) of the option
+/// refine_on.
 enum class RefineObjectsOn { inliers, all, reselected, same };
 constexpr Names<4> names_of(RefineObjectsOn) { return {"inliers", "all", "reselected", "same"}; }
 
@@ -30,10 +32,11 @@ struct PipelineOptions {
   SEXTANT_OPTIONS(
       (RobustStartOptions, start, {}, "", "RANSAC against the propagated motion"),
       (RefineOn, refine_on, RefineOn::reselected, "",
-       "points that motion_only and joint_flow refine on (joint_flow_depth chooses by itself): the "
-       "inliers of RANSAC, all, or those within the noise level estimated from the residuals"),
-      (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "", "as refine_on, for objects; same: as "
-                                                                      "for the background"),
+       "points on which motion_only and joint_flow refine (joint_flow_depth, and any estimator with robust = "
+       "geman_mcclure_gnc, chooses by itself): the inliers of RANSAC, all, or those within the noise level "
+       "estimated from the residuals"),
+      (RefineObjectsOn, refine_objects_on, RefineObjectsOn::same, "",
+       "refine_on for objects; same: as for the background"),
       (ClassificationOptions, classification, {}, "", "dynamic or static"),
       (double, max_object_distance_m, 25.0, "m",
        "gate on the median depth of an object, and farthest object point (paper: 25)"),
@@ -41,7 +44,7 @@ struct PipelineOptions {
       (int, min_object_points, 30, "count", "fewest points and fewest inliers of an object"),
       (bool, estimate_static_objects, false, "", "also estimate objects classified static"),
       (bool, consistency, false, "",
-       "also estimate every body from two halves of its points (consistency.h)"))
+       "also estimate every body from two halves of its inliers (consistency.h)"))
   void check() const;
 };
 
@@ -53,20 +56,20 @@ struct BodyTimes {
   double total_ms() const { return start_ms + refine_ms + other_ms; }
 };
 
-/// Result of one body in one frame pair. body.instance 0 is the background.
+/// Result of one body in one frame pair. The background has instance 0.
 struct BodyResult {
   int instance = 0;
   int track = 0;  ///< label of the tracker: 0 = background or static, 1.. = moving objects
   Status status = Status::ok;
   Gate gate = Gate::none;
-  Correspondences points;                 ///< all points passed to the estimator
+  Correspondences points;                 ///< all points from which the body is estimated
   std::optional<MeasurementNoise> noise;  ///< declared noise of these points
   MotionEstimate estimate;                ///< valid if status == ok
   int n_points = 0;
-  int n_inliers = 0;
-  bool start_propagated = false;  ///< the propagated motion had more inliers than RANSAC's
-  double area_fraction = 0;       ///< share of the image
-  double distance_m = 0;          ///< median depth of the points; NaN without points
+  int n_inliers = 0;              ///< number of inliers of the robust start
+  bool start_propagated = false;  ///< the propagated motion had at least as many inliers as RANSAC's
+  double area_fraction = 0;       ///< share of the image; NaN for the background
+  double distance_m = 0;          ///< median depth of the points; NaN without points and for the background
   double moving_share = 0;        ///< share of points with scene flow above the threshold; NaN if unknown
   bool is_dynamic = false;
   std::optional<MotionLikelihood> likelihood;  ///< if classification.test is likelihood

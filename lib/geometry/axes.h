@@ -1,6 +1,6 @@
 #pragma once
 
-// Named conventions for coordinate axes, of a world frame and of a body frame alike.
+// Named conventions for the coordinate axes of a world frame or of a body frame.
 //
 //   name     x        y      z         used by
 //   opencv   right    down   forward   cameras here, KITTI's images, ORB-SLAM

@@ -31,7 +31,7 @@ struct PinholeCamera {
   Eigen::Vector3d ray(double u, double v) const { return {(u - cx) / fx, (v - cy) / fy, 1.0}; }
   Eigen::Vector3d backproject(double u, double v, double z) const { return z * ray(u, v); }
 
-  /// Throws Error unless all four numbers are finite and the focal lengths positive.
+  /// Throws Error unless fx and fy lie in [1e-6, 1e9] px and cx and cy in [-1e9, 1e9] px.
   void check() const;
 };
 
@@ -43,6 +43,7 @@ struct StereoCamera {
   double disparity_px(double z_m) const { return bf / z_m; }
   double depth_sigma_m(double z_m, double delta_d_px) const { return z_m * z_m / bf * delta_d_px; }
 
+  /// Checks `left`; throws Error also unless bf lies in [1e-6, 1e9] px m.
   void check() const;
 };
 

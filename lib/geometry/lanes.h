@@ -20,8 +20,9 @@
 
 namespace sextant {
 
-/// Alignment of objects that hold lanes and are passed by address to a SEXTANT_SIMD function: declare them
-/// alignas(lane_bytes), because the AVX clone assumes this alignment and its caller does not provide it.
+/// Alignment of objects that contain lanes and are passed by address to a SEXTANT_SIMD function: declare them
+/// alignas(lane_bytes), because the AVX clone assumes this alignment and its caller does not provide it
+/// otherwise.
 inline constexpr size_t lane_bytes = 32;
 
 /// Bound of the relative rounding error of a sum of thousands of non-negative numbers.

@@ -11,8 +11,8 @@
 //                                            Chirikjian et al. 2017), c = centroid of the object's points,
 //                                            same frame as H
 //
-// If c is the origin of the object's label box, v is the displacement of that origin per time, as the paper's
-// published code computes it.
+// If c is the origin of the object's label box, v is the displacement of that origin divided by dt, as the
+// paper's published code computes it.
 
 #include "sextant/geometry/se3.h"
 

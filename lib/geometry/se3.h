@@ -19,8 +19,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// Returns the matrix [w]_x with [w]_x v = w x v.
 Eigen::Matrix3d skew(const Eigen::Vector3d& w);
 
-/// Exponential and logarithm of SO(3): rotation vector (axis * angle, rad) to unit quaternion and back. |log|
-/// <= pi.
+/// Exponential and logarithm of SO(3): from the rotation vector (axis * angle, rad) to the unit quaternion,
+/// and back to the rotation vector of length <= pi.
 Eigen::Quaterniond so3_exp(const Eigen::Vector3d& omega);
 Eigen::Vector3d so3_log(const Eigen::Quaterniond& q);
 

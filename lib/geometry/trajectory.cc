@@ -69,7 +69,7 @@ InterpolatedPoses interpolate_poses(const PoseSeries& series, std::span<const do
     out.rows.push_back(static_cast<int>(row));
     out.asked.push_back(static_cast<int>(asked));
   };
-  size_t j = 0;  // the first stamp at or after the time
+  size_t j = 0;  // index of the first stamp at or after t
   for (size_t k = 0; k < times_s.size(); ++k) {
     const double t = times_s[k];
     while (j < stamps.size() && stamps[j] < t) ++j;

@@ -43,7 +43,7 @@ class Trajectory {
 //
 //   e_p = p_true - p_world_body  [m]        e_R = log(R_true R_world_body')  [rad]
 //
-// Position comes first in rows and columns; readers of files in another convention convert.
+// Position comes first in rows and columns; readers convert files in another convention to this one.
 
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 
@@ -61,11 +61,14 @@ struct PoseSeries {
 
   void reserve(size_t n);
   void add(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position_m);
-  /// Transforms covariance i for a pose i that becomes [s R | t] (pose) [I | l], where l = `lever_world_m` is
-  /// the lever arm in the axes of the new world.
+  /// Transforms covariance i for a change of pose i = (R_i, p_i) to position s R p_i + t + l and rotation R
+  /// R_i, also if a constant rotation of the body axes follows. The lever arm l = `lever_world_m` is constant
+  /// in the body frame, but given in the axes of the new world (m). Does nothing if the series has no
+  /// covariances.
   void transform_covariance(size_t i, const Eigen::Matrix3d& R, double s,
                             const Eigen::Vector3d& lever_world_m = Eigen::Vector3d::Zero());
-  /// Keeps the poses with the given indices, in that order; an index may be repeated.
+  /// Replaces the series by its poses with the given indices, in the order of `indices`; an index may be
+  /// repeated.
   void keep(std::span<const int> indices);
   SE3 pose(size_t i) const;
 };
@@ -87,15 +90,16 @@ RelativePose relative_pose(const PoseSeries& series, size_t i, size_t j);
 // than max_gap_s are not bridged.
 
 struct InterpolatedPoses {
-  PoseSeries poses;       ///< has the requested stamps and no frame numbers
-  std::vector<int> rows;  ///< index of the recorded pose nearest in time; the earlier one of two equally near
-  std::vector<int> asked;       ///< index into the requested times
+  PoseSeries poses;             ///< positions, stamps and, if recorded, rotations
+  std::vector<int> rows;        ///< by pose: index of the nearest recorded pose; the earlier one of a tie
+  std::vector<int> asked;       ///< by pose: index into the requested times
   double largest_gap_s = 0;     ///< longest gap that was bridged
   size_t n_outside = 0;         ///< requested times before the first or after the last pose
   size_t n_in_longer_gaps = 0;  ///< requested times inside gaps above max_gap_s
 };
 
-/// Interpolates `series`, whose stamps must be strictly ascending, at ascending times.
+/// Interpolates `series` at the ascending times `times_s`. Its stamps must be strictly ascending; throws
+/// InternalError if it has none.
 InterpolatedPoses interpolate_poses(const PoseSeries& series, std::span<const double> times_s,
                                     double max_gap_s);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Output of a sensor, and of the networks that process it, at one instant. Contains no ground truth. A
+// Output of a sensor, and of the networks that process it, at one instant; it contains no ground truth. A
 // channel that was not requested, or that the source does not have, is an empty image.
 
 #include "sextant/measurement/image.h"
@@ -50,7 +50,8 @@ constexpr Channels Channels::all() {
 
 // Target pixels of optical flow.
 
-/// Pixel nearest to (x, y) + flow, if the flow is known and that pixel lies inside a width x height image.
+/// Pixel nearest to (x, y) + flow. If the flow is not known or that pixel lies outside the width x height
+/// image, `inside` is false and the pixel is (0, 0).
 struct Landing {
   int x = 0;
   int y = 0;

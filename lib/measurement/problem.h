@@ -45,7 +45,7 @@ struct SpatialCorrelation {
 };
 
 // Declared noise of one body's measurements, as in the data sheet of a sensor: standard deviations, never the
-// errors themselves. 0 means that nothing is declared for the channel.
+// errors themselves. A standard deviation of 0 means that no noise is declared for the channel.
 //
 //   flow    N(0, diag(flow_x_px^2, flow_y_px^2))
 //   depth   of both frames: N(0, sigma^2), sigma(z) = z^2 * inverse_depth_per_m; a disparity accuracy of
@@ -57,8 +57,8 @@ struct MeasurementNoise {
   double inverse_depth_per_m = 0;  ///< 1/m
   double flow_outlier_share = 0;   ///< 0..1, share of flows with errors far beyond the deviations above
   SpatialCorrelation correlation;  ///< correlation of each channel's errors between points
-  /// True if the errors are Gaussian and independent between points: no outliers, no rounding, no common-mode
-  /// error.
+  /// True if the errors are Gaussian and independent between points, i.e. without outliers, rounding, and
+  /// errors that several points share or that are correlated over the image.
   bool independent_gaussian = true;
 
   double depth_sigma_m(double depth_m) const { return depth_m * depth_m * inverse_depth_per_m; }
@@ -79,21 +79,24 @@ struct Correspondences {
   std::vector<double> flow_u;      ///< px
   std::vector<double> flow_v;      ///< px
   std::vector<double> depth_curr;  ///< m, current frame; NaN = none
-  /// Index of each point in the list to which noise was added; empty: no noise was added.
+  /// Index of each point in the list to which noise was added, which also contains the points that the noise
+  /// removed; empty if no noise was added.
   std::vector<size_t> before_noise;
 
   size_t size() const { return u.size(); }
   bool empty() const { return u.empty(); }
   /// Returns true if pixel and flow of point i, and their sum, are finite.
   bool has_pixels(size_t i) const { return std::isfinite(u[i] + v[i] + flow_u[i] + flow_v[i]); }
-  /// Returns true if point i also has a positive depth whose value and inverse are finite.
+  /// Returns true if has_pixels(i), and the depth of point i in the previous frame and its inverse are
+  /// positive and finite.
   bool is_measurement(size_t i) const {
     return has_pixels(i) && depth[i] >= std::numeric_limits<double>::min() && depth[i] < INFINITY;
   }
   void reserve(size_t n);
   void push_back(double u_px, double v_px, double depth_m, double flow_u_px, double flow_v_px,
                  double depth_curr_m = NAN);
-  /// Returns the points whose entry in `keep` is non-zero; throws InternalError if `keep` has another length.
+  /// Returns the points whose entry in `keep` is not 0; throws InternalError unless `keep` has one entry per
+  /// point.
   Correspondences subset(const std::vector<unsigned char>& keep) const;
 };
 
@@ -108,13 +111,14 @@ struct Problem {
 
 // Measurements of one frame pair reduced to points: the input of the pipeline once the images are released.
 
-/// One instance of the current frame's mask, with the points of the previous frame whose flow lands on it.
+/// One instance of the current frame's mask, with the sampled points of the previous frame whose flow ends on
+/// this instance.
 struct ObjectObservation {
-  int instance = 0;          ///< id in the current mask
-  double area_fraction = 0;  ///< its share of the current image, 0..1
-  Correspondences points;    ///< sampled pixels of instances of the previous frame whose flow ends on it
-  std::vector<uint16_t> instance_prev;  ///< per point: its id in the previous mask (never 0)
-  int n_background = 0;  ///< number of samples of the previous background whose flow ends on it
+  int instance = 0;                     ///< id in the current mask
+  double area_fraction = 0;             ///< share of the current image that the instance covers, 0..1
+  Correspondences points;               ///< points that belong to an instance of the previous mask
+  std::vector<uint16_t> instance_prev;  ///< per point: id of the instance in the previous mask, never 0
+  int n_background = 0;  ///< number of samples of the previous background that land there; not in `points`
 };
 
 struct FramePair {
@@ -126,7 +130,7 @@ struct FramePair {
   StereoCamera camera;
   Correspondences background;              ///< static features
   std::vector<ObjectObservation> objects;  ///< in order of `instance`
-  std::vector<int> lost_instances;         ///< ids of the previous mask that the current mask lacks
+  std::vector<int> lost_instances;         ///< ids of the previous mask that are not in the current one
   /// Declared noise by body: id in the previous mask, 0 = background. Empty: unknown.
   std::map<int, MeasurementNoise> noise;
 };

@@ -26,7 +26,8 @@ std::optional<Matrix6d> inverse(const Matrix6d& information) {
   return scale.asDiagonal() * unit_inverse * scale.asDiagonal();
 }
 
-/// sum_i G_i^T M_i G_i of point informations M_i (3x3, 1/m^2), G_i = d exp(xi) p_i / d xi = [1, -[p_i]_x].
+/// Sum over the points of G_i^T M_i G_i, with M_i the information of point i (3x3, 1/m^2) and
+/// G_i = d exp(xi) p_i / d xi = [1, -[p_i]_x].
 class TwistInformation {
  public:
   void add(const Eigen::Matrix3d& M, const Eigen::Vector3d& p) {
@@ -80,7 +81,7 @@ class Information {
   }
 
   TwistInformation previous_depth;
-  TwistInformation current_depth;  ///< additional information
+  TwistInformation current_depth;  ///< information that the current depths add
 
  private:
   static double square(double x) { return x * x; }
@@ -93,7 +94,7 @@ class Information {
 };
 
 /// Returns the information of flow and previous depth whose errors are correlated over the image, for all
-/// points together.
+/// points together; zero if the covariance of the errors is not positive definite.
 Matrix6d correlated_information(const PinholeCamera& camera, const Correspondences& exact,
                                 const SE3& T_curr_prev, const MeasurementNoise& noise) {
   struct Seen {

@@ -43,15 +43,16 @@ struct MotionBound {
 };
 
 /// Returns the bound for the noise-free points `exact`; a finite depth_curr indicates that the current frame
-/// has a depth there. nullopt if there is no finite bound: flow or errors are not declared Gaussian, all
-/// points share one error, or the points do not determine the motion.
-///
+/// has a depth for this point. nullopt if no noise is declared for an axis of the flow; if the errors are
+/// neither independent and Gaussian nor correlated over the image without outliers; if correlated errors have
+/// more than 600 points; and if the points do not determine the motion.
 std::optional<MotionBound> motion_bound(const PinholeCamera& camera, const Correspondences& exact,
                                         const SE3& T_curr_prev, const MeasurementNoise& noise);
 
 /// Returns Ad(T) C Ad(T)^T: the covariance of the twist eta with exp(eta) = T exp(xi) T^-1, from that of xi.
 ///
-/// To first order, with Xhat = exp(xi) X, the errors E = Mhat^-1 M of pair_errors.h have the twists
+/// To first order, with Xhat = exp(xi) X, the errors E = Mhat^-1 M of pair_errors.h have these twists, where
+/// index 0 denotes the background and L = T_camera_object at the previous frame:
 ///   camera's motion, M = X^-1                                   xi
 ///   object, camera frame, M = X                                -Ad(X^-1) xi
 ///   object, body frame, M = L^-1 X_0^-1 X L                     Ad(L^-1 X^-1) (xi_0 - xi)
@@ -70,7 +71,7 @@ PoseChangeError rms_error(const Matrix6d& covariance);
 
 inline constexpr int nees_dof = 6;
 
-/// Returns the NEES; nullopt if the covariance is not positive definite.
+/// Returns the NEES; nullopt if the covariance is not positive definite or the result is not finite.
 std::optional<double> nees(const SE3& estimate, const Matrix6d& covariance, const SE3& truth);
 
 }  // namespace sextant

@@ -145,7 +145,7 @@ const std::vector<MetricDefinition>& table() {
       {"distance_gt_m", values, "object", "true distance", "m", 2, neither,
        "depth (z) of the true box's origin, previous camera frame", truth_only},
       {"area_fraction", values, "object", "area", "0..1", 4, neither,
-       "share of the previous image that the mask covers"},
+       "share of the current image that the mask covers"},
       {"moving_share", values, "object", "moving share", "0..1", 2, neither,
        "share of points whose scene flow is above the threshold"},
       {"dynamic", values, "object", "dynamic", "0/1", 0, neither,

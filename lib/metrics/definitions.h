@@ -1,8 +1,8 @@
 #pragma once
 
-// Metric presets. A preset bundles the definitions behind a column of a table: object frame, aggregate and
-// true velocity. Its name is printed in every table. The keys are those of a record's "errors"
-// (docs/metrics.md).
+// Metric presets. A preset selects the definitions of the object errors in a table: the frame of the motion,
+// the aggregate and the definition of the true velocity. Its name is printed in every table. Keys are those
+// of a record's "errors" unless noted otherwise (docs/metrics.md).
 
 #include <span>
 #include <string>
@@ -29,8 +29,8 @@ struct MetricPreset {
   Aggregate aggregate = Aggregate::mean;
   int version = 1;  ///< incremented when a field above changes under the same name
 
-  /// Returns the key under which an object's record stores this metric: the preset's choice for translation,
-  /// rotation and velocity errors, `metric` itself for all others.
+  /// Returns the key under which an object's record stores this metric: the preset's choice for the errors of
+  /// translation, rotation and velocity and for the true velocity, `metric` itself for all others.
   const std::string& object_key(const std::string& metric) const;
   /// Returns true if `aggregate` applies to this metric; all others are averaged.
   bool aggregates(const std::string& metric) const;
@@ -53,8 +53,8 @@ enum class NumberMap { errors, values, bound, time_ms };
 /// Returns "errors", "values", "bound" or "time_ms".
 std::string_view to_string(NumberMap map);
 
-/// Direction of improvement. `neither`: a property of the measurements or of the scene, which no estimator
-/// can improve; comparisons do not judge it.
+/// Direction of improvement. `neither` marks a property of the measurements or of the scene, which no
+/// estimator can improve; comparisons do not judge it.
 enum class Better { lower, higher, neither };
 
 /// Places where a number is shown or used besides its record; a bit mask.
@@ -63,7 +63,7 @@ enum MetricUse : unsigned {
   in_summary = 1,    ///< a column of a run's summary: the mean, or the preset's aggregate
   compared = 2,      ///< an error that appears in every table and figure of noise, comparisons and trends
   truth_only = 4,    ///< depends on the ground truth only: if two runs differ in it, so do their data
-  beside_speed = 8,  ///< in the summary, over the pairs that have the preset's E_v
+  beside_speed = 8,  ///< averaged in the summary only over pairs that have the preset's E_v
   /// computed for trajectories recorded by other systems (`sextant reproduce`), not for runs
   recorded_only = 16,
 };
@@ -97,10 +97,13 @@ const MetricDefinition& metric(NumberMap map, std::string_view name);
 /// Returns the definitions with this use, in the order of the list.
 std::vector<const MetricDefinition*> metrics_for(MetricUse use);
 
-/// Returns the definitions of a run's errors: {"Et_m": "1: length of ... [m]", ..}.
+/// Returns the version, definition and unit of each error of a run, without the recorded_only ones:
+/// {"Et_m": "1: translation of the pose ... [m]", ..}.
 Json metric_definitions_json();
 
-/// Returns {"paper": "Et_m, ER_deg, Ev_kmh against v_gt_kmh, mean", ..}.
+/// Returns the keys and the aggregate of each preset:
+/// {"paper": "Et_m, ER_deg, Ev_kmh against v_gt_kmh, mean", ..}; the text of a preset with another version
+/// than 1 begins with "VERSION: ".
 Json metric_presets_json();
 
 }  // namespace sextant

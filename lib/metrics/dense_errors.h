@@ -18,7 +18,7 @@
 namespace sextant {
 
 struct DenseFlowError {
-  double epe_px = 0;         ///< NaN when n == 0, like all but coverage
+  double epe_px = 0;         ///< NaN when n == 0, like the next three fields
   double x_px = 0;           ///< mean |u - true u|
   double y_px = 0;           ///< mean |v - true v|
   double outlier_share = 0;  ///< Fl, 0..1
@@ -28,9 +28,9 @@ struct DenseFlowError {
 };
 
 struct DenseDisparityError {
-  double mean_px = 0;        ///< mean |d - true d|; NaN when n == 0
-  double shift_px = 0;       ///< mean d - true d over the inlier pixels; NaN without any
-  double outlier_share = 0;  ///< D1, 0..1
+  double mean_px = 0;        ///< mean |d - true d| over all n pixels; NaN when n == 0
+  double shift_px = 0;       ///< mean d - true d over the pixels that are no outliers; NaN without any
+  double outlier_share = 0;  ///< D1, 0..1; NaN when n == 0
   int n_outliers = 0;
   int n = 0;
   int n_truth = 0;
@@ -39,29 +39,30 @@ struct DenseDisparityError {
 
 /// Compares flow images of equal size.
 DenseFlowError dense_flow_error(const Image<Flow>& estimate, const Image<Flow>& truth);
-/// Compares depth images (m; NaN = invalid) of equal size as disparities bf / z.
+/// Compares depth images of equal size (m; not finite or <= 0: no value) as disparities bf / z.
 DenseDisparityError dense_disparity_error(const Image<float>& depth_m, const Image<float>& true_depth_m,
                                           double bf);
 
-/// Pools the errors over the pixels of several images; all counts are 0 for an empty list.
+/// Return the errors over the pixels of all images together; for an empty list all counts are 0.
 DenseFlowError pooled(std::span<const DenseFlowError> images);
 DenseDisparityError pooled(std::span<const DenseDisparityError> images);
 
-// ---- whole depth images (m; NaN or <= 0 = no value), over the pixels that have truth and an estimate:
+// ---- Errors of whole depth images z against the truth z* (m; not finite or <= 0: no value), over the pixels
+// that have both:
 //
 //   mean |z - z*|, RMSE, mean |z - z*| / z*, mean (z - z*) / z*, share of max(z / z*, z* / z) < 1.25
 //
 // Source: Eigen, Puhrsch, Fergus, Depth map prediction from a single image, NIPS 2014.
 
 struct DepthError {
-  double mean_m = 0, rmse_m = 0;  ///< NaN when n == 0, like all but coverage
+  double mean_m = 0, rmse_m = 0;  ///< NaN when n == 0, like the next three fields
   double relative = 0, bias = 0;  ///< mean |z - z*| / z*, mean (z - z*) / z*
   double within_125 = 0;          ///< 0..1
   int64_t n = 0, n_truth = 0;
   double coverage = 0;  ///< n / n_truth; NaN without truth
 };
 
-/// Compares depth images in pairs of equal size; truths_m[i] belongs to estimates_m[i].
+/// Compares depth images; truths_m[i] belongs to estimates_m[i] and has the same size.
 DepthError depth_error(std::span<const Image<float>> estimates_m, std::span<const Image<float>> truths_m);
 
 }  // namespace sextant

@@ -51,9 +51,9 @@ struct FlowError {
 FlowError flow_error(std::span<const double> u, std::span<const double> v, std::span<const double> true_u,
                      std::span<const double> true_v);
 
-/// Flow that a rigid motion induces at points of known depth: project(X * backproject(p, d)) - p. For data
+/// Flow that a rigid motion X induces at points of known depth: project(X * backproject(p, d)) - p. For data
 /// sets with true motion but no true flow this is the `induced` truth, which contains the errors of the
-/// measured depth. NaN behind the camera.
+/// measured depth. NaN for points that X moves behind the camera.
 struct PointFlow {
   std::vector<double> u;
   std::vector<double> v;
@@ -84,7 +84,7 @@ struct ClassificationCounts {
   }
 };
 
-/// Threshold for data sets without a dynamic/static flag: an object is dynamic if its true speed exceeds this
+/// Threshold for data sets without a dynamic/static flag: an object is dynamic if its true speed is above it
 /// (m/s). The label box of a stationary object moves by up to about 0.05 m per frame through annotation and
 /// pose errors, i.e. 0.5 m/s at 10 Hz.
 constexpr double min_true_speed_mps = 1.0;

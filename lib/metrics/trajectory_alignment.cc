@@ -91,7 +91,7 @@ UmeyamaResult umeyama_alignment(const PoseSeries& estimate, const PoseSeries& re
                               std::span(reference.positions_m).first(n), with_scale);
   if (!result) {
     fail(
-        "cannot align {} poses: one of the trajectories stands still or both lie on a straight line, which "
+        "cannot align {} poses: one of the trajectories stands still or lies on a straight line, which "
         "leaves the rotation undetermined; use --align origin or --align none",
         n);
   }
@@ -105,8 +105,8 @@ Similarity yaw_alignment(const PoseSeries& estimate, const PoseSeries& reference
       rotation_about(up, std::span(estimate.positions_m).first(n), std::span(reference.positions_m).first(n));
   if (!result) {
     fail(
-        "cannot align {} poses by yaw: one of the trajectories does not move across --up, which leaves the "
-        "angle undetermined; use --align origin or --align none",
+        "cannot align {} poses by yaw: one of the trajectories does not move perpendicular to --up, which "
+        "leaves the angle undetermined; use --align origin or --align none",
         n);
   }
   return *result;
@@ -123,7 +123,9 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
       return result;
     case Alignment::origin:
       if (!estimate.has_rotations() || !reference.has_rotations())
-        fail("--align origin needs rotations, but a side has positions alone; use se3, sim3 or yaw");
+        fail(
+            "--align origin needs rotations, but one of the trajectories has positions alone; use se3, sim3 "
+            "or yaw");
       result.ref_from_est.rotation = reference.rotations[0] * estimate.rotations[0].transpose();
       result.ref_from_est.translation_m =
           reference.positions_m[0] - result.ref_from_est.rotation * estimate.positions_m[0];
@@ -158,7 +160,8 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
 
 namespace {
 
-/// Matches each stamp of `from` with the nearest stamp of `to` + offset; both lists are ascending.
+/// Matches each stamp of `from` with the nearest stamp of `to` + offset, the earlier one of a tie; both lists
+/// are ascending.
 void match(const std::vector<double>& from, const std::vector<double>& to, double offset_s,
            double max_difference_s, std::vector<int>& from_out, std::vector<int>& to_out) {
   size_t j = 0;

@@ -39,14 +39,15 @@ struct UmeyamaResult {
   double flatness = 0;
 };
 
-/// Returns the least-squares similarity; s = 1 unless `with_scale`. nullopt if the points do not determine a
-/// rotation: fewer than two singular values of Sigma above 2.2e-16 m^2 (one set stands still, or both lie on
-/// a line).
+/// Returns the least-squares similarity y_from_x; s = 1 unless `with_scale`. nullopt if the points do not
+/// determine a rotation: fewer than two singular values of Sigma exceed 2.2e-16 m^2, for example because one
+/// set stands still or lies on a line.
 std::optional<UmeyamaResult> umeyama(std::span<const Eigen::Vector3d> x, std::span<const Eigen::Vector3d> y,
                                      bool with_scale);
 
 /// Returns the least-squares rotation about the unit vector `axis`, and translation. nullopt if the points do
-/// not determine the angle: one set has no extent across the axis (below 2.2e-16 m^2).
+/// not determine the angle: the two arguments of atan2, divided by n, have a norm of at most 2.2e-16 m^2, for
+/// example because one set has no extent across the axis.
 std::optional<Similarity> rotation_about(const Eigen::Vector3d& axis, std::span<const Eigen::Vector3d> x,
                                          std::span<const Eigen::Vector3d> y);
 
@@ -72,7 +73,8 @@ struct AlignmentResult {
 };
 
 /// Aligns `estimate` in place. Both series have the same length >= 1; `up` is the vertical unit vector of
-/// both worlds and is used by yaw only. Throws Error if the positions do not determine a rotation.
+/// both worlds and is used by yaw only. Throws Error if the positions do not determine the rotation (se3,
+/// sim3, scale, yaw), or if one side has no rotations (origin).
 AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n = 0,
                       const Eigen::Vector3d& up = Eigen::Vector3d::Zero());
 
@@ -89,7 +91,7 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
 
 struct AssociationOptions {
   double max_difference_s = 0.01;
-  double offset_s = 0;                   ///< added to the estimate's stamps
+  double offset_s = 0;                   ///< added to the stamps of the estimate
   std::optional<double> start_s, end_s;  ///< range of the reference's stamps, inclusive
 };
 
@@ -99,10 +101,11 @@ struct Association {
   std::vector<int> estimate;
 };
 
-/// Stamps must be ascending. The result is empty if no stamps match.
+/// Returns the matches by time. Stamps must be ascending. The result is empty if no stamps match; start_s and
+/// end_s are not used here, since the caller selects the range.
 Association associate_by_time(const std::vector<double>& reference_s, const std::vector<double>& estimate_s,
                               const AssociationOptions& options);
-/// Frame numbers must be strictly ascending.
+/// Returns the matches by frame number. Both lists must be strictly ascending.
 Association associate_by_frame(const std::vector<int>& reference, const std::vector<int>& estimate);
 
 }  // namespace sextant

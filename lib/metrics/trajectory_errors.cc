@@ -22,8 +22,8 @@ std::vector<PosePair> pairs_by_frames(size_t n, int delta, bool all) {
   return pairs;
 }
 
-/// Returns for each i the j > i whose value is nearest to values[i] + delta, if within `tolerance`; the first
-/// of several equally near. The values are ascending.
+/// Returns the pairs (i, j), j > i, whose values differ by delta within `tolerance`. Each i is paired with
+/// the j whose value is nearest to values[i] + delta, the first one of a tie. The values are ascending.
 std::vector<PosePair> nearest_pairs(const std::vector<double>& values, double delta, double tolerance) {
   std::vector<PosePair> pairs;
   const auto first = values.begin();
@@ -59,7 +59,8 @@ std::vector<PosePair> consecutive_by_path(const PoseSeries& series, double delta
   return pairs;
 }
 
-/// Returns consecutive pairs from pose 0: a pair ends when the sum of steps since the last end reaches delta.
+/// Returns consecutive pairs from pose 0: a pair ends at the pose where the sum of step(i), the change from
+/// pose i - 1 to pose i, since the end of the previous pair reaches delta.
 template <typename Step>
 std::vector<PosePair> chained_pairs(size_t n, double delta, const Step& step) {
   std::vector<PosePair> pairs;
@@ -84,8 +85,8 @@ std::vector<PosePair> consecutive_by_angle(const PoseSeries& series, double delt
 std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, double tolerance_rad) {
   if (series.size() > max_poses_of_all_angles) {
     fail(
-        "all pairs by angle: {} poses are too many (limit {}); use consecutive pairs, or --t-start and "
-        "--t-end",
+        "all pairs by angle: got {} poses, expected at most {}: leave --all-pairs out, or select a part with "
+        "--t-start and --t-end",
         series.size(), max_poses_of_all_angles);
   }
   std::vector<Eigen::Quaterniond> q;
@@ -93,7 +94,7 @@ std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, d
   for (const Eigen::Matrix3d& r : series.rotations) q.push_back(Eigen::Quaterniond(r).normalized());
   const double low = delta_rad - tolerance_rad;
   const double high = delta_rad + tolerance_rad;
-  // |w| of a relative rotation decreases with its angle: a cheap test first, the exact one near the bounds.
+  // |w| of a relative rotation decreases with its angle: this cheap test precedes the exact one.
   const double w_low = std::cos(std::clamp(high / 2, 0.0, std::numbers::pi / 2)) - 1e-9;
   const double w_high = std::cos(std::clamp(low / 2, 0.0, std::numbers::pi / 2)) + 1e-9;
   std::vector<PosePair> pairs;
@@ -110,12 +111,14 @@ std::vector<PosePair> all_by_angle(const PoseSeries& series, double delta_rad, d
 
 std::vector<PosePair> pairs_by_time(const PoseSeries& series, const PairSelection& selection) {
   if (series.stamps_s.empty())
-    fail("pairs in seconds need time stamps, which this format does not have; use frames");
+    fail(
+        "pairs in seconds need time stamps, which these poses do not have: give the distance in frames, e.g. "
+        "10f");
   const std::vector<double>& t = series.stamps_s;
   if (selection.all_pairs)
     return nearest_pairs(t, selection.delta, selection.delta * selection.relative_tolerance);
   std::vector<PosePair> pairs;
-  constexpr double rounding_s = 1e-6;  // stamps in microseconds: 10 steps of 0.1 s make 1 s
+  constexpr double rounding_s = 1e-6;  // so that 10 steps of 0.1 s make 1 s with rounded stamps
   for (size_t i = 1, begin = 0; i < t.size(); ++i) {
     if (t[i] - t[begin] < selection.delta - rounding_s) continue;
     pairs.emplace_back(static_cast<int>(begin), static_cast<int>(i));
@@ -152,12 +155,12 @@ PairSelection PairSelection::parse(const std::string& text) {
   const std::optional<DeltaUnit> known = find_name<DeltaUnit>(unit);
   if (error != std::errc() || !known) fail("--rpe {}: {}", text, form);
   s.unit = *known;
-  if (!(s.delta > 0) || !std::isfinite(s.delta)) fail("--rpe {}: must be above 0", text);
+  if (!(s.delta > 0) || !std::isfinite(s.delta)) fail("--rpe {}: expected a finite distance above 0", text);
   if (s.unit == DeltaUnit::frames && (s.delta != std::trunc(s.delta) || s.delta > 1e9))
-    fail("--rpe {}: a whole number of frames is needed", text);
+    fail("--rpe {}: expected a whole number of frames, at most 1e9", text);
   if ((s.unit == DeltaUnit::degrees && s.delta > 180) ||
       (s.unit == DeltaUnit::radians && s.delta > std::numbers::pi))
-    fail("--rpe {}: an angle is at most 180 deg", text);
+    fail("--rpe {}: expected an angle of at most 180 deg", text);
   return s;
 }
 
@@ -234,7 +237,7 @@ std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries
                                     PoseRelation relation) {
   SEXTANT_CHECK(estimate.size() == reference.size());
   if (relation == PoseRelation::point_distance_error_ratio)
-    fail("{} is a share of the distance between two poses: give --rpe too, e.g. --rpe 10m",
+    fail("{} is a share of the distance between two poses: also give the distance, e.g. --rpe 10m",
          to_string(relation));
   check_rotations(estimate, reference, relation, false);
   const bool positions_alone = !needs_rotations(relation, false);

@@ -13,7 +13,8 @@
 //   seconds         from pose 0: whenever the time since the last   each i with the j whose t_j - t_i is
 //                   pair's end reaches delta                        nearest to delta, if within tolerance
 //
-// The tolerance is relative_tolerance * delta. All units except seconds follow evo (evo.core.filters 1.3x).
+// The tolerance is relative_tolerance * delta. Pairs by angle require a series with rotations. All units
+// except seconds follow evo (evo.core.filters 1.3x).
 
 #include <optional>
 #include <span>
@@ -84,13 +85,16 @@ constexpr Names<7> names_of(PoseRelation) {
           "point_distance_error_ratio"};
 }
 std::string_view unit_of(PoseRelation relation);
-/// Returns true if the relation requires rotations; `relative` selects RPE, otherwise APE.
+/// Returns true if the relation requires rotations of both series, as a relative error if `relative`,
+/// otherwise as an absolute one.
 bool needs_rotations(PoseRelation relation, bool relative);
 
 /// Returns the distance between the positions of a pair.
 double pair_distance_m(const PoseSeries& series, const PosePair& pair);
 
-/// Both functions throw Error if the relation requires rotations and one side has none.
+/// Return the error of every pose, or of every pair in `pairs`. Throw Error if the relation requires
+/// rotations and one side has none; absolute_errors() also for point_distance_error_ratio, and
+/// relative_errors() throws InternalError if the reference does not move between a pair of that relation.
 std::vector<double> absolute_errors(const PoseSeries& estimate, const PoseSeries& reference,
                                     PoseRelation relation);
 std::vector<double> relative_errors(const PoseSeries& estimate, const PoseSeries& reference,
@@ -101,7 +105,8 @@ std::vector<double> relative_errors(const PoseSeries& estimate, const PoseSeries
 struct ErrorStatistics {
   double rmse = 0, mean = 0, median = 0, std = 0, min = 0, max = 0, sse = 0;
 };
-/// Throws InternalError for an empty sample, Error for values that are not finite.
+/// Returns the statistics. Throws InternalError for an empty sample, and Error if the sum of squares is not
+/// finite.
 ErrorStatistics error_statistics(std::span<const double> errors);
 
 // Errors of the KITTI odometry benchmark: over every segment of 100, 200, .. 800 m of the true path that
@@ -115,7 +120,7 @@ ErrorStatistics error_statistics(std::span<const double> errors);
 // A. Geiger, P. Lenz, R. Urtasun, Are we ready for autonomous driving?, CVPR 2012, and its development kit.
 
 struct KittiOdometryError {
-  double length_m = 0;  ///< length of the segments; 0: all lengths together
+  double length_m = 0;  ///< length of the segments; 0 for the mean over all lengths
   int n = 0;            ///< number of segments
   std::optional<double> translation_percent;
   std::optional<double> rotation_deg_per_m;
@@ -127,7 +132,8 @@ struct KittiOdometryErrors {
   double path_m = 0;                          ///< length of the true path
 };
 
-/// Both series must have the same length.
+/// Returns the errors of two series of the same length, which both have rotations. Throws InternalError for
+/// series that are empty or of different lengths.
 KittiOdometryErrors kitti_odometry_errors(const PoseSeries& estimate, const PoseSeries& reference);
 
 }  // namespace sextant

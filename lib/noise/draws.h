@@ -6,7 +6,7 @@
 //   (frame, channel, pixel x, y)   the counter of Philox 4x32-10
 //
 // so it does not depend on threads, order or shards, nor on which other pixels are requested, and all
-// estimators see the same noise. Each call returns two numbers; a channel that needs only one uses the first.
+// estimators get the same noise. Each draw gives two numbers; a channel that needs only one uses the first.
 //
 // Normals: Box-Muller on uniforms of 53 bits in (0, 1], so |n| <= sqrt(106 ln 2) = 8.57. The bits do not
 // depend on the machine, nor on whether a single pixel or a batch is requested.

@@ -12,8 +12,8 @@ double focal_baseline(const StereoCamera& camera, double baseline_m) {
   const double bf = baseline_m > 0 ? camera.left.fx * baseline_m : camera.bf;
   if (!(bf > 0)) {
     fail(
-        "noise: the source has no stereo baseline (bf = {}): set depth.baseline_m and "
-        "quantisation.baseline_m",
+        "noise: the source has no stereo baseline (bf = {}): set depth.baseline_m, and "
+        "quantisation.baseline_m if that model is used, to a baseline in m",
         bf);
   }
   return bf;

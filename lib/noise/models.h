@@ -13,14 +13,15 @@
 
 namespace sextant {
 
-/// Returns f b in px m: fx * baseline_m, or the source's own bf if baseline_m is 0.
+/// Returns f b in px m: fx * baseline_m, or the source's own bf if baseline_m is 0. Throws Error if that is
+/// not positive.
 double focal_baseline(const StereoCamera& camera, double baseline_m);
 
 struct DepthNoiseOptions {
   SEXTANT_OPTIONS((double, delta_d_px, 0, "px",
-                   "disparity accuracy; 0.1 to 0.2 is a normal industrial stereo camera"),
+                   "disparity accuracy; 0.1 to 0.2 is typical of industrial stereo cameras"),
                   (double, baseline_m, 0.5, "m",
-                   "of the assumed stereo camera (paper: 0.5); 0 = the source's own bf"))
+                   "baseline of the assumed stereo camera (paper: 0.5); 0 = the source's own bf"))
   void check() const;
 };
 
@@ -96,8 +97,8 @@ class FlowNoise : public WithOptions<NoiseModel, FlowNoiseOptions> {
 //
 //   disc   |offset| <= radius_px           box   |offset_x|, |offset_y| <= radius_px
 //
-// Outliers are independent between pixels even with correlation shared_per_frame, which applies to normals
-// only. Small offsets occur by chance: a share of (t / radius)^2 of a disc's outliers lies within t px.
+// Outliers are independent between pixels with every `correlation`, which applies to normals only. Small
+// offsets occur by chance: a share of (t / radius_px)^2 of a disc's outliers has an offset of at most t px.
 
 enum class OutlierShape { disc, box };
 constexpr Names<2> names_of(OutlierShape) { return {"disc", "box"}; }
@@ -120,7 +121,7 @@ class FlowOutliers : public WithOptions<NoiseModel, FlowOutlierOptions> {
   bool changes_flow() const override { return options_.share > 0; }
 };
 
-// Instance masks that are too small or too large by n px. One step of
+// Instance masks that are too small or too large by n px, from n steps of erosion or dilation. One step of
 //
 //   erosion   removes every instance pixel with a neighbour of another id (background or instance);
 //   dilation  gives every background pixel with instance neighbours the smallest of their ids.
@@ -152,7 +153,8 @@ class MaskNoise : public WithOptions<NoiseModel, MaskNoiseOptions> {
 
 struct QuantisationOptions {
   SEXTANT_OPTIONS((double, step_px, 0, "px", "resolution of disparity; 0 = none (KITTI files: 0.00390625)"),
-                  (double, baseline_m, 0, "m", "of the assumed stereo camera; 0 = the source's own bf"))
+                  (double, baseline_m, 0, "m",
+                   "baseline of the assumed stereo camera; 0 = the source's own bf"))
   void check() const;
 };
 
@@ -162,7 +164,8 @@ class Quantisation : public WithOptions<NoiseModel, QuantisationOptions> {
   std::string name() const override;
   void corrupt_depth(const NoiseContext& context, const PixelBatch& pixels,
                      std::span<double> depth_m) const override;
-  /// Standard deviation for a uniform error of one step: step / sqrt(12) in disparity.
+  /// Returns the standard deviation of the depth for a uniform disparity error of one step, whose standard
+  /// deviation is step / sqrt(12).
   double depth_rounding_sigma_m(const StereoCamera& camera, double depth_m) const override;
   bool changes_depth() const override { return options_.step_px > 0; }
 };

@@ -16,8 +16,8 @@ namespace {
 
 bool valid_depth(double depth_m) { return std::isfinite(depth_m) && depth_m > 0; }
 
-/// Spacing of the pixels whose neighbour's draw is compared for verification; a check should not cost more
-/// than the noise itself.
+/// Step between the pixels whose draw is compared with that of the right neighbour: verification should not
+/// cost more than the noise itself.
 constexpr size_t neighbour_step = 4;
 
 /// Rounds to float, as images do.
@@ -63,7 +63,8 @@ class NoiseApplication {
   NoiseVerification achieved;
 
  private:
-  /// Returns corrupted depths; NaN if invalid, and the clean values bit for bit where nothing changes.
+  /// Returns corrupted depths, NaN where the noise invalidates a depth. Depths that were invalid before, or
+  /// that no model changes, keep their bits.
   std::vector<double> depth(const PixelBatch& pixels, std::span<const double> clean);
   /// Returns corrupted flows; `is_outlier` has the length of the batch.
   FlowArrays flow(const PixelBatch& pixels, std::span<const int> body, bool backward,
@@ -176,7 +177,7 @@ void NoiseApplication::verify_neighbours(NoiseChannel channel, const PixelBatch&
   for (size_t i = 0; i < n; ++i) sums.add(here[i], right[i]);
 }
 
-/// Returns the depths of the current frame at the targets of the clean flow.
+/// Returns the corrupted depths of the current frame at the targets of the clean flow; NaN if there is none.
 std::vector<double> NoiseApplication::depth_curr(const Pixels& pixels, const Correspondences& clean,
                                                  const FramePair& pair) {
   std::vector<size_t> of_point;
@@ -247,7 +248,8 @@ void NoiseApplication::frame_flow(Image<Flow>& image, const Frame& frame, const 
 void NoiseApplication::frame(Frame& frame) {
   const bool has_flow = !frame.flow.empty() || !frame.backward_flow.empty();
   if (needs_bodies_ && has_flow && frame.mask.empty()) {
-    fail("noise: flow.bodies gives bodies their own levels, but frame {} has no mask", frame.index);
+    fail("noise: frame {} has no mask, which flow.bodies requires: give masks, or leave flow.bodies out",
+         frame.index);
   }
   const auto rows = [&](const auto& image, auto corrupt) {
     Pixels pixels;
@@ -429,10 +431,10 @@ std::vector<OptionHelp> describe_noise_options() {
        "independent, shared_per_frame or spatial: {\"model\": \"spatial\", \"lengths_px\": [...], "
        "\"shares\": [...]}"});
   lines.push_back({"noise.profile", "", "",
-                   fmt::format("noise as measured, instead of the options above: {}; or a file that "
+                   fmt::format("measured noise, whose models the options above replace: {}; or a file that "
                                "`sextant noise fit` wrote",
                                fmt::join(noise_profile_names(), ", "))});
-  lines.push_back({"noise.scale", "1", "1", "factor on every size of the profile"});
+  lines.push_back({"noise.scale", "1", "1", "factor on the EPE, delta_d and outlier radius of the profile"});
   return lines;
 }
 

@@ -4,7 +4,8 @@
 //
 //   {"depth": {"delta_d_px": 0.2}, "flow": {"epe_x_px": 0.3, "epe_y_px": 0.2}, "correlation": "independent"}
 //
-// {} = none. Keys are the names of noise_models() and `correlation`; docs/noise.md explains them all.
+// {} = none. Keys are the names of noise_models() and `correlation`, or `profile` and `scale`
+// (stored_profiles.h); docs/noise.md explains them all.
 //
 // Points and dense frames get the same noise: a point uses the draw of its pixel (the nearest pixel, for
 // points between pixels), and every changed number is rounded to float, as images store it. Corrupting points
@@ -12,11 +13,11 @@
 // bit.
 //
 //   depth       of the previous frame at the point's pixel: a point whose depth becomes invalid is dropped
-//               depth_curr  of the current frame at the pixel nearest to p + clean flow; invalid = NaN. An
-//               estimator that reads corrupted files looks it up at p + noisy flow instead
-//   flow        of the previous frame at the point's pixel. For an outlier depth_curr becomes NaN, because it
-//               would be looked up at another pixel
-//   noise       the noise that a sensor would declare, for every body that has points
+//   depth_curr  of the current frame at the pixel nearest to p + clean flow; invalid = NaN. An estimator that
+//               reads corrupted files looks this depth up at p + noisy flow instead
+//   flow        of the previous frame at the point's pixel. For an outlier depth_curr becomes NaN, because
+//               the wrong flow leads to another pixel
+//   noise       the noise that a sensor would declare, for the background and every object that has points
 //   masks       determine which points exist, so they must be corrupted before extraction: corrupt_mask()
 
 #include <string>
@@ -42,9 +43,10 @@ struct NoisyFrame {
 class Noise {
  public:
   Noise() = default;
-  /// Reads options strictly: throws Error for an unknown model or option, with the nearest name.
+  /// Reads options strictly: throws Error for an unknown model or option, which also names the nearest known
+  /// one, and for invalid values.
   explicit Noise(const Json& options);
-  /// Parses "none", "" or JSON text. Throws Error that shows the position of invalid JSON.
+  /// Parses JSON text; "none" and "" give no noise. Throws Error, for invalid JSON with the position.
   static Noise parse(std::string_view text);
 
   /// Returns all options of the models that have an effect: equal noise gives equal JSON.
@@ -56,18 +58,19 @@ class Noise {
   bool changes_masks() const;
   /// Returns this noise without its mask models, for points extracted from masks that are already corrupted.
   Noise without_masks() const;
-  /// Returns only its mask models.
+  /// Returns this noise with its mask models alone.
   Noise only_masks() const;
   void corrupt_mask(Image<uint16_t>& mask) const;
 
   /// Applies the noise to the points of a frame pair; throws Error if changes_masks().
   NoisyPair apply(const FramePair& pair, const Draws& draws) const;
   /// Applies the noise to depth, flow, backward flow and mask of one frame; other channels stay unchanged.
-  /// Noise that differs between bodies requires the mask and throws Error without it; bodies are those of the
-  /// mask before its corruption.
+  /// Throws Error if the flow noise differs between bodies and a frame with flow has no mask. Bodies are the
+  /// ids of the mask before its corruption.
   NoisyFrame apply(const Frame& frame, const StereoCamera& camera, const Draws& draws) const;
 
-  /// Standard deviations of the sum of all models.
+  /// Return the standard deviation of the Gaussian noise of all models together, without rounding and
+  /// outliers.
   double depth_sigma_m(const StereoCamera& camera, double depth_m) const;
   FlowSigma flow_sigma(int body) const;
   /// Returns the noise that a sensor would declare for a body (instance id, 0 = background).

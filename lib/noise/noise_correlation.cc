@@ -10,9 +10,9 @@ namespace sextant {
 namespace {
 
 constexpr double min_length_px = 1, max_length_px = 1000;
-constexpr int most_parts = 100;  // number of components for which channel numbers are reserved
+constexpr int most_parts = 100;  // largest number of components
 
-/// Returns exp(-x), x in [0, 20], from + - * / only, so that the bits are equal on every machine.
+/// Returns exp(-x) for x in [0, 20]. Uses only + - * /, so that the bits are equal on every machine.
 double exp_of_minus(double x) {
   const double y = x / 1024;
   double power = 1 - y * (1 - y / 2 * (1 - y / 3 * (1 - y / 4 * (1 - y / 5))));
@@ -22,7 +22,8 @@ double exp_of_minus(double x) {
 
 int floor_divide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
-/// Channel number of component k of a channel; channels themselves are below 256.
+/// Returns the channel number of component k of a channel; the numbers of the channels themselves are below
+/// 256.
 NoiseChannel part_of(NoiseChannel channel, size_t k) {
   return static_cast<NoiseChannel>(static_cast<uint32_t>(channel) + 256 * (static_cast<uint32_t>(k) + 1));
 }
@@ -145,7 +146,7 @@ void NoiseCorrelation::Field::add(const Draws& draws, NoiseChannel channel, cons
   }
   std::vector<double> node_first(node_x.size()), node_second(node_x.size());
   draws.normals(channel, {pixels.frame, node_x, node_y}, Correlation::independent, node_first, node_second);
-  // Columns first: the pixels of one row share these sums.
+  // Sums along the columns come first, because the pixels of one row share them.
   struct ColumnSum {
     int y;
     bool valid = false;

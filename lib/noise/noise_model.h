@@ -6,8 +6,8 @@
 // The parametrised test in registry_test.cc then covers it.
 //
 // A model changes arrays of measurements in place; noise.h applies the models, in the order of the table, to
-// points and to dense frames. Invalid entries (NaN; depth not positive) are not measurements: values that a
-// model writes there are discarded.
+// points and to dense frames. Invalid entries (not finite; depth not positive) are not measurements: values
+// that a model writes to them are discarded.
 
 #include <functional>
 #include <memory>
@@ -22,7 +22,7 @@
 
 namespace sextant {
 
-/// Input of a model besides the measurement.
+/// Input of a model besides the measurements.
 struct NoiseContext {
   const Draws& draws;
   const NoiseCorrelation& correlation;
@@ -40,7 +40,7 @@ struct FlowBatch {
   std::span<const int> body;  ///< instance id of each pixel; 0 = background
   std::span<double> u;
   std::span<double> v;
-  std::span<unsigned char> is_outlier;  ///< set by models that make the flow an outlier
+  std::span<unsigned char> is_outlier;  ///< models set 1 where they make the flow an outlier
 };
 
 /// Standard deviations of flow noise per axis, px.
@@ -63,7 +63,7 @@ class NoiseModel {
   virtual void corrupt_flow(const NoiseContext&, const PixelBatch&, const FlowBatch&) const {}
   virtual void corrupt_mask(Image<uint16_t>&) const {}
 
-  /// Standard deviations of the Gaussian noise of this model; 0 if it adds none.
+  /// Return the standard deviations of the Gaussian noise of this model; 0 if it adds none.
   virtual double depth_sigma_m(const StereoCamera&, double /*depth_m*/) const { return 0; }
   virtual FlowSigma flow_sigma(int /*body*/) const { return {}; }
   virtual double outlier_share() const { return 0; }

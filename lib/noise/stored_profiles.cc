@@ -35,7 +35,8 @@ std::vector<std::string> noise_profile_names() {
 
 Json without_profile(const Json& noise_options) {
   if (!noise_options.contains("profile")) {
-    if (noise_options.contains("scale")) fail("option noise.scale: requires noise.profile");
+    if (noise_options.contains("scale"))
+      fail("option noise.scale requires option noise.profile, which is not given");
     return noise_options;
   }
   const Json& name = noise_options.at("profile");

@@ -5,9 +5,10 @@
 //
 //   {"profile": "pwc_net_kitti03", "scale": 1}
 //
-// stand for the options under "noise" of that profile: of results/profiles/NAME.json, which is compiled into
-// the program, or of a file if the name ends in .json. `scale` multiplies every magnitude: EPE, delta_d and
-// the radius of outliers. Further keys override those of the profile.
+// stand for the options that the profile stores under "noise". A profile is results/profiles/NAME.json, which
+// is compiled into the program, or a file if the name ends in .json. `scale` multiplies every magnitude: EPE,
+// delta_d and the radius of outliers; 0 also removes the outliers. Further keys, such as "depth", replace
+// those of the profile.
 
 #include <string>
 #include <vector>
@@ -18,9 +19,9 @@ namespace sextant {
 
 std::vector<std::string> noise_profile_names();
 
-/// Replaces `profile` and `scale` by the options that they stand for; options without a profile are returned
-/// unchanged. Throws Error for an unknown name (with the nearest), for a file that is not a profile, for a
-/// scale without a profile and for a negative scale.
+/// Replaces `profile` and `scale` by the options that they stand for; options with neither key are returned
+/// unchanged. Throws Error for an unknown name (with the nearest known one), for a file that is not a
+/// profile, and for a scale that is not a number >= 0 or has no profile.
 Json without_profile(const Json& noise_options);
 
 }  // namespace sextant

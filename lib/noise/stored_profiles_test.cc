@@ -49,7 +49,7 @@ TEST(StoredProfiles, RefusesInvalidProfiles) {
   expect_refused({{"profile", known.substr(1)}}, "did you mean '" + known + "'");
   expect_refused({{"profile", 3}}, "expected a name or a file");
   expect_refused({{"profile", known}, {"scale", -1}}, "noise.scale: expected a number >= 0");
-  expect_refused({{"scale", 2}}, "requires noise.profile");
+  expect_refused({{"scale", 2}}, "requires option noise.profile");
   TempFolder temp;
   for (const char* text : {"[]", "{}", R"({"noise": 1})", R"({"noise": {"profile": "a"}})"}) {
     const std::string path = (temp.path() / "p.json").string();

@@ -9,7 +9,8 @@
 //   flow        phi' - phi per body and axis over the pixels that are not outliers: mean, sigma, mean |.|
 //               (EPE of one axis), and the 2-D EPE
 //   neighbours  correlation sum(a b) / sqrt(sum(a^2) sum(b^2)) of the draws of every 4th pixel and its right
-//               neighbour (their expectation is 0): about 0 for independent, exactly 1 for shared_per_frame
+//               neighbour (the expectation of a draw is 0): about 0 for independent, exactly 1 for
+//               shared_per_frame, about rho(1 px) for a spatial correlation
 
 #include <cstdint>
 #include <map>
@@ -47,7 +48,7 @@ struct DepthVerification {
   SEXTANT_OPTIONS((MomentSums, normalised, {}, "", "error divided by its standard deviation"),
                   (uint64_t, n_valid, 0, "count", "valid before the noise was applied"),
                   (uint64_t, n_invalidated, 0, "count", "of those, invalid afterwards"))
-  std::optional<double> share_invalidated() const;
+  std::optional<double> share_invalidated() const;  ///< nullopt without valid depths
 };
 
 struct FlowVerification {
@@ -70,10 +71,9 @@ struct FlowVerification {
   std::optional<double> outlier_share() const;
 };
 
-/// Returns the mean length of a Gaussian vector with these sigmas: sqrt(2/pi) sigma_max E(1 -
-/// (sigma_min/sigma_max)^2), E = complete elliptic integral of the second kind; sqrt(pi/2) sigma for equal
-/// sigmas.
-/// E = complete elliptic integral of the second kind; sqrt(pi/2) sigma for equal sigmas.
+/// Returns the mean length of a Gaussian vector with these sigmas:
+/// sqrt(2/pi) sigma_max E(1 - (sigma_min/sigma_max)^2), with E(m) the complete elliptic integral of the
+/// second kind of parameter m; sqrt(pi/2) sigma for equal sigmas.
 double expected_epe_px(const FlowSigma& sigma);
 
 class NoiseVerification {
@@ -83,12 +83,14 @@ class NoiseVerification {
   NeighbourSums depth_neighbours;
   NeighbourSums flow_neighbours;  ///< on the x axis
 
-  /// Adds the sums of the part that follows in the fixed order.
+  /// Adds the sums of a later part. Parts must be merged in a fixed order, so that the result has the same
+  /// bits in every run.
   void merge(const NoiseVerification& later);
-  /// Returns the requested (options and derived sigmas) and the achieved statistics; unknown ones are left
-  /// out.
+  /// Returns the requested noise (`requested`, and the sigmas derived from the options) and the achieved
+  /// statistics; statistics without enough values are left out.
   Json json(const Json& requested) const;
-  /// Converts all sums to JSON, and back bit for bit. from_sums() throws Error that begins with `where`.
+  /// sums() converts all sums to JSON, and from_sums() restores them bit for bit. from_sums() throws Error
+  /// that begins with `where`.
   Json sums() const;
   static NoiseVerification from_sums(const Json& json, const std::string& where);
 };

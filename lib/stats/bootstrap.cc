@@ -69,7 +69,8 @@ class Resamples {
   void add(std::span<const size_t> clusters) {
     statistics_(clusters, row_);
     for (size_t s = 0; s < row_.size(); ++s) {
-      if (!std::isfinite(row_[s])) fail("bootstrap: the statistic of a resample is {}", row_[s]);
+      if (!std::isfinite(row_[s]))
+        fail("bootstrap: the statistic of a resample is {}, expected a finite number", row_[s]);
       columns_[s].push_back(row_[s]);
     }
   }
@@ -128,7 +129,7 @@ double bias(const std::vector<double>& sorted, double estimate) {
 
 void BootstrapOptions::check() const {
   check_option(replicates >= 100, "bootstrap.replicates", replicates, ">= 100");
-  check_option(confidence > 0 && confidence < 1, "bootstrap.confidence", confidence, "between 0 and 1");
+  check_option(confidence > 0 && confidence < 1, "bootstrap.confidence", confidence, "above 0 and below 1");
 }
 
 std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t n_statistics,

@@ -9,13 +9,13 @@
 //                 corrects the bootstrap distribution, which is too narrow by the factor sqrt((n - 1) / n)
 //                 and has normal instead of t quantiles (Hesterberg 2015)
 //   percentile    type 7 quantiles of theta* at alpha' and 1 - alpha'
-//   bca           quantiles at levels corrected for bias z0 (normal quantile of the share of theta* below
-//                 theta, ties counted half) and acceleration a (jackknife over clusters): Phi(z0 + (z0 + z) /
-//                 (1 - a (z0 + z)))
+//   bca           quantiles at the levels Phi(z0 + (z0 + z) / (1 - a (z0 + z))), z the normal quantiles of
+//                 alpha' and 1 - alpha'; corrected for bias z0 (normal quantile of the share of theta* below
+//                 theta, ties counted half) and acceleration a (jackknife over clusters)
 //
 // Replicate r uses Philox stream r, so that the interval is a pure function of data and options. Fewer than 2
-// clusters do not determine the spread: there is no interval. More than max_clusters clusters are first
-// joined to that many groups (clustered_sample.h).
+// clusters do not determine the spread: there is no interval. ClusteredSample, noise_slope() and
+// compare_pairs() first join more than max_clusters clusters to that many groups (clustered_sample.h).
 
 #include <functional>
 #include <optional>
@@ -49,14 +49,14 @@ using ClusterStatistic = std::function<double(std::span<const size_t> clusters)>
 std::optional<Interval> cluster_bootstrap(size_t n_clusters, const ClusterStatistic& statistic,
                                           const BootstrapOptions& options = {});
 
-/// Computes several statistics of one resample at a time. Each gets its own interval, equal to that of a
-/// separate bootstrap.
+/// Computes several statistics of one resample at a time, as ClusterStatistic computes one. Each statistic
+/// gets the interval that a separate bootstrap would give it.
 using ClusterStatistics = std::function<void(std::span<const size_t> clusters, std::span<double> statistics)>;
 std::vector<std::optional<Interval>> cluster_bootstrap(size_t n_clusters, size_t n_statistics,
                                                        const ClusterStatistics& statistics,
                                                        const BootstrapOptions& options = {});
 
-/// A statistic with its interval; without an interval if the sample does not determine its spread.
+/// A statistic with its interval; nullopt if the sample does not determine its spread.
 struct IntervalEstimate {
   double value = 0;
   std::optional<Interval> interval;
@@ -70,13 +70,14 @@ std::vector<IntervalEstimate> cluster_estimates(size_t n_clusters, size_t n_stat
 
 using Statistic = std::function<double(std::span<const double>)>;
 
-/// Overload for independent values.
+/// Returns the interval of a statistic of independent values: bootstrap_by_cluster() with each value as its
+/// own cluster.
 std::optional<Interval> bootstrap(std::span<const double> values, const Statistic& statistic,
                                   const BootstrapOptions& options = {});
 
-/// Bootstrap of values in clusters: values[i] belongs to the cluster with label cluster[i] (a seed). The
-/// statistic is evaluated on all values of the resampled clusters. Throws Error for an empty or non-finite
-/// sample.
+/// Returns the interval of a statistic of values in clusters: values[i] belongs to the cluster with label
+/// cluster[i] (a seed). The statistic is evaluated on all values of the resampled clusters. Throws Error for
+/// an empty or non-finite sample; nullopt for fewer than 2 clusters.
 std::optional<Interval> bootstrap_by_cluster(std::span<const double> values,
                                              std::span<const uint64_t> cluster, const Statistic& statistic,
                                              const BootstrapOptions& options = {});

@@ -1,7 +1,7 @@
 #pragma once
 
-// Moments by cluster (bootstrap.h): they suffice for means, RMS values and slopes of a sample, whether its
-// values are in memory or were summed elsewhere.
+// Moments of each cluster (bootstrap.h). They suffice for means, RMS values and slopes of a sample, whether
+// its values are in memory or were summed elsewhere.
 //
 //   n, sum x, sum x^2   of each cluster, clusters in order of their labels
 //
@@ -48,7 +48,7 @@ using ClusterSums = std::vector<ClusterSum>;
 ClusterSums cluster_sums(std::span<const double> values, std::span<const uint64_t> cluster);
 
 constexpr size_t max_clusters = 2000;
-/// Returns the group of the cluster with this index.
+/// Returns the group to which the cluster with this index is joined.
 constexpr size_t joined_cluster(size_t index, size_t n_clusters) {
   return n_clusters <= max_clusters ? index : index * max_clusters / n_clusters;
 }
@@ -80,7 +80,8 @@ class ClusteredSample {
   /// Number of clusters after joining, at most max_clusters.
   size_t n_clusters() const { return sums_.size(); }
 
-  /// Statistics of the values of the clusters with these indices (by label), with repetition.
+  /// Return a statistic of the values of the clusters with these indices, which count in order of label and
+  /// may be repeated.
   double mean(std::span<const size_t> clusters) const { return total(sums_, clusters).mean(); }
   double rmse(std::span<const size_t> clusters) const { return total(sums_, clusters).rmse(); }
   double quantile(std::span<const size_t> clusters, double p) const;
@@ -99,7 +100,7 @@ class ClusteredSample {
   std::vector<uint32_t> below_;  ///< number of preceding values, by stretch and cluster
 };
 
-/// The statistics of a sample in a table, each with its own cluster bootstrap interval over the same
+/// Statistics of a sample as tables show them, each with its interval by cluster bootstrap over the same
 /// resamples.
 struct SampleSummary {
   IntervalEstimate mean, rmse, q05, q25, median, q75, q95;

@@ -50,8 +50,8 @@ struct StratumVariance {
   double v = 0;  ///< 0 if n is 1
 };
 
-/// Returns the variance of each stratum. `key` returns stratum and cluster of an influence; the influences
-/// are sorted by it.
+/// Returns the variance of each stratum. `key` returns the stratum and cluster of an influence; the function
+/// sorts the influences by this key.
 template <typename Key>
 std::vector<StratumVariance> clustered_variance(std::vector<Influence>& influences, Key key) {
   std::ranges::sort(influences, {}, key);
@@ -74,7 +74,7 @@ std::vector<StratumVariance> clustered_variance(std::vector<Influence>& influenc
   return out;
 }
 
-/// Returns the degrees of freedom after Satterthwaite; above 1000 Student's t is treated as normal.
+/// Returns the degrees of freedom after Satterthwaite; at most 1000, where Student's t is practically normal.
 double degrees_of_freedom(const std::vector<StratumVariance>& strata) {
   double v = 0, squares = 0, n = 0;
   for (const StratumVariance& stratum : strata) {
@@ -91,7 +91,7 @@ struct Spread {
   int dof = 1;
 };
 
-/// Returns nullopt if a stratum has only one cell.
+/// Returns the standard error of r and its degrees of freedom; nullopt if a stratum has only one cell.
 std::optional<Spread> spread_of(std::vector<Influence>& influences) {
   const auto by_cell = clustered_variance(
       influences, [](const Influence& i) { return std::tuple(i.stratum, i.seed, i.frame); });

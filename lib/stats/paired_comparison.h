@@ -7,19 +7,21 @@
 // can raise the error of one frame and lower that of the next by the same amount in all seeds.
 //
 //   pooling        r = sum_s w_s (N_s / B_s - 1), N_s and B_s the sums of sample s, w_s its share of all
-//                  cases. This is the change if NEW is worse (larger). If it is better, the two sides are
-//                  exchanged and the change is 1 / (1 + r) - 1: the better side is the reference. Hence a
-//                  single outlier is never significant: it raises r and its standard error alike, t <= 1
+//                  cases. This is the change if NEW is worse (sum_s w_s ln(N_s / B_s) >= 0). If NEW is
+//                  better, the two sides are exchanged and the change is 1 / (1 + r) - 1: the better side is
+//                  the reference. Hence a single outlier is never significant: it raises r and its standard
+//                  error alike, t <= 1
 //   influence      g = sum_s w_s (N_si - (N_s / B_s) B_si) / B_s of cell i, one seed and frame of a source:
 //                  linearisation (delta method). 0 everywhere if NEW is a multiple of BASE
 //   variance       of a clustering: sum over strata of n / (n - 1) sum_j (G_j - mean G)^2, G_j the sums of g
 //                  over the n clusters. With seeds S, frames F and cells C: v = max(v_S, v_F, v_S + v_F -
 //                  v_C), two-way clustering. A stratum with one seed has v_F alone, with one frame v_S alone
 //   dof            the smaller of those of S and F, each after Satterthwaite: v^2 / sum_k (v_k^2 / (n_k -
-//                  1)), rounded down
+//                  1)), at most 1000 and rounded down
 //   p              two-sided, of r / sqrt(v) after Student's t, but never below 2^(1 - n) for n cases that
 //                  changed: the smallest p of a sign test
-//   interval       r -+ t sqrt(v): excludes 0 if p is below 1 - confidence, apart from the bound by n
+//   interval       r -+ t sqrt(v), converted like the change if the sides were exchanged: excludes 0 if p is
+//                  below 1 - confidence, except where 2^(1 - n) raises p
 //   detectable     (t_{1 - alpha/2} + z_power) sqrt(v): smallest change found at alpha with probability
 //                  `power`
 //
@@ -41,8 +43,8 @@ namespace sextant {
 struct PairedCase {
   uint64_t seed = 0;
   int frame = 0;
-  double base = 0;
-  double fresh = 0;  ///< in NEW
+  double base = 0;   ///< error in BASE
+  double fresh = 0;  ///< error in NEW
 };
 
 /// Cases of one body in one source; the errors are finite and >= 0.
@@ -59,12 +61,12 @@ struct RatioOptions {
 
 struct RatioChange {
   double change = 0;                 ///< NEW / BASE - 1
-  std::optional<Interval> interval;  ///< nullopt without p, and if the spread is unbounded
+  std::optional<Interval> interval;  ///< nullopt without p, and if an end would be infinite
   std::optional<double> p;           ///< nullopt if a stratum has only one cell
   std::optional<double> detectable;
 };
 
-/// Returns the pooled change. A mean of 0 is replaced by `smallest` > 0, so that ratios stay finite.
+/// Returns the pooled change. A mean below `smallest` > 0 counts as `smallest`, so that ratios stay finite.
 RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest = 1e-9,
                            const RatioOptions& options = {});
 
@@ -95,7 +97,8 @@ PairedComparison compare_pairs(std::span<const double> differences, std::span<co
                                const BootstrapOptions& bootstrap = {},
                                PairedTest test = PairedTest::signed_ranks);
 
-/// Applies Holm's correction to a family of tests: each test that has a `p` gets its `p_corrected`.
+/// Applies Holm's correction to tests that are made together: each test that has a `p` gets its
+/// `p_corrected`.
 template <typename Test>
 void correct_by_holm(const std::vector<Test*>& family) {
   std::vector<double> p;

@@ -27,7 +27,7 @@ struct ScoredDetection {
   bool is_dynamic = false;  ///< ground truth
 };
 
-/// Returns the curve; nullopt unless both classes occur and all scores are numbers.
+/// Returns the curve; nullopt unless both classes occur and no score is NaN.
 std::optional<RocCurve> roc_curve(std::vector<ScoredDetection> detections);
 
 }  // namespace sextant

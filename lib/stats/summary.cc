@@ -14,7 +14,8 @@ void check_sample(std::span<const double> values, const char* what, size_t n_min
     fail("{}: needs at least {} value{}, got {}", what, n_min, n_min == 1 ? "" : "s", values.size());
   }
   for (size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i])) fail("{}: value {} of {} is {}", what, i + 1, values.size(), values[i]);
+    if (!std::isfinite(values[i]))
+      fail("{}: value {} of {} is {}, expected a finite number", what, i + 1, values.size(), values[i]);
   }
 }
 
@@ -69,7 +70,7 @@ std::vector<double> midranks(std::span<const double> values) {
 
 namespace {
 
-/// Returns the lower ends of the bins from 1/2 to 1.
+/// Returns the lower ends of the bins between 1/2 and 1.
 const std::array<double, LogHistogram::bins_per_octave>& ends_of_octave() {
   static const auto ends = [] {
     std::array<double, LogHistogram::bins_per_octave> out{};

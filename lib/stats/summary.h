@@ -1,8 +1,7 @@
 #pragma once
 
-// Descriptive statistics of a sample x_1..x_n. All functions throw Error for an empty sample, for values that
-// are not finite (the caller leaves out and counts missing values) and for n that is too small; none returns
-// NaN.
+// Descriptive statistics of a sample x_1..x_n. The functions below throw Error for an empty sample, for
+// values that are not finite (the caller leaves out and counts missing values) and for n that is too small:
 //
 //   mean      sum x / n                          rmse    sqrt(sum x^2 / n)
 //   std_dev   sqrt(sum (x - mean)^2 / (n - 1)), n >= 2
@@ -21,12 +20,13 @@ namespace sextant {
 double mean(std::span<const double> values);
 double rmse(std::span<const double> values);
 double std_dev(std::span<const double> values);
-/// Returns the quantile; 0 <= p <= 1.
+/// Returns the quantile p; throws Error unless 0 <= p <= 1.
 double quantile(std::span<const double> values, double p);
 double median(std::span<const double> values);
 double mad(std::span<const double> values);
 
-/// Returns the ranks 1..n; equal values share the mean of their ranks (midranks).
+/// Returns the rank of each value, from 1 to n; equal values get the mean of their ranks (midranks). Does not
+/// check the values.
 std::vector<double> midranks(std::span<const double> values);
 
 /// Throws Error unless there are at least `n_min` values and all are finite; `what` begins the message.
@@ -45,6 +45,7 @@ class LogHistogram {
 
   /// Returns the bin of a finite value >= 0; throws Error for other values.
   static int bin_of(double value);
+  /// Returns the centre of a bin; 0 for zero_bin.
   static double centre(int bin);
 
   struct Bin {

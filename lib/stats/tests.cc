@@ -25,7 +25,8 @@ std::vector<size_t> doubled(const std::vector<double>& ranks) {
   return out;
 }
 
-/// Returns the two-sided p of value t of a discrete distribution with (unnormalised) weights of 0, 1, ..
+/// Returns the two-sided p of value t of a discrete distribution over 0, 1, ..; weights[k] is proportional to
+/// the probability of k.
 double two_sided(const std::vector<double>& weights, size_t t) {
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   const double lower = std::accumulate(weights.begin(), weights.begin() + static_cast<long>(t) + 1, 0.0);
@@ -33,7 +34,8 @@ double two_sided(const std::vector<double>& weights, size_t t) {
   return std::min(1.0, 2 * std::min(lower, upper) / total);
 }
 
-/// Returns the two-sided p of a normal statistic on a lattice of step 1, with continuity correction.
+/// Returns the two-sided p of a statistic that is approximately normal and takes values in steps of 1, with
+/// continuity correction; `deviation` is its difference to its mean.
 double two_sided_normal(double deviation, double variance) {
   if (!(variance > 0)) return 1;
   const double z = std::max(0.0, std::abs(deviation) - 0.5) / std::sqrt(variance);
@@ -78,7 +80,8 @@ std::vector<double> subset_sums_of_size(const std::vector<size_t>& ranks, size_t
   return weights[n];
 }
 
-/// Returns the largest k with P(U < k) <= tail for samples of m and n values without ties.
+/// Returns the largest k with P(U < k) <= tail for samples of m and n values without ties; above 40 values in
+/// total, by the normal approximation.
 size_t values_of_u_below(size_t m, size_t n, double tail) {
   if (m + n > max_exact_mann_whitney) {
     const auto pairs = static_cast<double>(m * n);
@@ -130,7 +133,7 @@ SignFlipTest sign_flip_test(std::span<const double> differences, int samples, ui
     test.p = count_as_extreme(differences, patterns, bit) / static_cast<double>(patterns);
     return test;
   }
-  if (samples < 100) fail("sign-flip test: {} samples: must be >= 100", samples);
+  if (samples < 100) fail("sign-flip test: expected at least 100 samples, got {}", samples);
   PhiloxStream random(seed, 0);
   uint64_t bits = 0;
   const auto coin = [&](size_t, size_t i) {
@@ -198,7 +201,7 @@ std::optional<Interval> hodges_lehmann_interval(std::span<const double> x, std::
                                                 double confidence) {
   check_sample(x, "Hodges-Lehmann interval, first sample");
   check_sample(y, "Hodges-Lehmann interval, second sample");
-  if (!(confidence > 0 && confidence < 1)) fail("confidence = {}: must be in 0..1", confidence);
+  if (!(confidence > 0 && confidence < 1)) fail("confidence = {}: must be above 0 and below 1", confidence);
   std::vector<double> shifts;
   for (const double a : x) {
     for (const double b : y) shifts.push_back(a - b);
@@ -281,7 +284,7 @@ std::vector<size_t> change_points(std::span<const double> values, double min_ste
     for (size_t s = t; s-- > 0;) {
       segment.insert(std::ranges::upper_bound(segment, values[s]), values[s]);
       const double cost = best[s] + penalty + deviations_from_median(segment) / scale;
-      if (cost <= best[t]) {  // among equal costs, the longest segment
+      if (cost <= best[t]) {  // of equal costs, the longest last segment wins
         best[t] = cost;
         from[t] = s;
       }
@@ -351,7 +354,7 @@ double chi_square_cdf(double x, double dof) {
 }
 
 void check_probability(double p) {
-  if (!(p > 0 && p < 1)) fail("quantile of probability {}: must be between 0 and 1", p);
+  if (!(p > 0 && p < 1)) fail("quantile of probability {}: must be above 0 and below 1", p);
 }
 
 }  // namespace
@@ -393,7 +396,8 @@ double student_t_quantile(double p, int dof) {
 
 double chi_square_quantile(double p, double dof) {
   check_probability(p);
-  if (!(dof > 0) || !std::isfinite(dof)) fail("chi-square: degrees of freedom {}: must be > 0", dof);
+  if (!(dof > 0) || !std::isfinite(dof))
+    fail("chi-square: degrees of freedom {}: must be finite and > 0", dof);
   double high = dof + 1;
   while (chi_square_cdf(high, dof) < p) high *= 2;
   return invert([dof](double x) { return chi_square_cdf(x, dof); }, p, 0, high);

@@ -4,8 +4,8 @@
 // samples throw Error.
 //
 //   sign_flip        paired differences d_i: under the null hypothesis each sign is a fair coin. p = share of
-//                    sign patterns with |mean| at least the observed one. All 2^n patterns for n <= 16, else
-//                    (1 + hits) / (1 + samples) of random patterns
+//                    sign patterns with |mean| at least the observed one. All 2^n patterns for n <= 16;
+//                    above, (1 + hits) / (1 + samples) from `samples` >= 100 random patterns
 //   wilcoxon         signed ranks: zeros are left out (n_used counts the rest), ties get midranks. W = sum of
 //                    the ranks of positive d. Exact distribution given the ranks for n_used <= 50 (also
 //                    with ties); above, normal with tie and continuity correction
@@ -63,14 +63,17 @@ std::vector<double> holm(std::span<const double> p);
 //   sum over segments of sum |x - median of the segment| / scale   +   penalty per cut
 //
 //   penalty   2 + 2 ln n
-//   scale     noise of the series, 1.4826 MAD of its steps / sqrt 2, but at least so large that a step of
-//             `min_step` that lasts for one value just pays for its cut: smaller steps are never cuts
+//   scale     noise of the series, 1.4826 MAD of its steps / sqrt 2, but at least min_step / penalty, for
+//             which a single value that is off by min_step just pays for one cut. If the scale is 0, every
+//             change of the value is a change point
 //
+// Afterwards, adjacent segments whose medians differ by less than `min_step` are joined, the most similar
+// ones first.
 // With absolute deviations, one outlier inside a segment costs less than the two cuts around it, unless it is
 // very large. O(n^3) for n values; meant for the history of a project.
 
-/// Returns the indices of the first values of new segments, ascending and never 0. Throws Error for values
-/// that are not finite and for min_step < 0. A series of fewer than 2 values has no change point.
+/// Returns the indices of the first values of new segments, ascending and never 0. A series of fewer than 2
+/// values has no change point. Throws Error for values that are not finite and for min_step < 0.
 std::vector<size_t> change_points(std::span<const double> values, double min_step);
 
 // ---- Distribution functions for tests and intervals. Arguments outside the stated ranges throw Error.
@@ -78,7 +81,8 @@ std::vector<size_t> change_points(std::span<const double> values, double min_ste
 // to 1e-13, which would change the last digits of intervals in published tables; one interval evaluates only
 // a handful of them.
 
-/// Returns P(n <= x) of the standard normal distribution, and its inverse (0 < p < 1).
+/// normal_cdf() returns P(n <= x) of the standard normal distribution; normal_quantile() is its inverse, for
+/// 0 < p < 1.
 double normal_cdf(double x);
 double normal_quantile(double p);
 

@@ -112,8 +112,8 @@ TEST(MannWhitney, IsExactWithTies) {
   EXPECT_NEAR(test.cliffs_delta, 0.4, 1e-15);
 }
 
-// rng of the Wilcoxon test, continued: x = np.round(rng.normal(0, 1, 30), 1),
-// y = np.round(rng.normal(0.5, 1, 25), 1); scipy.stats.mannwhitneyu(x, y, method='asymptotic',
+// The generator of the Wilcoxon test above, continued: x = np.round(rng.normal(0, 1, 30), 1), y =
+// np.round(rng.normal(0.5, 1, 25), 1); scipy.stats.mannwhitneyu(x, y, method='asymptotic',
 // use_continuity=True): U = 305, p = 0.23970713591366222.
 TEST(MannWhitney, UsesTheCorrectedNormalForLargeSamples) {
   const Values x = {0.8,  0.2,  -1.6, -1.2, 0.9, 0.7,  -0.6, 0.0,  0.4, 0.5, 0.9, 0.3,  -0.1, -0.3, 1.1,

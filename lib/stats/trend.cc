@@ -28,7 +28,9 @@ struct LineSums {
   double slope() const {
     const double spread = xx - x * x / n;
     if (!(spread > 1e-12 * xx)) {
-      fail("noise slope: needs at least two levels, also in every resample: give each cluster all levels");
+      fail(
+          "noise slope: needs at least two levels, also in every resample: give each cluster errors at all "
+          "levels");
     }
     return (xy - x * y / n) / spread;
   }
@@ -61,7 +63,7 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
     for (const auto& [label, of] : at.clusters) {
       const bool is_lowest = x == 0;
       if (!std::isfinite(at.level) || !std::isfinite(of.x))
-        fail("noise slope: level {}, sum {}", at.level, of.x);
+        fail("noise slope: level {}, sum of errors {}: expected finite numbers", at.level, of.x);
       by_label[label].add(
           {of.n, of.n * x, of.x, of.n * x * x, x * of.x, is_lowest ? of.n : 0.0, is_lowest ? of.x : 0.0});
     }
@@ -84,7 +86,7 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
     out[0] = sums.slope();
     if (out.size() > 1) out[1] = out[0] / (sums.y_lowest / sums.n_lowest);
   };
-  // The relative slope is left out if a resample might divide by zero.
+  // The interval of the relative slope is left out if a resample might divide by zero.
   const auto intervals = cluster_bootstrap(clusters.size(), relative ? 2 : 1, slopes, options);
   result.interval = intervals[0];
   if (relative) result.relative_interval = intervals[1];
@@ -92,7 +94,8 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
 }
 
 TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks) {
-  if (blocks.empty() || blocks[0].size() < 2) fail("Page test: needs a block of at least 2 levels");
+  if (blocks.empty() || blocks[0].size() < 2)
+    fail("Page test: expected at least one block of at least 2 levels");
   const size_t k = blocks[0].size();
   const double centre = (static_cast<double>(k) + 1) / 2;
   double L = 0;
@@ -119,7 +122,7 @@ TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks) {
 
 double minimum_detectable_effect(double sigma, int n, double alpha, double power) {
   if (!(sigma >= 0) || !std::isfinite(sigma))
-    fail("minimum detectable effect: sigma = {}: must be >= 0", sigma);
+    fail("minimum detectable effect: sigma = {}: must be finite and >= 0", sigma);
   if (n < 2) fail("minimum detectable effect: n = {}: must be >= 2", n);
   return (normal_quantile(1 - alpha / 2) + normal_quantile(power)) * sigma / std::sqrt(n);
 }

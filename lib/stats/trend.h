@@ -19,8 +19,9 @@ struct LevelSums {
 };
 
 /// Least-squares line error = intercept + slope * level through all errors, with an interval by cluster
-/// bootstrap. relative_slope = slope / mean error at the lowest level; nullopt unless that mean is positive.
-/// Throws Error if the data or a resample have fewer than two levels (every cluster should have all levels).
+/// bootstrap. relative_slope = slope / mean error at the lowest level; nullopt unless that mean is positive,
+/// without an interval unless it is positive in every cluster. noise_slope() throws Error if the data or a
+/// resample have fewer than two levels (every cluster should have all levels).
 struct NoiseSlope {
   double slope = 0;
   double intercept = 0;
@@ -30,7 +31,8 @@ struct NoiseSlope {
 };
 NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions& options = {});
 
-/// Result of a trend test: z > 0 for increasing values; p is one-sided, with growth as the alternative.
+/// Result of a trend test: z > 0 for increasing values; p is one-sided, with growth as the alternative. z = 0
+/// and p = 1 if the values of every block are equal.
 struct TrendTest {
   double statistic = 0;
   double z = 0;
@@ -39,9 +41,9 @@ struct TrendTest {
 
 /// Page's trend test (1963) of blocks (seeds) that each have one value per level, in order of level. Midranks
 /// within blocks; L = sum_j j R_j; variance per block sum (j - jbar)^2 sum (r - rbar)^2 / (k - 1), which is
-/// exact with ties. Normal approximation. Suited to sweeps with common random numbers, whose levels share
-/// random numbers: values within a block need not be independent. Throws Error unless all blocks have the
-/// same number k >= 2 of values.
+/// exact with ties. Normal approximation. Values within a block need not be independent, so that the test
+/// suits sweeps whose levels share random numbers. Throws Error unless there is a block and all blocks have
+/// the same number k >= 2 of finite values.
 TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks);
 
 /// Returns the smallest mean of n paired differences with standard deviation `sigma` that a two-sided test at
@@ -49,8 +51,9 @@ TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks);
 /// distribution: somewhat optimistic below n = 20.
 double minimum_detectable_effect(double sigma, int n, double alpha = 0.05, double power = 0.8);
 
-/// Returns the interval that contains the mean of n NEES values with `dof` degrees of freedom each with
-/// probability `confidence` if the covariances are correct: quantiles of chi-square(n dof) / n.
+/// Returns the interval in which the mean of n NEES values lies with probability `confidence` if the
+/// covariances are correct: the tail quantiles of chi-square with n dof degrees of freedom, divided by n.
+/// `dof` is the number of degrees of freedom of one NEES value.
 Interval nees_interval(int n, int dof, double confidence = 0.95);
 
 }  // namespace sextant

@@ -62,7 +62,7 @@ TEST(NoiseSlope, CoversTheTrueSlopeWhenSeedsAreClusters) {
     relative_hits += fit.relative_interval->low <= 2 && 2 <= fit.relative_interval->high;
   }
   for (const int n : {hits, relative_hits}) {
-    EXPECT_GE(n, 0.915 * experiments);  // 0.95 within 3 standard errors, and the bias of 40 clusters
+    EXPECT_GE(n, 0.915 * experiments);  // 0.95 less 3 standard errors and the bias of 40 clusters
     EXPECT_LE(n, 0.98 * experiments);
   }
 }

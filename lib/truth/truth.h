@@ -18,7 +18,7 @@ namespace sextant {
 struct ObjectTruth {
   int id = 0;                             ///< id in the source's masks (KITTI track id + 1)
   SE3 T_camera_object;                    ///< object pose in the camera frame at the same time
-  std::optional<ImageBox> box;            ///< 2-D box
+  std::optional<ImageBox> box;            ///< box in the image, px
   std::optional<bool> moving;             ///< the data set's own dynamic/static flag, if it has one
   bool interpolated = false;              ///< the pose was interpolated between labelled frames
   std::optional<Eigen::Vector3d> size_m;  ///< width (x), height (y), length (z) of the box
@@ -29,15 +29,16 @@ class SequenceTruth {
  public:
   Trajectory camera;                                ///< T_world_camera
   std::map<int, std::vector<ObjectTruth>> objects;  ///< by frame number, ordered by id
-  /// RMS error of the ground truth's own step lengths (m), if the data set allows to compute it. A measured
-  /// accuracy of the camera cannot be better than this value.
+  /// RMS error of the lengths of the camera's true steps (m), if the data set allows to compute it. A
+  /// measured accuracy of the camera cannot be better than this value.
   std::optional<double> camera_step_floor_m;
 
+  /// Returns the object with this id in the frame; null if there is none.
   const ObjectTruth* find(int frame, int id) const;
 
-  /// Returns T_curr_prev of one rigid body, which maps its points from previous to current camera
-  /// coordinates. For the background it is the inverse of the camera's own motion. nullopt if truth is
-  /// missing in either frame.
+  /// Return T_curr_prev of one rigid body, which maps its points from previous to current camera coordinates;
+  /// for the background this is the inverse of the camera's own motion. nullopt if the pose of the camera, or
+  /// of the object, is missing in either frame.
   std::optional<SE3> background_motion(int prev, int curr) const;
   std::optional<SE3> object_motion(int id, int prev, int curr) const;
 };

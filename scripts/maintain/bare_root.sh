@@ -1,8 +1,11 @@
-# A bare Debian in a folder, made by debootstrap: for scripts that try what a fresh machine sees. Source it after common.sh.
+# Functions for scripts that test on a fresh system: a minimal Debian or Ubuntu in a folder, made by debootstrap. Source this file
+# after common.sh.
 #
-#   need_bare_root       ends the script with 77 and the line that installs what is missing
-#   make_bare_root DIR   a new root in DIR: unpacked from the cache, which the first call fills
-#   in_root DIR COMMAND  runs a command in it, with no variables of this shell but PATH, LANG and a HOME of its own
+#   need_bare_root TOOL...  ends the script with exit code 77, and the command that installs what is missing, unless debootstrap, the
+#                           TOOLs and the rights of root are available
+#   make_bare_root DIR      makes a new root in DIR from an archive that the first call stores in the cache
+#   in_root DIR COMMAND     runs a command in the root; of the environment it gets only PATH, LANG, HOME and DEBIAN_FRONTEND
+#   install_in_root DIR PACKAGE...
 #   remove_root DIR
 #
 # SEXTANT_ROOTS: folder of the cache, default ~/.cache/sextant/roots. SEXTANT_SUITE: default bookworm; jammy and noble are Ubuntu's.

@@ -20,7 +20,7 @@ RELATIVE, ABSOLUTE = 1e-6, 1e-9
 
 
 def is_stable(row):
-    """Measured, and not a run time."""
+    """Returns True if the row was measured and holds no run time."""
     return row.get("verdict") != "not measured here" and row.get("claim") != "frame_rate"
 
 
@@ -32,7 +32,7 @@ def read_rows(folder, table):
 
 
 def key_of(row):
-    """Texts but the verdict and addresses of records: what a row is about."""
+    """Returns the texts that identify a row: all but its verdict and its files of records."""
     return tuple(sorted((k, v) for k, v in row.items() if isinstance(v, str) and k != "verdict" and not k.endswith("_file")))
 
 

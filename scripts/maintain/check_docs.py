@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
 """usage: scripts/maintain/check_docs.py [--update] [--external] SEXTANT [FILE.md ...]
 
-README.md, CONTRIBUTING.md, CHANGELOG.md and docs/*.md, as a reader meets them:
+Checks README.md, CONTRIBUTING.md, CHANGELOG.md and docs/*.md:
 
-- Every command in a block ```console, a line that begins with `$ `, is run, those of a file one after the other in an
-  empty folder. What it prints, lines on progress and times apart, must be what stands below it; a line `...` stands for any number of lines. A command that
-  fails must show its message there.
-  A block ```python whose first line is `# NAME.py` is that file there.
-- Every flag of `sextant` in any block is one that SEXTANT knows.
-- Every link to a file or a heading of the repository leads somewhere.
+- Commands. Every line that begins with `$ ` in a block ```console is run; the commands of a file run one after the other in
+  the same folder, which is empty at first. The lines below a command must equal its output, except for lines about progress
+  and times. A line `...` stands for any number of lines. For a command that fails the block must show its message. A block
+  ```python whose first line is `# NAME.py` is written to that file in the folder.
+- Flags. SEXTANT knows every flag of `sextant` in any block.
+- Links. Every link to a file or a heading of the repository has a target.
 
-  --update    writes what is printed into the blocks instead of comparing (blocks with `...` stay as they are)
+  --update    writes the output into the blocks instead of comparing (blocks with `...` stay unchanged)
   --external  only lists the links that lead out of the repository; none is followed
 
-Exit codes: 0 good, 1 not (each problem a line), 2 usage.
+Exit codes: 0 no problem, 1 problems (one line each), 2 usage.
 """
 
 import difflib
@@ -30,7 +30,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(!?)\[[^\]\n]*\]\(([^()\s]+)\)")
 TIME_LIMIT_S = 3000  # ends a command that hangs
-# Lines of a terminal or a log that only slow machines see: progress after five seconds, a summary after ten.
+# Lines that the program prints only on slow machines: progress after five seconds, a summary after ten.
 NOTICE = re.compile(r"Time: [\d.]+ s; of it .*|waiting for the correspondence cache, .*|.+ \d+/\d+(  [\d.]+/s  [\d.]+ s left| in [\d.]+ s)")
 
 
@@ -44,7 +44,7 @@ def run(command, folder, home, sextant):
 
 
 def commands(block):
-    """(command, lines shown below it) of a block."""
+    """Returns [(command, lines shown below it)] of a block."""
     found = []
     for line in block.splitlines():
         if line.startswith("$ "):
@@ -87,7 +87,7 @@ def console_problems(file, sextant, update):
 
 
 def anchor(heading):
-    """As GitHub makes it of a heading."""
+    """Returns the anchor that GitHub gives a heading."""
     plain = re.sub(r"\[([^\]]*)\]\([^)]*\)|[`*]", lambda m: m[1] or "", heading).strip().lower()
     return re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
 
@@ -103,7 +103,7 @@ def anchors(file):
 
 
 def links(file):
-    """(line, target) of the links outside blocks."""
+    """Yields (line, target) of the links outside of blocks."""
     text = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), file.read_text(encoding="utf-8"))
     for match in LINK.finditer(text):
         yield text.count("\n", 0, match.start()) + 1, match[2]

@@ -11,10 +11,10 @@ usage: scripts/maintain/check_layers.py [--root DIR] [--self-test]
 5. Only the files in ENTRY_POINTS parse JSON (its limits are in base/json.h), run a program, or create files and folders.
 6. A reader that a header of lib, datasets or eval declares (decode_*, parse_*, read_* of text, bytes or a path) is
    called in eval/fuzz/targets.cc, or by a reader that is: see READERS_WITHIN.
-7. No two files have one name, but for ONE_A_FOLDER: a name says what a file is.
-8. Reports (REPORTS) name no data set, estimator or measured system in a text: zhang2020_data.json and the records do.
-   They read typed rows: no cell is compared with a text, none is found by its number.
-9. A test names no folder that others use and asserts no time: TempFolder of base/testing.h is its folder.
+7. No two files have the same name, except for ONE_A_FOLDER: the name of a file must describe it.
+8. String literals of reports (REPORTS) contain no name of a data set, estimator or measured system: these names come from
+   zhang2020_data.json and the records. Reports read typed rows: no cell is compared with a text or found by its number.
+9. A test uses no folder that others use and no clock: it works in a TempFolder of base/testing.h.
 10. A module of which a source or a test starts threads declares THREADS in its CMakeLists.txt (preset tsan).
 11. Comments and messages use the field's terms instead of the words in PRIVATE_WORDS.
 12. A comment of a header begins with its subject, not with a word of NO_SUBJECT.
@@ -191,13 +191,13 @@ _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
 def listed_names(root):
-    """Data sets, estimators and measured systems: whatever the lists have."""
+    """Returns the names of data sets, estimators and measured systems in the files of NAME_LISTS."""
     return {name for path, pattern in NAME_LISTS.items() if (root / path).exists()
             for name in pattern.findall((root / path).read_text(encoding="utf-8"))}
 
 
 def report_problems(text, names):
-    """(line, problem) of a source that makes reports."""
+    """Returns [(line, problem)] of a source that makes reports."""
     code = re.sub(r"//[^\n]*", "", text)
     found = [(m.start(), what) for what, pattern in NOT_IN_REPORTS.items() for m in pattern.finditer(code)]
     for literal in re.finditer(r'"(?:[^"\\\n]|\\.)*"', code):
@@ -338,7 +338,7 @@ def length_problems(root):
 
 
 def path_to_truth(files, start):
-    """The chain of headers from `start` to the first one under truth/, or None."""
+    """Returns the chain of headers from `start` to the first header of truth/, or None."""
     seen = {start}
     queue = [[start]]
     while queue:
@@ -392,7 +392,7 @@ def check(root):
 
 
 def self_test():
-    """Plants one violation of each kind in a small tree and sees it caught."""
+    """Plants one violation of each kind in a small tree and checks that it is found."""
     clean = {
         "lib/base/error.h": "",
         "lib/geometry/se3.h": '#include "sextant/base/error.h"\n',

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """usage: scripts/maintain/check_numbers.py [--run|--update] SEXTANT [NAME.md ...]
 
-Every decimal number, every percentage and every integer of three or more digits in the sentences and tables of a document has to
-stand in its evidence:
+Checks that every decimal number, every percentage and every integer of three or more digits in the sentences and tables of a
+document is part of its evidence. Evidence is
 
 - a block of the document, whose commands the test docs/commands runs;
 - a file of `results` that the document names below the same heading: results/profiles/pwc_net_kitti03.json;
@@ -16,12 +16,13 @@ stand in its evidence:
       % command                     times, which differ from run to run, below; never compared
 
 A number agrees with its evidence if the evidence, rounded to as many digits, is the same number; a percentage also agrees with
-a share. Not looked at are `code`, links, headings, numbers of versions, years, names of sequences (0018) and the levels 95 % and 5 %.
+a share. `code`, links, headings, numbers of versions, years, names of sequences (0018) and the levels 95 % and 5 % are not checked.
 
-  --run       also runs the commands of results/documents and compares; those that need $SEXTANT_DATA only with it
-  --update    writes what they print into the files instead
+  --run       also runs the commands of results/documents and compares their output; commands that need real data are skipped
+              unless SEXTANT_DATA is set
+  --update    runs these commands and writes their output into the files instead of comparing
 
-Exit codes: 0 good, 1 not (each problem a line), 2 usage.
+Exit codes: 0 no problem, 1 problems (one line each), 2 usage.
 """
 
 import collections
@@ -45,7 +46,7 @@ VERSION = re.compile(r"\b(Ubuntu|Debian|Python|numpy|scipy|pandas|OpenCV|Slurm|a
 
 
 def prose(text):
-    """(line, heading, text of the line) outside blocks, without code, links and versions."""
+    """Yields (line, heading, text of the line) outside of blocks, without code, links and versions."""
     text = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), text)
     heading = ""
     for line, content in enumerate(text.split("\n"), 1):

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """usage: scripts/maintain/check_recipes.py SEXTANT [FILE.md ...]
 
-Recipes that people copy out of the documentation (docs/ci.md): every block is well-formed, a GitHub or GitLab job
-has the parts that it must have, and every flag of `sextant` in them is one that SEXTANT knows. Without FILEs the workflows
-of this repository (.github/workflows) are checked too: actions are pinned to a commit, and the scripts that steps call exist
-and know their flags; and the recipe of conda (scripts/recipe): it parses, its version is that of CMakeLists.txt, and its build
-script is well-formed.
+Checks the recipes that users copy from the documentation (docs/ci.md): every block is well-formed, a GitHub or GitLab job
+has all required keys, and SEXTANT knows every flag of `sextant` in them. Without FILEs, two more things are checked. In the
+workflows of this repository (.github/workflows), actions are pinned to a commit, and the scripts that steps call exist and know
+their flags. The recipe of conda (scripts/recipe) parses, its version is that of CMakeLists.txt, and its build script is
+well-formed.
 
-Exit codes: 0 good, 1 not (each problem a line), 77 no PyYAML (python3-yaml).
+Exit codes: 0 no problem, 1 problems (one line each), 77 skipped: no PyYAML (python3-yaml).
 """
 
 import functools
@@ -93,13 +93,13 @@ PROBLEM = {"yaml": yaml_problem, "bash": bash_problem, "json": json_problem}
 
 @functools.cache
 def help_of(sextant, *command):
-    """None where there is no such command."""
+    """Returns the help text of a command, None if there is no such command."""
     shown = subprocess.run([sextant, *command, "--help"], capture_output=True, text=True)
     return None if shown.returncode else shown.stdout
 
 
 def flag_problems(sextant, text):
-    """Flags that `sextant COMMAND --help` does not know."""
+    """Yields the flags in `text` that `sextant COMMAND --help` does not list."""
     for line in text.splitlines():
         call = re.search(r"\bsextant ((?:(?:baseline|evaluate|data|noise|cache) )?[a-z]+) (.*)", line)
         if not call or "..." in line:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Copies the folder of an estimator that `sextant benchmark` wrote, without what no card reads, to store it as a reference.
+"""Copies the folder of an estimator that `sextant benchmark` wrote, without the data that no card reads, to store it as a reference.
 
 usage: scripts/maintain/compact_benchmark.py OUT/ESTIMATOR results/benchmark/NAME [--digits N] [--no-times]
 

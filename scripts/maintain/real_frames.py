@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """usage: scripts/maintain/real_frames.py SEXTANT
 
-Errors of the estimators on all real frames at hand ($SEXTANT_DATA), as Markdown: the camera, moving objects, and parked cars,
-whose speed is 0, up to 50 m away. Objects whose labels move by more than 1 m/s count as moving. Every mean has a 95 % interval
-(bootstrap over records). The second table shows for each source the variant of joint_flow_depth that is best on all others
-(leave one source out), and the errors of all variants on it."""
+Prints, as Markdown, the errors of the estimators on all real frames in $SEXTANT_DATA: of the camera, of moving objects, and of
+parked cars up to 50 m away, whose speed is 0. Objects whose labels move by more than 1 m/s count as moving. Every mean has a 95 %
+interval (bootstrap over records). The second table shows for each source the variant of joint_flow_depth that is best on all
+other sources (leave one source out), and the errors of all variants on this source."""
 
 import json
 import math
@@ -60,7 +60,7 @@ def records(program, source, estimator, options, folder):
 
 
 def mean(values):
-    """Mean and its 95 % interval, as text."""
+    """Returns the mean and its 95 % interval as text."""
     if not values:
         return "-"
     draw = random.Random(0)

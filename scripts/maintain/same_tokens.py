@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """usage: scripts/maintain/same_tokens.py [--strings] REVISION [NEW_REVISION]
 
-Shows that a change of words changed no code: compares the tokens of every C++ and Python file of REVISION with those
-of NEW_REVISION, or of the work tree without it. Comments, white space and the contents of string literals are left
-out, and adjacent literals count as one.
+Checks that a change of comments and texts changed no code: compares the tokens of every C++ and Python file of REVISION with
+those of NEW_REVISION (default: the work tree). Comments, white space and the contents of string literals are ignored, and
+adjacent literals count as one.
 
   --strings  also prints the string literals that differ, since some of them are keys, names or formats
 
-Exit codes: 0 equal, 1 not (each file that differs a line), 2 usage.
+Exit codes: 0 equal, 1 different (one line for each file that differs), 2 usage.
 """
 
 import collections
@@ -55,7 +55,7 @@ def git(*words):
 
 
 def content(revision, name):
-    """The text of a file; empty where the revision has none."""
+    """Returns the text of a file; empty if the revision does not have the file."""
     if revision:
         return git("show", f"{revision}:{name}")
     return (ROOT / name).read_text(encoding="utf-8") if (ROOT / name).exists() else ""

@@ -27,7 +27,7 @@ inline cv::Mat2f read_flow(const std::string& path) {
   file.read(reinterpret_cast<char*>(&magic), 4).read(reinterpret_cast<char*>(size), 8);
   cv::Mat2f flow(size[1], size[0]);
   file.read(reinterpret_cast<char*>(flow.data), static_cast<std::streamsize>(flow.total() * 8));
-  if (!file || magic != 202021.25f) throw std::runtime_error(path + ": no flow");
+  if (!file || magic != 202021.25f) throw std::runtime_error(path + ": is not a complete .flo file");
   return flow;
 }
 
@@ -37,11 +37,11 @@ inline cv::Mat1w read_mask(const std::string& path, cv::Size size) {
   text << file.rdbuf();
   cv::Mat1w mask(size);
   for (unsigned short& id : mask) text >> id;
-  if (!text) throw std::runtime_error(path + ": no mask");
+  if (!text) throw std::runtime_error(path + ": does not contain an id for every pixel");
   return mask;
 }
 
-/// The matrix of a rotation vector and a translation, as solvePnP returns them.
+/// Returns the matrix of a rotation vector and a translation, as solvePnP returns them.
 inline cv::Matx44d pose_of(const cv::Vec3d& rotation, const cv::Vec3d& translation) {
   cv::Matx33d r;
   cv::Rodrigues(rotation, r);
@@ -49,7 +49,7 @@ inline cv::Matx44d pose_of(const cv::Vec3d& rotation, const cv::Vec3d& translati
           r(2, 0), r(2, 1), r(2, 2), translation[2], 0,       0,       0,       1};
 }
 
-// A line: frame and 12 values of a pose or motion.
+// Appends a line with the frame and the 12 values of a pose or motion.
 inline void write(const std::filesystem::path& file, int frame, const cv::Matx44d& pose) {
   std::ofstream out(file, std::ios::app);
   out.precision(17);

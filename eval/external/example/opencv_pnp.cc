@@ -17,9 +17,9 @@
 
 #include "example_files.h"
 
-constexpr int max_corners = 2000;      // of the background; an object has as many
+constexpr int max_corners = 2000;  // of each body
 constexpr double corner_quality = 0.001, corner_distance_px = 5;
-constexpr double inlier_px = 4;        // of RANSAC; OpenCV's default is 8
+constexpr double inlier_px = 4;  // of RANSAC; OpenCV's default is 8
 constexpr int min_points = 10;
 constexpr double max_depth_m = 40;
 
@@ -33,12 +33,13 @@ FrameData read_frame(const std::string& input, const std::string& name) {
   FrameData frame;
   frame.image = cv::imread(input + "/image_0/" + name + ".png", cv::IMREAD_GRAYSCALE);
   frame.disparity = cv::imread(input + "/depth/" + name + ".png", cv::IMREAD_UNCHANGED);
-  if (frame.image.empty() || frame.disparity.empty()) throw std::runtime_error(name + ": no image or depth");
+  if (frame.image.empty() || frame.disparity.empty())
+    throw std::runtime_error(name + ": the image or depth cannot be read");
   frame.mask = read_mask(input + "/semantic/" + name + ".txt", frame.image.size());
   return frame;
 }
 
-// T_curr_prev of the body with this id by PnP; false where there is none.
+// Estimates T_curr_prev of the body with this id by PnP; returns false if that fails.
 bool estimate(const FrameData& before, const FrameData& after, const cv::Mat2f& flow, int id,
               const Camera& camera, cv::Matx44d& T_curr_prev) {
   std::vector<cv::Point2f> corners;

@@ -1,7 +1,7 @@
 // A small RGB-D odometry that knows nothing of Sextant: an example of an external estimator
 // (docs/external-estimators.md). It reads a VDO-SLAM folder (depth, flow, semantic, camera.yaml) and
 // estimates the motion of the camera and of every object from frame to frame by PnP: pixels of the previous
-// frame with their depth against where the flow takes them.
+// frame with their depth, and the pixels to which the flow takes them.
 //
 // usage: rgbd_odometry INPUT OUTPUT
 // writes OUTPUT/camera.txt: frame and 12 values of T_world_camera, OUTPUT/obj_<id>.txt: frame k and 12 values
@@ -20,7 +20,7 @@ struct Points {
   std::vector<cv::Point2d> after;   // px in the current image
 };
 
-// Every `step`-th pixel in x and y, by id; 0 is the background.
+// Returns the points of every third pixel in x and y, by id; 0 is the background.
 std::map<int, Points> sample(const cv::Mat1w& disparity, const cv::Mat2f& flow, const cv::Mat1w& mask,
                              const cv::Mat1w& mask_after, const Camera& camera) {
   std::map<int, Points> points;
@@ -39,7 +39,7 @@ std::map<int, Points> sample(const cv::Mat1w& disparity, const cv::Mat2f& flow, 
   return points;
 }
 
-// The motion of points from previous to current camera coordinates; false where there is none.
+// Estimates the motion of points from previous to current camera coordinates; returns false if that fails.
 bool estimate(const Points& points, const Camera& camera, cv::Matx44d& motion) {
   if (points.before.size() < 50) return false;
   const cv::Matx33d k(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);

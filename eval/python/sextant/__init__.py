@@ -9,9 +9,9 @@ Records as a table     read
 The program            run, sweep, compare, evaluate_ego, evaluate_objects, export
 Estimators in Python   Problem, Estimate; given to run and sweep
 
-Poses are arrays (n, 4, 4), T_world_camera, camera axes x right, y down, z forward; metres, pixels, seconds. Lists and arrays of
-any numbers are taken. Error names the argument, what was expected and what was got. Results have a short repr, a table and a
-picture in a notebook, and .plot() where there is something to draw. docs/python.md has examples.
+Poses are arrays (n, 4, 4), T_world_camera, camera axes x right, y down, z forward; metres, pixels, seconds. Arguments may be
+lists, or arrays of any numeric type. The message of an Error names the argument, what was expected and what was got. Results have
+a short repr, a table and a picture in a notebook, and .plot() where there is something to draw. docs/python.md has examples.
 """
 
 from ._core import Error, InternalError, git_commit, version
@@ -27,7 +27,7 @@ from .trajectories import (Alignment, ErrorStatistics, KittiError, RelativeError
                            relative_errors, statistics, write_trajectory)
 
 __version__ = version()
-Error.__doc__ = "What was found, what was expected and what to do. A ValueError."
+Error.__doc__ = "A ValueError for unsuitable input. Its message says what was found, what was expected and what to do."
 InternalError.__doc__ = "A defect of the package: please report it."
 
 __all__ = [

@@ -1,4 +1,4 @@
-# The compiled part that the package wraps: its arguments are checked arrays, use the functions of `sextant` instead.
+# The compiled part that the package wraps. Its arguments are checked arrays; call the functions of `sextant` instead.
 import typing
 
 import numpy

@@ -72,17 +72,17 @@ def json_text(name, value):
     try:
         return json.dumps(value, allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise Error(f"{name}: expected what JSON can hold, got {value!r}: {error}") from None
+        raise Error(f"{name}: expected values that JSON can represent, got {value!r}: {error}") from None
     except RecursionError:
         raise Error(f"{name}: expected at most 100 levels of dicts and lists, got more") from None
 
 
 def floats(name, value, dtype=numpy.float64):
-    """Returns a contiguous array of that type: lists, whole numbers and other floats are converted; None stays None."""
+    """Returns a C-contiguous array of the type `dtype`, converted from lists, whole numbers and other floats; None for None."""
     if value is None:
         return None
     if isinstance(value, numpy.ma.MaskedArray):
-        raise Error(f"{name}: expected an array without a mask, got a masked one: {name}.filled(numpy.nan)")
+        raise Error(f"{name}: expected an array without a mask, got a masked one: give {name}.filled(numpy.nan)")
     try:
         array = numpy.asarray(value)
     except ValueError:

@@ -101,7 +101,7 @@ class Sweep(_Folder):
         records = self.records()
         records = records[records.body == body]
         if records.empty:
-            raise Error(f"body: expected one of the records, got {body!r}")
+            raise Error(f"body: expected a body of the records, such as 'ego', got {body!r}")
         ax = _plot_groups(records, metric, "level", ["estimator"], axes_of(ax))
         if f"bound_{metric}" in records:
             bound = records.groupby("level")[f"bound_{metric}"].mean()
@@ -164,7 +164,7 @@ class Comparison(Shown):
     rows: typing.List[Finding]
 
     def __bool__(self):
-        """True if nothing has become worse."""
+        """Returns true if the verdict is ok or improved."""
         return self.verdict in ("ok", "improved")
 
 
@@ -180,7 +180,7 @@ class EgoEvaluation(Shown):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class ObjectEvaluation(Shown):
-    rows: typing.List[Row]  #: per preset and object; object "all": together
+    rows: typing.List[Row]  #: one per preset and object; the object "all" stands for all objects together
     warnings: typing.List[str]
     details: dict
 
@@ -203,7 +203,7 @@ def _texts(name, values):
         raise Error(f"{name}: expected at least one, got none")
     for value in found:
         if value.startswith("-"):
-            raise Error(f"{name}: expected no flag, got {value!r}: ./ before the name of a file")
+            raise Error(f"{name}: expected no flag, got {value!r}: write ./ before the name of a file")
     return found
 
 
@@ -299,7 +299,8 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
 
 
 def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None) -> Comparison:
-    """Runs `sextant compare`. The result is true if `new` has not regressed; the verdict is invalid if they are not comparable.
+    """Runs `sextant compare`. The result is true if its verdict is ok or improved; the verdict is invalid if `base` and `new` are
+    not comparable.
 
     >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
     >>> sextant.compare(run.out, run.out, only="accuracy").verdict

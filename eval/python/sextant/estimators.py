@@ -6,8 +6,8 @@
 
     sextant.run("synthetic:s18", estimator=mine, out="out")
 
-It is called for the background and for every moving object of every frame pair, inside Sextant's pipeline: features, RANSAC,
-gates, tracks, noise, truth and metrics are Sextant's. It sees measurements only.
+For every frame pair the function is called for the background, and for every moving object that passes the gates, inside Sextant's
+pipeline: features, RANSAC, gates, tracks, noise, truth and metrics are Sextant's. It receives measurements only, no ground truth.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ from .arguments import json_text, text
 from .fingerprint import fingerprint
 from .noise import Camera
 
-#: What a function may say instead of a motion.
+#: Statuses that a function may return instead of a motion.
 STATUSES = ("diverged", "too_few_points", "collinear", "at_infinity", "no_parallax")
 
 
@@ -48,7 +48,7 @@ class Problem:
     depth_curr: numpy.ndarray  #: (n,), m, at the pixel nearest to pixels + flow; NaN = none
     start: numpy.ndarray  #: (4, 4), T_curr_prev of RANSAC or of the propagated motion
     inliers: numpy.ndarray  #: (n,) bool: the points to use, as the pipeline chose them
-    noise: typing.Optional[DeclaredNoise]  #: None: nothing is known
+    noise: typing.Optional[DeclaredNoise]  #: None: the source declares no noise
 
     def points(self):
         """The points in previous camera coordinates, (n, 3), m."""
@@ -115,7 +115,8 @@ class _Added:
                 raise Error(f"estimator {name}: expected a function of a sextant.Problem, got {function!r}")
             version = fingerprint(function)
             if version["not_seen"]:
-                warnings.warn(f"estimator {name}: changes are not noticed of {'; '.join(version['not_seen'])}", stacklevel=4)
+                warnings.warn(f"estimator {name}: its fingerprint does not notice changes of some values: "
+                              f"{'; '.join(version['not_seen'])}", stacklevel=4)
             _inprocess.set_function(text("name", name), adapter(name, function), json.dumps(options_of(function)),
                                     json.dumps(version), bool(getattr(function, "chooses_points", False)))
         return _inprocess
@@ -127,7 +128,7 @@ class _Added:
 
 
 def run_here(sources, function, *, out, options, noise, data, level, seeds, jobs, preset, force, quiet):
-    """Runs sextant.run with a function; returns the summary."""
+    """Implements sextant.run for an estimator that is a function; returns the summary."""
     name = name_of(function)
     with _Added({name: function}) as inprocess:
         return json.loads(inprocess.run(sources, f"python:{name}", json_text("options", options or {}),

@@ -5,8 +5,8 @@ Its parts are named by their kind: "function mine", "global gain of mine", "file
   functions   byte code, constants, defaults, attributes; the values of closure cells and of the globals that the code names,
               and so on from there
   classes     bases and members; objects: their class and their state
-  modules     of the user: the source file, and the files that it imports; besides the values that the code names
-              of others (installed packages, the standard library): name and version
+  modules     those of the user: the source file, the files that it imports, and the values of the module that the code
+              names; all others (installed packages, the standard library): name and version
   numbers, texts, lists, dicts, sets, numpy arrays: by content
 
 The user's modules are those that are neither in the standard library nor installed in site-packages, or that belong to the same
@@ -35,7 +35,7 @@ _OF_EVERY_CLASS = {"__dict__", "__weakref__", "__module__", "__doc__", "__qualna
                    "__static_attributes__", "__abstractmethods__", "_abc_impl", "__dataclass_fields__", "__match_args__"}
 _OF_EVERY_FUNCTION = {"__wrapped__", "__doc__", "__annotations__"}
 _MADE_BY_A_CLASS_STATEMENT = 1 << 9  #: Py_TPFLAGS_HEAPTYPE
-#: Values that a decorator of the standard library stores in C.
+#: Type of the objects that functools.lru_cache makes in C; the user's function is their __wrapped__.
 _CACHES = (functools._lru_cache_wrapper,)
 #: A user's class derived from one of these has content in addition to its attributes.
 _CONTAINERS = (list, tuple, set, frozenset, dict, str, bytes, bytearray, int, float, complex)
@@ -66,7 +66,7 @@ def _constant_text(constant):
 
 
 def _codes(code):
-    """Yields the code and that of the functions in it."""
+    """Yields `code`, and the code of the functions that it contains."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
@@ -166,7 +166,7 @@ class _Finder:
         return constants[-2] if len(constants) > 1 and isinstance(constants[-2], int) else 0
 
     def _members(self, value, names, prefix, of):
-        """Yields the values of a user's module that code may name: mine.gain, mine.sub.gain."""
+        """Adds the values of a user's module that the code may name: mine.gain, mine.sub.gain."""
         if not isinstance(value, types.ModuleType) or not self._is_users_module(value):
             return
         for name in names:

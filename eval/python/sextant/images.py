@@ -8,7 +8,7 @@ from .arguments import choice, number, path
 
 def read_flow(file, format="auto") -> numpy.ndarray:
     """Reads optical flow: float32 (height, width, 2), px, NaN = invalid. Formats: flo (Middlebury), kitti or vkitti (16-bit PNG).
-    `auto` recognises flo by the file's name; for a PNG the format must be given.
+    `auto` recognises flo by the extension .flo; for other files the format must be given.
 
     >>> import pathlib
     >>> pathlib.Path("x.flo").write_bytes(b"PIEH" + numpy.array([1, 1], "<i4").tobytes() + numpy.array([0.5, -1], "<f4").tobytes())
@@ -19,7 +19,7 @@ def read_flow(file, format="auto") -> numpy.ndarray:
     from . import _files
     file, format = path("file", file), choice("format", format, ("auto", "flo", "kitti", "vkitti"))
     if format == "auto" and not file.endswith(".flo"):
-        raise Error(f"{file}: flow in a PNG may be of kitti or vkitti: give format=")
+        raise Error(f"{file}: the format cannot be recognised by this name: expected flo, kitti or vkitti in format=")
     return _files.flow(file, "flo" if format == "auto" else format)
 
 
@@ -36,5 +36,5 @@ def read_depth(file, format, *, bf=0.0) -> numpy.ndarray:
     file, format = path("file", file), choice("format", format, ("disparity256", "depth256", "cm"))
     bf = number("bf", bf)
     if format == "disparity256" and not bf > 0:
-        raise Error(f"bf: expected focal length times baseline in px m with disparities, got {bf:g}")
+        raise Error(f"bf: expected focal length times baseline, above 0 px m, with format='disparity256', got {bf:g}")
     return _files.depth(file, format, bf)

@@ -26,9 +26,10 @@ def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, tru
     """Returns errors of object motions H in the world, from frame k-1 to k, with the definitions of `sextant evaluate objects`.
 
     estimate, truth   (n, 4, 4), H = L_k inverse(L_k-1) with L = T_world_object
-    object_pose       (n, 4, 4), true L of frame k-1: gives Et_body_m, ER_body_deg, v_kmh, v_gt_kmh, Ev_kmh over dt seconds
-    camera            (previous, current) T_world_camera of the estimate, (n, 4, 4) each; true_camera: of the truth, the same
-                      where not given: gives Et_m, ER_deg, as the camera sees the motion
+    object_pose       (n, 4, 4), true L of frame k-1: adds Et_body_m, ER_body_deg, v_kmh, v_gt_kmh, Ev_kmh over dt seconds
+    camera            (previous, current), each (n, 4, 4): T_world_camera of the estimate; adds Et_m, ER_deg, the errors of the
+                      motion as the camera sees it
+    true_camera       the same of the truth; if only one of camera and true_camera is given, it serves for both
     Returns a dict of arrays by the keys of records; Et_world_m and ER_world_deg are always there.
 
     >>> still = [numpy.eye(4)]
@@ -57,8 +58,9 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
     """Returns the Cramer-Rao bound of one body's motion; None if the points do not determine it.
 
     pixels (n, 2), depth (n,), flow (n, 2): exact, float64; depth_curr (n,): NaN = none
-    flow_sigma_px     (x, y)
-    delta_d_px        accuracy of disparity; sigma(z) = z^2 / (fx baseline_m) delta_d_px, baseline_m 0: camera.bf instead
+    flow_sigma_px     (x, y), standard deviations
+    delta_d_px        standard deviation of disparity: sigma(z) = z^2 / (fx baseline_m) delta_d_px, with camera.bf in place of
+                      fx baseline_m if baseline_m is 0
     correlation       [(length_px, share), ...] of errors over the image
 
     >>> camera = sextant.Camera(fx=700, fy=700, cx=320, cy=240, bf=350)
@@ -74,7 +76,7 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
     if delta < 0:
         raise Error(f"delta_d_px: expected 0 or more, got {delta}")
     if delta > 0 and not focal_baseline > 0:
-        raise Error(f"camera.bf: expected above 0 with delta_d_px, got {focal_baseline}")
+        raise Error(f"camera.bf: expected a number above 0 (or baseline_m) with delta_d_px, got {focal_baseline}")
     sigma = [number("flow_sigma_px", value, above=0) for value in flow_sigma_px]
     if len(sigma) != 2:
         raise Error(f"flow_sigma_px: expected two numbers (x, y), got {len(sigma)}")

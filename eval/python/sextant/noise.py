@@ -51,7 +51,7 @@ def _ids(mask):
     if not unsigned or mask.dtype == numpy.uint16 or mask.size == 0:
         return mask
     if not mask.flags.c_contiguous:
-        raise Error("mask: expected a C-contiguous array, got one that is not: numpy.ascontiguousarray(mask)")
+        raise Error("mask: expected a C-contiguous array, got one that is not: give numpy.ascontiguousarray(mask)")
     if mask.max() > 65535:
         raise Error(f"mask: expected instance ids up to 65535, got {mask.max()}")
     return mask.astype(numpy.uint16)
@@ -82,12 +82,13 @@ class Noise:
               missing="error"):
         """Returns the arrays of one frame with noise; the arguments stay unchanged.
 
-        depth          (height, width), m, taken as float32, which is what comes back
+        depth          (height, width), m; converted to float32, the type of the result
         flow           (height, width, 2), px to the next frame; backward_flow: to the previous one
         mask           uint8, uint16, uint32 or uint64 (height, width), instance ids, 0 = background
-        missing        "error": every depth is finite and above 0, every flow finite; "keep": NaN, infinity and a depth of 0 say
-                       that there is no measurement, and stay
-        A draw is a function of seed, dataset, sequence, frame, channel and pixel: `dataset` and `sequence` as in records.
+        missing        "error": every depth must be finite and above 0, every flow finite; "keep": NaN, infinity and a depth of 0
+                       mark pixels without a measurement, and are returned unchanged
+        Each random draw is a function of seed, dataset, sequence, frame, channel and pixel, with the names `dataset` and
+        `sequence` of the records.
 
         >>> camera = sextant.Camera(fx=725, fy=725, cx=2, cy=1, bf=387)
         >>> noise = sextant.Noise({"depth": {"delta_d_px": 0.2}})
@@ -100,7 +101,7 @@ class Noise:
         if all(array is None for array in given.values()):
             raise Error("depth, flow, backward_flow, mask: expected at least one array, got none")
         if depth is not None and camera is None:
-            raise Error("camera: expected a sextant.Camera with depth, got None")
+            raise Error("camera: expected a sextant.Camera, because depth is given, got None")
         numbers = _UNUSED_CAMERA if camera is None else camera_numbers(camera)
         noisy = self._noise.apply(numbers, whole("seed", seed, 0, 2**64 - 1), text("dataset", dataset),
                                   text("sequence", sequence), whole("frame", frame, 0, 2**31 - 1), depth, flow, backward_flow,

@@ -34,7 +34,8 @@ class Progress:
 
 
 def program() -> str:
-    """Returns the program: $SEXTANT_PROGRAM, else bin/sextant next to the package (of its build or prefix), else from the PATH.
+    """Returns the path of the program: $SEXTANT_PROGRAM, else bin/sextant of the package's build folder or installation
+    prefix, else the one in PATH.
 
     >>> sextant.program()
     '...sextant'
@@ -51,7 +52,7 @@ def program() -> str:
             return str(beside)
     found = shutil.which("sextant")
     if found is None:
-        raise Error("the program sextant is not there: set SEXTANT_PROGRAM, or put it into the PATH")
+        raise Error("the program sextant was not found: set SEXTANT_PROGRAM to its path, or add its folder to PATH")
     return found
 
 

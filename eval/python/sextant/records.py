@@ -14,7 +14,7 @@ def read(folder):
     """Reads records as a frame with one row per record and one flat column per field: dataset, sequence, estimator, noise, level,
     seed, frame, body, status, ..., errors_Et_m, values_v_kmh, bound_Et_m, time_ms_total (docs/metrics.md).
 
-    Texts are categories; numbers that a record lacks are NaN. `attrs["run"]` is run.json.
+    Columns of texts are categorical; numbers that a record lacks are NaN. `attrs["run"]` contains run.json, if the folder has it.
 
     >>> run = sextant.run("synthetic:s18@0-2", estimator="motion_only")
     >>> sorted(sextant.read(run.out).status.unique())

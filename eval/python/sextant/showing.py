@@ -32,7 +32,7 @@ class Shown:
     """Mixin of dataclasses: a repr of one short line, and the fields as a table in a notebook."""
 
     def _shown(self):
-        """Yields (name, text) of the fields that are shown."""
+        """Returns (name, text) of the fields that are shown."""
         fields = ((field.name, _short(getattr(self, field.name))) for field in dataclasses.fields(self) if field.repr)
         return [(name, text) for name, text in fields if text]
 
@@ -62,7 +62,7 @@ def axes_of(ax=None, n=1, figsize=(6, 4)):
 
 
 def figure_html(result):
-    """Returns the picture drawn by .plot() as HTML; empty if there is no plot, or no matplotlib."""
+    """Returns the picture drawn by .plot() as HTML; empty without .plot() or matplotlib, and if plotting raises an Error."""
     if not hasattr(result, "plot"):
         return ""
     n = getattr(result, "_n_axes", 1)

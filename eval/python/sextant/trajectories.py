@@ -137,7 +137,7 @@ class Alignment(Shown):
     poses: numpy.ndarray  #: the aligned estimate
     transform: numpy.ndarray  #: [s R | t; 0 0 0 1], reference from estimate
     scale: float
-    flatness: float  #: near 0: the positions lie on a line, and the rotation about it is arbitrary
+    flatness: float  #: near 0 if the positions lie on a line: the rotation about the line is then arbitrary
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -148,7 +148,7 @@ class RelativeErrors(Shown):
 
 @dataclasses.dataclass(frozen=True)
 class KittiError:
-    """Errors over segments of one length, or of all lengths (length_m 0). None if the path is too short."""
+    """Errors over segments of one length, or of all lengths (length_m 0); None if the path is shorter than the segments."""
     length_m: float
     n: int
     translation_percent: typing.Optional[float]
@@ -279,7 +279,7 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
     elif all(each is not None for each in frames):
         _, of_estimate, of_reference = numpy.intersect1d(*frames, assume_unique=True, return_indices=True)
         if len(of_estimate) == 0:
-            raise Error("estimate, reference: expected frames that both have, got none")
+            raise Error("estimate, reference: expected frame numbers that both paths have, got none in common")
         a, b = a[of_estimate], b[of_reference]
     if align != "none":
         a = globals()["align"](a, b, align).poses

@@ -4,7 +4,7 @@ import numpy
 
 
 def rotation(vector):
-    """Rodrigues."""
+    """Returns the rotation matrix of a rotation vector, by Rodrigues' formula."""
     angle = numpy.linalg.norm(vector)
     if angle < 1e-12:
         return numpy.eye(3)
@@ -20,7 +20,7 @@ def motion(turn, step):
 
 
 def path(n=300, seed=1, noise=0.0):
-    """A car's drive, T_world_camera; `noise` drifts. The turns are those of `seed` alone."""
+    """Returns a car's drive, T_world_camera. `noise` adds drift; the turns without it depend on `seed` alone."""
     turns, drift = numpy.random.default_rng(seed), numpy.random.default_rng(seed + 1000)
     poses = [numpy.eye(4)]
     yaw = 0.0
@@ -34,7 +34,7 @@ def path(n=300, seed=1, noise=0.0):
 
 
 def quaternion(R):
-    """x, y, z, w."""
+    """Returns the quaternion x, y, z, w of a rotation matrix."""
     w = numpy.sqrt(max(0, 1 + numpy.trace(R))) / 2
     return numpy.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 4 * w * w]) / (4 * w)
 

@@ -78,7 +78,7 @@ class Estimators(unittest.TestCase):
         self.assertTrue((self.folder / "run1" / "summary.csv").is_file())
 
     def test_results_that_mean_something_else_are_named(self):
-        """Right ones have no warning; the numbers are those that the function returned."""
+        """Correct motions give no warning; the records hold the numbers that the function returned."""
         def changed(change):
             def estimator(problem):
                 T = least_squares(problem).T_curr_prev

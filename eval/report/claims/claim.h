@@ -40,7 +40,7 @@ struct ClaimResult {
 
   void set(const IntervalEstimate& estimate);
 
-  /// Returns true if records of that level contribute to this row.
+  /// Returns true if the records of level `key` contribute to this result.
   bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
     return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator;
   }
@@ -62,10 +62,10 @@ std::span<const Claim> claims();
 /// Returns the claim called `name`; throws InternalError if there is none.
 const Claim& find_claim(const std::string& name);
 
-/// Verdicts on "value < limit" and "value > limit".
+/// Return the verdict on "value < limit", or on "value > limit".
 Verdict is_below(double limit, double value, const std::optional<Interval>& interval);
 Verdict is_above(double limit, double value, const std::optional<Interval>& interval);
-/// Verdict on "low <= value <= high".
+/// Returns the verdict on "low <= value <= high".
 Verdict is_between(double low, double high, double value, const std::optional<Interval>& interval);
 
 struct CheckedClaim {
@@ -75,11 +75,11 @@ struct CheckedClaim {
 /// Checks all claims() in order.
 std::vector<CheckedClaim> check_claims(const Evidence& evidence);
 
-/// Table with one row per result; notes list the claims without results as not tested.
+/// Returns a table with one row per result; notes list the claims without results as not tested.
 Table claim_table(const std::vector<CheckedClaim>& checked);
 
-/// One line per claim with the joint verdict of its results, linked to its part of claim_table() if that
-/// table is called `table` and split by its statements.
+/// Returns one line per claim with the joint verdict of its results. A line with results links to its part of
+/// claim_table(), which the document must contain under the name `table`, split by "statement".
 std::vector<VerdictLine> claim_verdicts(const std::vector<CheckedClaim>& checked, const std::string& table);
 
 }  // namespace sextant

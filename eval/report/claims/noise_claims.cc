@@ -4,14 +4,13 @@
 //   depth_noise_low         largest mean error over the levels, once for delta_d <= 0.2 px (which the paper
 //                           attributes to an industrial stereo camera) and once for all levels of the sweep
 //   depth_noise_gradual     slope of E_t > 0
-//   flow_noise_far_objects  smaller slope of objects 2 and 3 minus the larger slope of camera and object 1, >
-//                           0
+//   flow_noise_far_objects  the smaller of the slopes of objects 2 and 3, minus the larger of the slopes of
+//                           camera and object 1; > 0
 //   flow_noise_highest      larger mean error of objects 2 and 3 at the highest level; "nearly" is
 //                           interpreted as within 25 % of the stated value
 //
-// Effect of spatial correlation. Compares sweeps of one data set with the same levels and seeds, with
-// independent noise and with spatially correlated noise of the same size (docs/noise.md):
-//
+// Effect of spatial correlation: compares errors under independent noise with those under spatially
+// correlated noise of the same size, for the same data, levels and seeds (docs/noise.md):
 //
 //   independent_noise_is_kind  k = mean error with correlated / mean error with independent noise, over the
 //                              cases (level, seed, frame) that both have, for the camera and the three
@@ -101,7 +100,7 @@ ClaimResult result_for(const FigureOfPaper& figure, const std::string& subject, 
   return {figure.dataset, figure.sequence, figure.estimator, subject, quantity, stated};
 }
 
-/// Sums of one error by cluster and level, so that statistics of resampled seeds are fast.
+/// Sums of one error by cluster and level, from which statistics of resampled clusters are computed quickly.
 class LevelMeans {
  public:
   LevelMeans(std::span<const NoiseLevelRef> curve, size_t error, double max_level) {
@@ -177,8 +176,8 @@ bool has_two_levels(std::span<const NoiseLevelRef> curve) {
 /// The camera and objects 1, 2, 3.
 using FourBodies = std::vector<LevelMeans>;
 
-/// Returns a result for each sequence, estimator and error for which the paper's four bodies exist with the
-/// same seeds.
+/// Returns a result for each sequence, estimator and error of a sweep of flow noise in which the paper's four
+/// bodies have at least two levels and the same number of clusters.
 template <typename Check>
 std::vector<ClaimResult> of_four_bodies(const NoiseSweep& sweep, const Check& check) {
   std::vector<ClaimResult> results;
@@ -286,7 +285,8 @@ struct Sums {
   double correlated = 0, independent = 0;
 };
 
-/// Ratio of the mean errors of one body; empty if no case has both.
+/// Returns the ratio of the mean errors of one body, correlated / independent, over the cases that both kinds
+/// of noise have; nullopt if there are none.
 std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve, size_t error) {
   std::map<uint64_t, Sums> by_seed;
   for (const NoiseLevelRef& level : curve) {

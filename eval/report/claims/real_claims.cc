@@ -1,12 +1,14 @@
-// Claims on real data. Intervals: bootstrap over stretches of 5 frames, which depend on each other.
+// Claims on real data. Intervals: bootstrap with stretches of 5 frames as clusters, because neighbouring
+// frames depend on each other; frame_rate: over frames.
 //
-//   velocity            mean E_v of joint for each object that the paper names; stated as 2 .. 5 km/h
+//   velocity            mean E_v of joint for each object with estimates and truth; stated as 2 .. 5 km/h
 //   ahead_of_orb_slam   mean E_t of joint minus that of ORB-SLAM3's recorded trajectory, on the same frames;
 //                       < 0
-//   within_floor        absolute value of that difference, and of the published one, against the RMS floor of
-//                       the truth
-//   rotation_floor      published mean E_R, and that of ORB-SLAM3's recorded trajectories, against the RMS
-//                       rotation floor of the truth of the recorded sequences, from timing only to turn rates
+//   within_floor        absolute value of that difference, below the step floor of the truth; and the
+//                       published difference, below the smallest step floor of the recorded sequences
+//   rotation_floor      published mean E_R of both systems, and mean E_R of ORB-SLAM3's recorded
+//                       trajectories; between the two RMS rotation floors of the truth of the recorded
+//                       sequences (errors of timing alone, and from turn rates)
 //   frame_rate          1000 / mean time of a frame in ms (table VII); stated as at least 6
 
 #include "sextant/eval/report/claims/claim.h"
@@ -80,7 +82,7 @@ std::optional<Interval> absolute(const std::optional<Interval>& interval) {
   return Interval{has_zero ? 0 : std::min(a, b), std::max(a, b)};
 }
 
-/// Compares the published difference with the floors of all sequences with available truth.
+/// Compares the published difference with the smallest floor of the recorded sequences.
 std::optional<ClaimResult> published_difference(const Evidence& evidence) {
   std::map<std::string, double> floors;
   std::string part_name;

@@ -4,10 +4,10 @@
 //   joint_camera      100 (E_t of motion only / E_t of joint - 1) %, means over the pairs that both
 //                     estimated. "About 300 %" is interpreted as at least 100 %, a third of it
 //   joint_objects     the same quantity for objects; stated as 10 .. 20 %
-//   gain_is_selection (a) this gain with both functions on equal points, RANSAC inliers at 0.3 px or all, and
-//                     the kernel of the published code's joint function: 0, interpreted as within 1 %; (b)
-//                     increase of one function's error on the inliers against all points: the 300 % of the
-//                     camera
+//   gain_is_selection (a) the same gain if both functions use equal points (RANSAC inliers at 0.3 px, or all)
+//                     and the kernel of the published code's joint function: 0, interpreted as within 1 %;
+//                     (b) increase of the camera's error of one function from all points to the inliers:
+//                     about 300 %, interpreted as at least 100 %
 //   joint_is_matched  largest difference of E_t of a pair, below 1e-6 m: with the default options the
 //                     effective kernel of joint (estimator/solvers/robust_kernel.h) equals that of motion
 //                     only
@@ -32,7 +32,7 @@ namespace {
 struct PairOfValues {
   double first, second;
 };
-/// By seed.
+/// Pairs of values by seed.
 using Pairs = std::map<uint64_t, std::vector<PairOfValues>>;
 
 /// One body of a set under two estimators, or before and after the optimisation.
@@ -74,8 +74,9 @@ void add_samples(const EvidencePart& part, const SetData& data, const std::strin
   }
 }
 
-/// Pairs the baseline and the paper's method for every body, set and experiment with these roles. Their
-/// labels must agree in the suffix, which names a procedure or a choice of points.
+/// Pairs the errors of the baseline with those of the paper's method, for every body, set and experiment with
+/// these roles. The names of the two estimators must have the same suffix, which names a procedure or a
+/// choice of points.
 std::vector<PairedValues> estimator_samples(const Evidence& evidence, std::initializer_list<PartRole> roles) {
   const std::string& name = paper().baseline;
   std::vector<PairedValues> samples;

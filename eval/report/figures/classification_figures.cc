@@ -16,7 +16,8 @@ namespace {
 constexpr double min_false_alarms = 1e-4;  // lower end of the logarithmic axis
 constexpr const char* likelihood_score = "motion_sigmas";
 
-/// Decision about one detection with the variable that it is based on; counted as in count_classification().
+/// Decision about one detection, with the decision variable. The same detections as in count_classification()
+/// are used.
 struct Decision {
   ScoredDetection scored;
   bool found_dynamic = false;

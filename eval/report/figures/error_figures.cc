@@ -47,7 +47,7 @@ std::optional<IntervalEstimate> mean_epe(const RecordRefs& records, const char* 
   return summarize_sample(ClusteredSample(sample.values, sample.clusters)).mean;
 }
 
-/// One bar for "before", then one for "after" of every estimator that refines the flow.
+/// A kind of bar that each body has: "before", or "after" for an estimator that refines the flow.
 struct EpeBar {
   std::string name;  ///< column `stage` of the data
   std::string title;
@@ -122,7 +122,7 @@ struct Box {
   std::vector<double> values;
 };
 
-/// Range of all whiskers of an error; empty if there are none.
+/// Returns the range of all whiskers of an error; nullopt if there are none.
 std::optional<std::pair<double, double>> value_range(const std::vector<Box>& boxes,
                                                      const std::string& error) {
   double low = std::numeric_limits<double>::infinity(), high = 0;
@@ -135,7 +135,7 @@ std::optional<std::pair<double, double>> value_range(const std::vector<Box>& box
   return std::pair(0.7 * low, 1.4 * high);
 }
 
-/// Powers of ten; for a short range also 2 and 5 times these.
+/// Returns tics at powers of ten and, for a short range, also at 2 and 5 times these.
 std::string logarithmic_tics(const std::pair<double, double>& range) {
   const bool is_short = range.second < 100 * range.first;
   std::string tics;
@@ -158,7 +158,8 @@ void add_box(const std::string& error, const BodyRecords& body, const std::strin
   boxes.push_back({error, body.title, estimator, x, values});
 }
 
-/// Empty if no body has such an error, because gnuplot cannot draw an empty panel.
+/// Makes the panel of one error. Returns nullopt if no body has this error, because gnuplot cannot draw an
+/// empty panel.
 std::optional<Panel> box_panel(const MetricDefinition& error, const RecordSet& set,
                                const std::vector<std::string>& estimators, std::vector<Box>& boxes) {
   Panel panel{"", category_axis(set.bodies), {}};

@@ -30,7 +30,8 @@ std::string column_key(const std::string& text) {
 const MetricDefinition& curve_error() { return metric(NumberMap::errors, "Et_m"); }
 const MetricDefinition& bar_error() { return metric(NumberMap::errors, "ER_deg"); }
 
-/// Statistic that a figure shows: the mean, or the RMSE, which the Cramer-Rao bound refers to.
+/// Content of a kind of figure: what its lines are, and which statistic they show, the mean, or the RMSE, to
+/// which the Cramer-Rao bound refers.
 struct Content {
   const char* prefix;  ///< prefix of the file name
   const char* what;    ///< caption
@@ -68,7 +69,7 @@ std::vector<Level> levels_of(const std::vector<Line>& lines) {
   return levels;
 }
 
-/// The statistic of one error; empty if the row does not have it.
+/// Returns the statistic of one error; nullopt if the row does not have it.
 std::optional<IntervalEstimate> estimate_of(const NoiseLevelRow& row, const MetricDefinition& error,
                                             IntervalEstimate SampleSummary::*statistic) {
   const SampleSummary* summary = find_in(row.errors, error.name);
@@ -99,7 +100,7 @@ Table level_data(const std::vector<Line>& lines, const std::vector<Level>& level
   return table_of("", "", fields, levels);
 }
 
-/// At most six labels, placed at levels.
+/// Returns the gnuplot command for the tics: at most six labels, placed at levels.
 std::string level_tics(const std::vector<Level>& levels) {
   const size_t n = levels.size();
   const size_t step = (n + 5) / 6;
@@ -109,7 +110,7 @@ std::string level_tics(const std::vector<Level>& levels) {
   return fmt::format("set xtics ({})\n", tics);
 }
 
-/// Half of the smallest step between levels.
+/// Returns half of the smallest step between levels.
 double half_step(const std::vector<Level>& levels) {
   double step = std::numeric_limits<double>::infinity();
   for (size_t i = 1; i < levels.size(); ++i) step = std::min(step, levels[i].level - levels[i - 1].level);

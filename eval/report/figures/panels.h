@@ -40,36 +40,42 @@ struct PanelLayout {
 void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legend,
                 const std::vector<Panel>& panels, Figure& figure);
 
-/// gnuplot expression that is `expression` in the rows that satisfy all conditions and NaN in all others, for
-/// data in which a column names panel and series.
+/// Returns a gnuplot expression with the value of `expression` in the rows whose columns have the given
+/// texts, (column, text), and NaN in all other rows. For data in long format, where columns name the panel
+/// and the series.
 std::string only_where(const std::vector<std::pair<std::string, std::string>>& conditions,
                        const std::string& expression);
 
-/// Colour of an estimator: fixed for the estimators of this program, the remaining colours for all others.
+/// Returns the colour of an estimator: fixed for the estimators of this program; for all others one of the
+/// remaining colours, which follows from the name.
 std::string estimator_colour(const std::string& estimator);
-/// Colour of an estimator in a figure of several, in which no two share a colour as long as there are enough.
+/// Returns the colour of an estimator in a figure of the estimators `shown`, which are in_order(): no two of
+/// them have the same colour, as long as there are enough colours.
 std::string distinct_colour(const std::string& estimator, const std::vector<std::string>& shown);
 int estimator_point(const std::string& estimator);
 /// Returns the gnuplot style of an estimator's lines and points, for plots and legends.
 std::string estimator_style(const std::string& estimator);
 std::string estimator_style(const std::string& estimator, const std::string& colour);
-/// Draws the interval between two columns as a line at x; error bars would blank a disc around each point.
+/// Returns the argument of `plot` that draws the interval between two columns as a line at x. Error bars of
+/// gnuplot would blank a disc around each point.
 std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,
                           const std::string& colour, double width);
 
-/// Short title for legends; names of other estimators are unchanged.
+/// Returns the short title of an estimator of this program for legends; other names are returned unchanged.
 std::string estimator_title(const std::string& estimator);
 
 /// Orders estimators as in all legends: those of this program first.
 std::vector<std::string> in_order(std::vector<std::string> estimators);
 
-/// The name with its middle left out if it is longer than `most` characters; cut between UTF-8 characters.
+/// Returns the name, with its middle replaced by an ellipsis if it has more than `most` bytes; UTF-8
+/// characters are kept whole.
 std::string shortened(const std::string& name, size_t most);
 
-/// A round distance between tics that divides `range` into at most `n` parts.
+/// Returns a distance between tics, 1, 2 or 5 times a power of ten, that divides `range` into at most `n`
+/// parts.
 double tic_step(double range, double n);
 
-/// A value of gnuplot's scripts: 6 digits.
+/// Formats a number for a gnuplot script, with 6 significant digits.
 std::string gp_number(double value);
 
 // ---- Axes of a panel with the same scale in both directions, whatever the shape of the panel, and a margin
@@ -80,18 +86,18 @@ struct AxisTitles {
   std::string right = "x, right [m]", ahead = "z, ahead [m]";
 };
 
-/// "Ahead" points upwards or, if `lying`, to the right. Then the right-hand side points downwards, because a
-/// view from above must not be mirrored.
+/// Axes of a view from above. "Ahead" points upwards or, if `lying`, to the right; the right-hand side then
+/// points downwards, because a view from above must not be mirrored.
 class EqualAxes {
  public:
-  /// `least_m`: the smallest extent that fills a panel, a power of ten; the axes of a point show this much.
+  /// `least_m`: smallest extent that a panel shows, even if the data are a single point; a power of ten.
   explicit EqualAxes(AxisTitles titles = {}, double least_m = 1)
       : titles_(std::move(titles)), least_m_(least_m) {}
 
   void include(const Eigen::Vector2d& right_ahead_m);
   bool longer_than_wide() const { return high_.y() - low_.y() > high_.x() - low_.x(); }
 
-  /// Height that a panel of this width needs, at most `most_cm`.
+  /// Returns the height that a panel of this width needs, at least 2.4 cm and at most `most_cm`.
   double height_cm(double width_cm, bool lying, double most_cm = 7) const;
 
   /// gnuplot commands for ranges, tics and titles.
@@ -101,7 +107,7 @@ class EqualAxes {
   /// lying axes.
   std::string scale_bar(double width_cm, double height_cm) const;
 
-  /// Metres that a centimetre of a panel of this size shows; not lying.
+  /// Returns the metres per centimetre of a panel of this size; not for lying axes.
   double m_per_cm(double width_cm, double height_cm) const {
     return ranges(width_cm, height_cm, false).m_per_cm;
   }
@@ -113,7 +119,7 @@ class EqualAxes {
   };
   Ranges ranges(double width_cm, double height_cm, bool lying) const;
   Eigen::Vector2d room() const { return (high_ - low_).cwiseMax(least_m_) * 1.16; }
-  /// A round number of metres that is at least 1 cm on paper.
+  /// Returns a round number of metres that is at least 1 cm on paper.
   double step_m(double m_per_cm) const;
 
   AxisTitles titles_;

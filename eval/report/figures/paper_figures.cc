@@ -24,7 +24,7 @@ std::optional<IntervalEstimate> mean_error(const NoiseLevelRow& row, const char*
   return summary ? std::optional(summary->mean) : std::nullopt;
 }
 
-/// Largest upper end of the intervals, or the value that the paper states if it is larger.
+/// Returns the largest upper end of the intervals, or the value that the paper states if that is larger.
 double top_of(const std::vector<LevelMark>& marks, std::optional<IntervalEstimate> LevelMark::*error,
               double stated) {
   double top = stated;

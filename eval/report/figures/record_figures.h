@@ -37,7 +37,8 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets);
 //   estimators            one per dataset, sequence and body with two or more estimators: E_t of each
 //   achieved noise        one per source: achieved over requested, by level and channel
 
-/// Figures of the rows of one sweep; none if it has fewer than two levels.
+/// Makes the first two kinds for the rows of one sweep. A figure with fewer than two levels, or with more
+/// than 100 lines, is left out.
 std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& rows);
 
 /// Fig. 4 in the paper's form, one diagram for each noise that the paper swept: E_t of the paper's method as
@@ -49,7 +50,8 @@ std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& 
 
 // ---- (ours) Errors relative to the Cramer-Rao bound: RMS of E_t and E_R over the RMS of their bounds, by
 // level, body and estimator, with 95 % intervals. 1 means that the bound is reached; for values below 1 see
-// docs/metrics.md, "The Cramér-Rao bound". One figure per parameter, data set and sequence with bounds.
+// docs/metrics.md, "The Cramér-Rao bound". One figure per parameter, data set and sequence with bounds; it
+// shows the first four bodies.
 
 std::vector<Figure> efficiency_figures(const std::vector<NoiseLevelRow>& rows);
 
@@ -66,27 +68,27 @@ Table classification_test_table(const std::vector<Record>& records);
 /// without both static and dynamic objects are left out.
 std::vector<Figure> classification_figures(const std::vector<Record>& records);
 
-// ---- Errors over the frames of a source: one panel per error, one line per body, for the camera and the
-// five objects with the most estimates. The axis is logarithmic; a line is interrupted if a body has no
-// estimate with truth. A dashed line shows the floor of the truth (step_floor_m), below which E_t of the
-// camera is not meaningful, if the data set states one. One figure per data set, sequence and estimator, from
-// the records of its lowest seed.
+// ---- Errors over the frames of a source: one panel per error and one line per body, for at most six bodies:
+// the camera, and the objects with the most estimates. The axis of the errors is logarithmic; a line is
+// interrupted where a body has no estimate with truth. If the records state the floor of the truth
+// (step_floor_m), below which E_t of the camera is not meaningful, it is a dashed line. One figure per data
+// set, sequence and estimator, from the records of its lowest seed.
 
 /// E_t, E_R and E_v as the preset defines them, and the EPE after the optimisation; panels without a number
 /// are left out.
 std::vector<Figure> timeline_figures(const std::vector<Record>& records, const MetricPreset& preset);
 
-// ---- (ours) Speed of every object over the frames of a source: estimates, truth, and a band around the
-// truth whose width is the error of the truth itself (the ground-truth floor). One figure per data set and
-// sequence, from the records of its lowest seed, with the six objects that have the most estimates, at least
-// five.
+// ---- (ours) Speed of objects over the frames of a source: estimates, truth, and a band around the truth of
+// +- the error of the truth itself (the ground-truth floor). One figure per data set and sequence, from the
+// records of its lowest seed, with the six objects that have the most estimates. Objects with estimates in
+// fewer than five frames are left out.
 
-/// `floor_kmh` holds the RMS error of the true speed by sequence; other sequences have no band.
+/// `floor_kmh`: RMS error of the true speed by sequence; other sequences have no band.
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
                                   const std::map<std::string, double>& floor_kmh);
 
-/// Speed floors of records with values.step_floor_m (recorded trajectories): 3.6 floor / dt, at the rate of
-/// recorded data.
+/// Returns the speed floors, km/h by sequence, of records with values.step_floor_m (recorded trajectories):
+/// 3.6 floor / dt, with dt the time between frames of the recorded data.
 std::map<std::string, double> recorded_speed_floor_kmh(const std::vector<Record>& records);
 
 // ---- Tracks from above: x to the right, z ahead, in metres, both axes in the same scale.
@@ -94,7 +96,8 @@ std::map<std::string, double> recorded_speed_floor_kmh(const std::vector<Record>
 //   showcase    fig. 1: camera and objects of one source, estimated over true, with each object's mean speed
 //   top views   fig. 6: camera paths of several systems and the truth, one diagram a sequence
 
-/// `records` of the same run provide the speeds. `title` names the source. No figure if there is no estimate.
+/// Makes the figure of a showcase. `records` of the same run provide the speeds; `title` names the source.
+/// Returns no figure if there is no estimate.
 std::vector<Figure> showcase_figures(const std::string& title, const std::vector<BodyTrack>& tracks,
                                      const std::vector<Record>& records);
 
@@ -109,7 +112,7 @@ struct TopView {
   std::vector<CameraPath> paths;
 };
 
-/// All views in one figure, up to three side by side.
+/// Makes one figure of all views, up to three side by side; none without views.
 std::vector<Figure> top_view_figures(const std::vector<TopView>& views);
 
 }  // namespace sextant

@@ -19,7 +19,7 @@ constexpr const char* no_estimate = "NaN";  // interrupts gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
 
-/// The camera, and the objects with the most estimates.
+/// Returns the camera and the objects with the most estimates, six bodies at most, by body_order().
 std::vector<int> chosen(const Bodies& bodies) {
   std::vector<std::pair<ptrdiff_t, int>> by_size;
   for (const auto& [order, records] : bodies) {
@@ -147,7 +147,7 @@ bool has_speed(const Record& record) {
   return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
 }
 
-/// Ids of the objects with the most estimates, in order.
+/// Returns the ids of the objects with estimates in the most frames, at most max_objects, in ascending order.
 std::vector<int> chosen_objects(const RecordRefs& records) {
   std::map<int, std::set<int>> frames_of;
   for (const Record* record : records) frames_of[body_order(record->body)].insert(record->frame);

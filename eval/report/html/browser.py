@@ -50,7 +50,7 @@ class Browser:
         self.wait(ready)
 
     def dark(self, on):
-        """The colour scheme that the reader prefers."""
+        """Sets the colour scheme that the page takes for the reader's preference."""
         feature = {"name": "prefers-color-scheme", "value": "dark" if on else "light"}
         self.at("/goog/cdp/execute", {"cmd": "Emulation.setEmulatedMedia", "params": {"features": [feature]}})
 
@@ -65,13 +65,13 @@ class Browser:
             time.sleep(0.05)
 
     def keys(self, text):
-        """Typed into whatever has the focus."""
+        """Types the text into the element that has the focus."""
         actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
         self.at("/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
         self.settle()
 
     def drag(self, css, shares):
-        """Presses at the first share of the element's width, moves over the others, lets go."""
+        """Drags over an element: presses the button at the first of `shares` (of its width), moves to the others, releases."""
         box = self.run("const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center'});"
                        "const b = e.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]", css)
         steps = []
@@ -96,7 +96,7 @@ class Browser:
                                    "args": []})
 
     def complaints(self):
-        """Console messages, and addresses asked for."""
+        """Returns the messages of the console, and the addresses that the page requested."""
         console = [entry["message"] for entry in self.at("/se/log", {"type": "browser"})]
         asked = []
         for entry in self.at("/se/log", {"type": "performance"}):
@@ -127,8 +127,8 @@ def expect_quiet(browser, folder):
 
 
 def overflowing(browser):
-    """Elements whose content is wider than they are and that do not scroll, and what the page is too wide by. At 1400 px
-    tables (.scroll) may not scroll either."""
+    """Returns the elements whose content is wider than the element and that do not scroll, and the page if it is wider than
+    the window. In a window of 1400 px or more, tables (.scroll) may not scroll either."""
     return browser.run("""
 const wide = [...document.querySelectorAll('body *')].filter(e => {
   const style = getComputedStyle(e);
@@ -141,7 +141,7 @@ return page.scrollWidth > page.clientWidth ? [...wide, `page: ${page.scrollWidth
 
 
 def check_layout(browser, page, name, keep, ready="return document.readyState === 'complete'"):
-    """At 1400 and 400 px, light and dark, nothing of a page is wider than what contains it."""
+    """Checks at 1400 and 400 px, light and dark, that no content of a page is wider than the element that contains it."""
     for width in (1400, 400):
         for dark in (False, True):
             browser.dark(dark)
@@ -170,8 +170,8 @@ def start_driver():
 
 @contextlib.contextmanager
 def browsing(page_type, folder, keep):
-    """A page of `page_type` for reports in `folder`. Checks at the end that the console stayed quiet, and removes the folder
-    unless it is kept."""
+    """Context of a browser of type `page_type` for the pages in `folder`. Checks at the end that the console has no messages
+    and that the page requested only its own files, and removes the folder unless `keep` is given."""
     driver, url = start_driver()
     try:
         browser = page_type(url)
@@ -186,8 +186,8 @@ def browsing(page_type, folder, keep):
 
 
 def browser_test(description, page_type, make, check):
-    """The program of a test in a browser: arguments SEXTANT [--keep DIR]; exit codes 0 passed, 1 failed, 77 no browser.
-    make(program, folder) writes the pages; check(browser, made, keep) gets what it returns."""
+    """Runs a test in a browser as a program: arguments SEXTANT [--keep DIR]; exit codes 0 passed, 1 failed, 77 no browser.
+    make(program, folder) writes the pages; its result is the argument `made` of check(browser, made, keep)."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sextant")
     parser.add_argument("--keep", type=pathlib.Path)

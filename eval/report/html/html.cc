@@ -34,7 +34,8 @@ std::string verdict_badge(const std::string& verdict) {
                      sign, html_escaped(verdict));
 }
 
-/// Escapes a text; paths of records, which lie beside the report's folder, become links.
+/// Escapes a text. Paths of records, "parts/NAME/records.jsonl", which are relative to the folder above the
+/// report, become links.
 std::string with_links(const std::string& text) {
   const std::string records = "/records.jsonl";
   std::string html = html_escaped(text);
@@ -157,9 +158,10 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
     html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
   if (!named.first.empty())
-    html += fmt::format("<input type=\"checkbox\" class=\"more\" id=\"all-{0}\"><label for=\"all-{0}\">all "
-                        "columns</label>\n",
-                        named.name);
+    html += fmt::format(
+        "<input type=\"checkbox\" class=\"more\" id=\"all-{0}\"><label for=\"all-{0}\">all "
+        "columns</label>\n",
+        named.name);
   size_t i = 0;
   for_each_part(named, [&](const Table& part) {
     html += part_html(named, part, named.split_by.empty() ? "" : part_anchor(named.name, i++));
@@ -288,7 +290,7 @@ std::vector<VerdictLine> linked_verdicts(const ReportDocument& document) {
 }
 
 std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
-  // If a section holds only wide tables, its heading is on the wide page as well.
+  // The heading of a section that consists of wide tables only is printed on the landscape page as well.
   const bool wide = section.figures.empty() && section.pictures.empty() && !section.tables.empty() &&
                     std::ranges::all_of(section.tables, is_wide);
   std::string html = fmt::format("<section{} id=\"{}\">\n<h2>{}</h2>\n", wide ? " class=\"wide\"" : "",
@@ -385,7 +387,8 @@ std::string base64(const std::string& bytes) {
 
 namespace {
 
-/// One float for each table that pages show; the first has the caption, the last the notes.
+/// Returns one LaTeX float for each part that pages show as a table; the first has the caption, the last the
+/// notes.
 std::string latex_of(const NamedTable& named) {
   const size_t n = n_parts(named);
   if (n <= 1) return to_latex(named.table, named.name);
@@ -409,7 +412,8 @@ void write_table_files(const NamedTable& named, const FileWriter& write) {
   write(stem + ".json", rows_to_json_text(named.table));
 }
 
-/// Gives figures with equal file names a number: names of data that differ in punctuation have the same stem.
+/// Appends numbers to the names of figures that have equal names, because names of data that differ only in
+/// punctuation have the same stem.
 void name_figures_apart(ReportDocument& document) {
   std::set<std::string> names;
   const auto rename = [&](std::vector<Figure>& figures) {

@@ -2,8 +2,7 @@
 
 // report.html: the document as one self-contained page. Figures (SVG) and pictures (PNG) are embedded as data
 // URIs, so that the ids in gnuplot's SVGs cannot clash; a content policy in the page forbids any request.
-// Tables are sorted by clicking on a heading; sections with paths are interactive. The page
-// prints on A4.
+// Tables are sorted by clicking on a heading; sections with paths are interactive. The page prints on A4.
 
 #include <string>
 
@@ -11,7 +10,8 @@
 
 namespace sextant {
 
-/// Makes the page. `drawn` holds <name>.svg of every figure (draw()). Throws InternalError if one is missing.
+/// Makes the page. `drawn` contains <name>.svg of every figure (draw()). Throws InternalError if one is
+/// missing.
 std::string to_html(const ReportDocument& document, const OutputFiles& drawn);
 
 /// Replaces & < > " ' by entities, for text and for quoted attributes.
@@ -24,25 +24,26 @@ std::string script_json(const Json& json);
 /// shares. Throws InternalError if there is none of that name.
 std::string_view page_file(std::string_view name);
 
-/// RFC 4648, with padding.
+/// Encodes bytes as base64 (RFC 4648), with padding.
 std::string base64(const std::string& bytes);
 
 // ---- All files of a report folder; document.h describes the layout.
 
 struct ReportFolderOptions {
-  bool draw_figures = true;  ///< false: tables only, without report.md and report.html
+  bool draw_figures = true;  ///< false: tables and pictures only, without report.md and report.html
   int jobs = 1;              ///< threads that draw; the files do not depend on it
-  bool quiet = true;         ///< no progress of the drawing
+  bool quiet = true;         ///< false: print the progress of the drawing
 };
 
-/// Makes all files of the folder and gives each to `write` as soon as it is complete, so that the memory is
-/// that of the largest file. Figures of `document` with equal names get distinct ones.
+/// Makes all files of the folder and gives each to `write` as soon as it is complete, so that not all of them
+/// are in memory. Figures of `document` with equal names get distinct names.
 void make_report_folder(ReportDocument& document, const ReportFolderOptions& options,
                         const FileWriter& write);
 /// Returns all files of the folder.
 OutputFiles report_folder(ReportDocument document, const ReportFolderOptions& options);
 
-/// Makes report.html only, for a folder that has other files.
+/// Returns the content of report.html alone, for a folder that also contains files that are not part of the
+/// report.
 std::string report_page(ReportDocument document, int jobs);
 
 }  // namespace sextant

@@ -114,7 +114,7 @@ Measured scaled(Measured measured, double factor) {
   return measured;
 }
 
-/// Verdict of a PaperRow with these two numbers.
+/// Returns the verdict of a PaperRow with these two numbers.
 std::string plain_verdict(const std::optional<double>& published, const std::optional<Measured>& measured) {
   PaperRow row;
   row.published = published;
@@ -122,7 +122,7 @@ std::string plain_verdict(const std::optional<double>& published, const std::opt
   return row.verdict();
 }
 
-/// Wilson's 95 % interval of a proportion `p` of n.
+/// Returns Wilson's 95 % interval of a proportion `p` of n.
 Interval wilson_interval(double p, double n) {
   constexpr double z = 1.959964;
   const double scale = 1 / (1 + z * z / n), centre = scale * (p + z * z / (2 * n));

@@ -49,13 +49,14 @@ struct LayoutRow {
   bool in_terminal = true;
 };
 
-/// A version of the table, see above.
+/// One version of a table: the rows filled by one procedure and one kind of data.
 struct LayoutVersion {
   std::string procedure, data{};  ///< names for readers
   std::vector<LayoutRow> rows{};
-  std::vector<std::string> notes{};  ///< distinct notes: why a value is not comparable, what rows of ours are
-  size_t n_measured = 0;             ///< measured cells in the rows of the paper
-  bool is_incomplete = false;        ///< true if a value of the paper was not measured
+  /// Distinct notes: reasons why values are not comparable, and explanations of our own rows
+  std::vector<std::string> notes{};
+  size_t n_measured = 0;       ///< measured cells in the rows of the paper
+  bool is_incomplete = false;  ///< true if a value of the paper was not measured
 };
 
 struct HeaderGroup {
@@ -86,8 +87,8 @@ std::vector<PaperLayout> paper_layouts(std::span<const PublishedTable> tables);
 /// Rank of a data set among the kinds of data: 0 for the paper's own, the last rank if it is of no kind.
 size_t data_nearness(const std::string& dataset);
 
-/// Formats a value with at least the decimals of the row, and with those of the long table if it is not a
-/// whole number.
+/// Formats a value with the decimals of its row, or with one decimal if the row has none and the value is not
+/// a whole number.
 std::string layout_number(double value, int decimals);
 
 }  // namespace sextant

@@ -11,7 +11,8 @@
 
 namespace sextant {
 
-/// The tables with style and script. It contains every version of a table; the script shows one at a time.
+/// Returns the tables with style and script. The fragment contains every version of a table; the script shows
+/// one at a time.
 Fragment paper_fragment(const std::vector<PaperLayout>& layouts);
 
 /// A figure of the printed version, with the paper's number.

@@ -14,7 +14,7 @@ using Line = std::vector<std::string>;
 constexpr size_t terminal_columns = 100;
 constexpr size_t column_characters = 56;  // at 7 pt in one column of a paper
 
-/// Numbers of a cell joined by "/"; empty if it has none.
+/// Returns the numbers of a cell joined by "/"; "" unless every value of the cell has a number.
 template <typename Number>
 std::string numbers(const LayoutRow& row, const LayoutCell& cell, const Number& number_of) {
   std::string joined;
@@ -64,7 +64,7 @@ std::vector<Line> header_lines(const PaperLayout& layout) {
   return lines;
 }
 
-/// Labels of a row; the first is left out if the row above has the same.
+/// Returns the labels of a row; the first is empty if the row above has the same first label.
 Line labels_of(const LayoutRow& row, const LayoutRow* above) {
   Line labels = row.labels;
   if (labels.size() > 1 && above != nullptr && above->labels.front() == labels.front())

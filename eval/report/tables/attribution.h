@@ -1,9 +1,9 @@
 #pragma once
 
 // Attribution: the change of E_t by each decision on the way from the published code's procedure to ours. The
-// evidence are the experiments of role `attribution`. Their estimators are called "PATH > DECISION"; in the
-// order of experiments and plans, each makes one decision more than the one before. A path begins with the
-// published code and ends with our default.
+// evidence is the records of the experiments with role `attribution`. Their estimators are called "PATH >
+// DECISION"; in the order of experiments and plans, each estimator of a path makes one more decision as we
+// do. A path begins with the published code and ends with our default.
 //
 // Means are over the pairs and seeds that every step of a path has estimated, so that the changes add up to
 // the total. Intervals: 95 %, paired bootstrap over seeds.
@@ -20,7 +20,7 @@ namespace sextant {
 struct AttributionStep {
   std::string decision;
   std::string part;           ///< where its records are
-  IntervalEstimate Et_m;      ///< mean after it
+  IntervalEstimate Et_m;      ///< mean E_t with this decision and those before it
   IntervalEstimate change_m;  ///< change of that mean by the decision; 0 for the first step
 };
 

@@ -10,7 +10,7 @@
 namespace sextant {
 namespace {
 
-/// A count in one run.
+/// One of the counts in the table, over the detections of one run.
 struct Count {
   const char* published_key;
   const char* title;

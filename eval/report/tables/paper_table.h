@@ -1,9 +1,8 @@
 #pragma once
 
 // The tables of the paper, and our own, rebuilt from records. How to add one:
-//   1. write eval/report/tables/<name>.cc: a function from evidence to rows, declared here, which also
-//   returns
-//      rows for values that were not measured (verdict "not measured here");
+//   1. write eval/report/tables/<name>.cc: a function from evidence to rows, declared here, which returns
+//      rows also for values that were not measured (verdict "not measured here");
 //   2. add one line to the table in registry.cc, and title and caption to
 //      results/published/zhang2020_data.json.
 
@@ -48,7 +47,7 @@ Table run_time_table(const Evidence& evidence);                 // VII
 Table attribution_table(const Evidence& evidence);              // VIII
 Table systems_table(const Evidence& evidence);                  // IX
 
-/// table_of() with title and caption of the table `number`; `note` is added if there are no rows.
+/// Makes a table with the title and caption of the table `number`; `note` is added if there are no rows.
 template <typename Row>
 Table numbered_table(const std::string& number, const std::string& note, const Fields<Row>& fields,
                      const std::vector<Row>& rows) {

@@ -9,8 +9,8 @@
 //                           m +- t s sqrt(1 + 1/n) over the means of n seeds; none with one seed
 //   difference              reproduced - published
 //   verdict                 within: the published value lies in run_low .. run_high, or, with one seed, in
-//                           low .. high. outside: it does not. "not measured here": nothing was measured.
-//                           Empty if the paper has no number
+//                           low .. high. outside: it does not. undecided: there is no interval. "not measured
+//                           here": nothing was measured. Empty if the paper has no number
 
 #include <cstdint>
 #include <map>
@@ -44,7 +44,7 @@ struct PaperRow {
   std::optional<Measured> measured{};
   std::string data{};     ///< data that it was measured on, or the missing data
   std::string dataset{};  ///< data set of the records
-  std::string records{};  ///< experiment that holds the records
+  std::string records{};  ///< name of the experiment that made the records
   std::string command{};  ///< command that would measure it; shown if nothing was measured
   /// Values of additional columns of this table, by key
   std::map<std::string, std::optional<double>> more{};
@@ -71,15 +71,17 @@ struct RecordNumber {
   const Record* record;
   double value;
 };
-/// Mean of these numbers with its interval; empty if there are none. The seeds are those of `clusters`.
+/// Returns the mean of these numbers with its interval; nullopt if there are none. `clusters` defines the
+/// number of seeds, and whether seeds or stretches of frames are resampled.
 std::optional<Measured> measure_mean(const std::vector<RecordNumber>& numbers, const Clusters& clusters);
-/// Mean of one number over the records that have it.
+/// Returns the mean of one number over the records that have it, with its interval.
 std::optional<Measured> measure_mean(const RecordRefs& records, NumberMap map, const std::string& key);
 
-/// Mean over seeds of a number per seed, such as a count. `n_pairs` is only reported.
+/// Returns the mean over seeds of one number per seed, such as a count. `n_pairs` is only copied to the
+/// result.
 Measured measure_by_seed(const std::vector<double>& by_seed, int n_pairs);
 
-/// Address of the records of an experiment, for links in tables; empty for "".
+/// Returns the address of the records of an experiment, for links in tables; "" for "".
 std::string records_of_part(const std::string& part);
 
 // ---- Records of the paper's sets of frames, grouped like the paper's tables.
@@ -96,8 +98,9 @@ std::vector<PaperBody> bodies_by_distance(const RecordRefs& records);
 RecordRefs matching(const std::vector<Record>& records, const RecordFilter& filter);
 std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records);
 
-/// Groups estimated records with truth by the paper's name of the body: "Ego", then "Obj1", "Obj2", .. by
-/// true distance of all moving objects with truth.
+/// Groups estimated records with truth by the paper's name of the body: "Ego", and "Obj1", "Obj2", .. for the
+/// moving objects with truth, in order of their mean true distance. An object that was never estimated has an
+/// empty group.
 std::map<std::string, RecordRefs> paper_bodies(const RecordRefs& records);
 /// Returns the key in paper_bodies() of a printed name: "Obj" of a set with a single object is "Obj1".
 std::string paper_body(const std::string& printed);

@@ -57,7 +57,7 @@ std::optional<double> mean_of(const std::vector<double>& values) {
   return values.empty() ? std::nullopt : std::optional(mean(values));
 }
 
-/// Description of the system that records call `estimator`; null for our estimators.
+/// Returns the description of the system that records call `estimator`; an empty object for our estimators.
 Json description_of(const Json& descriptions, const std::string& estimator) {
   for (const Json& entry : descriptions) {
     if (entry.at("estimator") == estimator) return entry;

@@ -17,7 +17,7 @@ function requestDraw() {
   requestAnimationFrame(() => { drawAsked = false; draw(); });
 }
 
-/// Everything that changes with the frame.
+/// Draws everything that changes with the frame.
 function draw() {
   drawPicture(state);
   moveCursors(state.frame, plotWidth);
@@ -32,7 +32,7 @@ function draw() {
 
 let plotWidth = 0;  // of the ribbon and the timelines, CSS pixels
 
-/// What changes with the body and the size of the window.
+/// Draws everything that changes only with the body and the size of the window.
 function drawStill() {
   plotWidth = element("ribbon").clientWidth;
   element("body-name").textContent = nameOf(state.body);
@@ -46,7 +46,8 @@ function drawStill() {
   requestDraw();
 }
 
-/// Not in every frame of a scrub: browsers allow few changes of the address a second.
+/// Writes frame and body into the address. Called with a delay while the user scrubs, since browsers allow only a few
+/// changes per second.
 let addressTimer = 0;
 function showAddress() {
   const hash = `#frame=${state.frame}&body=${encodeURIComponent(state.body).replace("%3A", ":")}`;
@@ -88,7 +89,7 @@ function tick(now) {
 
 // ---- lists and tables
 
-/// Rows of {key, cells: [{text, kind, title, colour}]}; only what differs from the table is written into it.
+/// Fills a table with rows {key, cells: [{text, kind, title, colour}]}; cells that are equal already are not written.
 function fillTable(table, rows) {
   while (table.rows.length > rows.length) table.deleteRow(-1);
   rows.forEach(({key, cells}, index) => {

@@ -1,4 +1,4 @@
-// What the page shows, and how it is looked up. page.h says what the data hold.
+// The data of the page, which page.h describes, and functions that look them up.
 
 const D = JSON.parse(document.getElementById("data").textContent);
 const FIRST = D.first + 1, LAST = D.last;  // current frames of pairs
@@ -17,7 +17,7 @@ const bodies = (() => {
   return [...seen].sort((a, b) => id(a) - id(b));
 })();
 
-/// The body that is shown first: the camera, or the first object where no camera has records.
+/// The body that is shown first: the camera, or the first object if no run has records of the camera.
 const FIRST_BODY = bodies.find(body =>
   D.runs.some(run => Object.values(run.records).some(frame => frame[body] !== undefined))) ?? "ego";
 
@@ -28,7 +28,7 @@ const recordOf = (run, frame, body) => D.runs[run]?.records[frame]?.[body];
 const pairOf = (run, frame, body) => D.runs[run]?.pairs[frame]?.[body];
 const metricOf = (map, key) => D.metrics.find(m => m.map === map && m.key === key);
 
-/// The first of the errors that all runs have: logs may have motions in the frame of the object or the world alone.
+/// Returns the first of the errors `keys` that all runs have; logs may have only motions in the body or world frame.
 function commonError(keys) {
   const has = (run, key) => Object.values(run.records).some(frame => Object.values(frame).some(r => r.errors?.[key] !== undefined));
   return keys.find(key => D.runs.every(run => has(run, key))) ?? keys[0];
@@ -36,7 +36,7 @@ function commonError(keys) {
 const ET_KEY = commonError(["Et_m", "Et_body_m", "Et_world_m"]), ER_KEY = commonError(["ER_deg", "ER_body_deg", "ER_world_deg"]);
 const symbolOf = key => metricOf("errors", key)?.symbol ?? key;
 
-/// Curves of the timelines: what a record gives, its band and the floor of the truth.
+/// Curves of the timelines: the value of a record, the key of its band, and the error of the truth itself (floor).
 const CURVES = [
   {id: "Et_m", title: ET_KEY === "Et_m" ? "E_t" : symbolOf(ET_KEY), unit: "m", of: r => r.errors?.[ET_KEY], band: "Et_m", floor: r => r.values?.step_floor_m},
   {id: "ER_deg", title: ER_KEY === "ER_deg" ? "E_R" : symbolOf(ER_KEY), unit: "deg", of: r => r.errors?.[ER_KEY], band: "ER_deg",
@@ -51,13 +51,13 @@ function valueOf(curve, run, frame, body) {
   return record === undefined ? undefined : curve.of(record);
 }
 
-/// Run 1 minus run 0, where both have it.
+/// Returns the value of run 1 minus that of run 0; undefined unless both have it.
 function differenceOf(curve, frame, body) {
   const a = valueOf(curve, 0, frame, body), b = valueOf(curve, 1, frame, body);
   return a === undefined || b === undefined ? undefined : b - a;
 }
 
-/// Frames by how bad they are, worst first.
+/// Returns the frames with a value of the curve (of run 0, or the difference of the runs), worst first.
 function worstFrames(curve, body, byDifference) {
   const rows = [];
   for (let frame = FIRST; frame <= LAST; ++frame) {
@@ -68,9 +68,9 @@ function worstFrames(curve, body, byDifference) {
   return rows.sort((a, b) => badness(b) - badness(a) || a.frame - b.frame);
 }
 
-const decoded = new Map();  // points of the last pairs looked at
+const decoded = new Map();  // points of pairs that were shown recently
 
-/// Int16Array of FIELDS values a point; empty where there are none.
+/// Returns an Int16Array with FIELDS values for each point; empty if there are no points.
 function pointsOf(run, frame, body) {
   const key = `${run} ${frame} ${body}`;
   if (decoded.has(key)) return decoded.get(key);
@@ -80,7 +80,7 @@ function pointsOf(run, frame, body) {
   return values;
 }
 
-/// A number with the digits that tables have; nothing where it is not known.
+/// Formats a number with this number of decimals; "" if it is not known.
 function shown(value, digits) {
   return value === undefined || value === null ? "" : Number(value).toFixed(digits);
 }
@@ -90,8 +90,8 @@ function shown(value, digits) {
 const images = new Map();  // frame -> {image, ready, failed}, the last used at the end
 const IMAGES_KEPT = 48;
 
-/// Null where the source has none. `whenReady` is called once, when it is first asked for. The browser decodes beside
-/// the page's own thread, and keeps what is decoded while the entry lives.
+/// Returns the entry of a frame's image; null if the source has no image. `whenReady` is called once, after the first
+/// request. The browser decodes in a thread of its own, and keeps the decoded image as long as the entry exists.
 function imageOf(frame, whenReady = () => {}) {
   let entry = images.get(frame);
   if (entry) {

@@ -3,7 +3,7 @@
 const picture = {
   canvas: document.getElementById("picture"),
   zoom: 1, x: 0, y: 0,      // px of the image at the left upper corner
-  last: null,               // frame of the image drawn last, until the next is there
+  last: null,               // frame of the image that is shown
   direction: 1,             // of travel: where to decode ahead
 };
 
@@ -57,7 +57,7 @@ function drawPicture(state) {
   if (state.layers.labels) drawLabels(context, state, imageFrame);
 }
 
-/// Under the canvas. It stays until the next is there.
+/// Shows an image under the canvas, where it stays until the next one is ready.
 function showImage(image, frame) {
   const box = document.getElementById("image");
   if (box.firstChild !== image) box.replaceChildren(image);
@@ -109,7 +109,7 @@ function drawBoxes(context, imageFrame) {
 
 const AXIS_COLOURS = ["#ff4b4b", "#3ddc63", "#4b8dff"];  // x, y, z
 
-/// Axes of the estimated objects; the second run's are dashed.
+/// Draws the axes of the estimated objects; those of the second run are dashed.
 function drawAxes(context, imageFrame) {
   context.save();
   context.lineWidth = Math.max(2, picture.canvas.width / 500);
@@ -128,7 +128,7 @@ function drawAxes(context, imageFrame) {
   context.restore();
 }
 
-/// Points in batches of one colour: a path a colour is what makes scrubbing fast.
+/// Draws the points of a body in one path per colour, which makes scrubbing fast.
 function drawBody(context, state, body) {
   const points = pointsOf(state.pointsOf, state.frame, body);
   if (points.length === 0) return;

@@ -1,6 +1,6 @@
 // Timelines, the ribbon of statuses and the view from above.
 
-/// Points {frame, x, y}; a frame without a point interrupts the line.
+/// Draws a line through points {frame, x, y}; a frame without a point interrupts the line.
 function plotLine(context, points, colour, width, dash) {
   strokeCurve(context, points.length, i => points[i].x, i => points[i].y, i => points[i - 1]?.frame !== points[i].frame - 1,
               {colour, width, dash});
@@ -15,7 +15,8 @@ function frameAt(canvas, clientX) {
   return Math.min(LAST, Math.max(FIRST, Math.round(FIRST + share * (LAST - FIRST))));
 }
 
-/// One curve of one body, of all runs; `difference`: run 1 minus run 0. False when no frame has it.
+/// Draws one curve of one body for all runs or, with `difference`, for run 1 minus run 0. Returns false if no frame has
+/// a value.
 function drawTimeline(canvas, curve, body, difference) {
   const series = [];
   for (let run = 0; run < (difference ? 1 : D.runs.length); ++run) {
@@ -85,7 +86,7 @@ function drawRibbon(canvas, body) {
   });
 }
 
-/// The present frame in the ribbon and the timelines: a line over them, so that they stay as they are.
+/// Moves the lines that mark the present frame in the ribbon and the timelines, which need not be drawn again.
 function moveCursors(frame, width) {
   for (const cursor of document.querySelectorAll(".cursor"))
     cursor.style.transform = `translateX(${frameX(frame, width) - 0.5}px)`;
@@ -115,7 +116,7 @@ const TRACK_AT = D.runs.map(run => Object.fromEntries(
 const topView = new MapView([TOP_BOX.x0, TOP_BOX.z0, 0], [TOP_BOX.x1, TOP_BOX.z1, 0]);
 let drawnPaths = null;  // a copy of the paths, on which drawTop puts the present frame
 
-/// The paths, which stay; drawTop puts the present frame on them.
+/// Draws the paths and keeps a copy of them, onto which drawTop draws the present frame.
 function drawPaths(canvas, body) {
   const width = canvas.clientWidth, size = [TOP_BOX.x1 - TOP_BOX.x0, TOP_BOX.z1 - TOP_BOX.z0];
   canvas.hidden = !(size[0] >= 0);

@@ -53,7 +53,8 @@ struct JointFlowOptions {
 
   HuberKernel projection_kernel() const { return {sigma_projection_px, threshold(huber_projection)}; }
   HuberKernel flow_kernel() const { return {sigma_flow_px, threshold(huber_flow)}; }
-  /// Redescending kernels split the residual by variance, as least squares does.
+  /// Returns the threshold `huber`, or infinity for any other kernel than Huber's: the residual is then split
+  /// by variance, as in least squares.
   double threshold(double huber) const {
     return robust == Robust::huber ? huber : std::numeric_limits<double>::infinity();
   }

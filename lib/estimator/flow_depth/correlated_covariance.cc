@@ -45,8 +45,8 @@ struct ScoreUnits {
   double t_z;
 };
 
-/// Computes the scores, with derivatives multiplied by `to`; returns the mean of rho', 0 if no point is in
-/// front of the camera.
+/// Computes the scores, with derivatives multiplied by `to`; returns the mean of div psi / d (graduation.h)
+/// over the points in front of the camera, 0 if there is none.
 SEXTANT_SIMD double fill_scores(const FlowDepthData& points, const ScoreUnits& k, const RobustKernel& kernel,
                                 const double* to, ErrorScore* out) {
   double slope = 0, n_seen = 0;
@@ -89,8 +89,8 @@ SEXTANT_SIMD double fill_scores(const FlowDepthData& points, const ScoreUnits& k
 }
 
 /// Returns the scores of all points. Points behind the camera have no measurements. Residuals are multiplied
-/// by the kernel's weight over the mean of rho'; derivatives with respect to the motion are multiplied by
-/// `to`, lower triangular.
+/// by the kernel's weight over the mean that fill_scores() returns; derivatives with respect to the motion
+/// are multiplied by `to`, lower triangular.
 std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels& levels,
                                   const RobustKernel& kernel, const SE3& X, const Matrix6d& to) {
   const StereoCamera& camera = points.camera();
@@ -179,8 +179,8 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   const std::optional<SpatialCorrelation> declared = declared_correlation(problem);
   if (declared && declared->parts.empty()) return std::nullopt;
   CorrelatedEstimate out{X, false, Matrix6d::Constant(INFINITY), nullptr};
-  // In coordinates in which the covariance of independent errors is the identity, so that no direction is
-  // lost in rounding.
+  // Scores are computed in coordinates in which the covariance of independent errors is the identity, so that
+  // no direction is lost in rounding.
   const std::optional<Matrix6d> L = lower_factor(independent.total);
   if (points.size() == 0 || !L) return out;
   const Matrix6d to = inverse_of_lower(*L);

@@ -181,7 +181,7 @@ MeanVariances mean_variances(const std::vector<Part>& parts, double independent,
 
 // The effect of the fit on the residuals is known, so the estimated variances of u, v and disparity are
 // unbiased. They exceed the true ones by the factor freedoms / (freedoms - 2), and the correlated ones by 2.5
-// standard deviations, partly at the expense of the others.
+// standard deviations, partly at the expense of the independent ones.
 TEST(CorrelatedErrors, VariancesAreFoundInTheResidualsOfAFit) {
   const Lanes variances = {4, 1, 0.5, 0.5};
   const MeanVariances mean = mean_variances({{20, 0.48}, {100, 0.32}}, 0.2, variances, 200);
@@ -192,7 +192,8 @@ TEST(CorrelatedErrors, VariancesAreFoundInTheResidualsOfAFit) {
   EXPECT_GE(mean.significant, 195);
 }
 
-// The cost of always including them: a part of independent errors is attributed to correlation.
+// Covariances always include correlated errors. The cost: a part of independent errors is attributed to
+// correlation.
 TEST(CorrelatedErrors, IndependentErrorsArePartlyAttributedToCorrelation) {
   const MeanVariances mean = mean_variances({}, 1, ones, 200);
   for (int channel = 0; channel < 3; ++channel) {

@@ -2,21 +2,22 @@
 
 // Covariance of a motion from measurements with errors that are correlated over the image (docs/method.md).
 //
-// To first order the error of the optimum is A^-1 sum_i s_i, s_i = sum_c G_ic^T n_c(p_i): n_c is the error of
-// channel c (flow u, flow v, previous and current disparity) at the pixel, in standard deviations, and G_ic
-// its effect on the motion after the depth of the point has been eliminated. If the errors of a channel are
-// correlated with rho(|p - p'|) = sum_k share_k exp(-r^2 / (2 L_k^2)), the sum has the covariance
+// To first order the error of the optimum is A^-1 sum_i s_i, s_i = sum_c G_ic^T n_c(p_i). A is the curvature
+// of the cost, n_c the error of channel c (flow u, flow v, previous and current disparity) at the pixel, in
+// standard deviations, and G_ic the (weighted) derivative of the residual with respect to the motion after
+// the depth of the point has been eliminated. If the errors of a channel are correlated with
+// rho(|p - p'|) = sum_k share_k exp(-r^2 / (2 L_k^2)), the sum has the covariance
 //
 //   M = sum_c sum_ij rho(|p_i - p_j|) G_ic^T G_jc,     cov = A^-1 M A^-1.
 //
 // (Conley 1999, with modelled instead of observed products of scores, since observed products at the fitted
-// motion are biased low). The errors of a channel have one variance; M is stored by channel and scaled at the
-// end. If the points fill few cells of side 0.65 L_k, the sum is evaluated over all pairs of cell corners,
-// with a separable kernel: first along rows, then along columns. Otherwise sums over pairs become sums over
-// the nodes of a lattice, as in noise_correlation.h: M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, where w
-// are quadratic B-splines of spacing 1.375 L_k with unit norm and the integral of the Gaussian. This costs a
-// few operations per point, in single precision, and M is positive semi-definite to rounding for any set of
-// points.
+// motion are biased low). All errors of a channel have the same variance; M is stored by channel and
+// multiplied by the variances at the end. If the points extend over at most 20 cells of side 0.65 L_k, the
+// sum is evaluated over all pairs of cell corners, with a separable kernel: first along rows, then along
+// columns. Otherwise sums over pairs become sums over the nodes of a lattice, as in noise_correlation.h:
+// M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, where w are quadratic B-splines of spacing 1.375 L_k with
+// unit norm and the integral of the Gaussian. This costs a few operations per point, in single precision, and
+// M is positive semi-definite to rounding for any set of points.
 //
 // The disparities of a stereo matcher or network may have a common offset, which is correlated over any
 // distance. It is estimated as one additional unknown; the excess of its square over the variance of the
@@ -67,13 +68,13 @@ struct ChannelScores {
   ScoreMatrix times(const Lanes& variances) const;
 };
 
-/// Returns the sums for errors with this correlation.
+/// Returns M for errors with this correlation.
 ChannelScores correlated_scores(const std::vector<ErrorScore>& points,
                                 const std::vector<SpatialCorrelation::Part>& parts);
-/// Returns the sums for independent errors.
+/// Returns M for errors that are independent between points.
 ChannelScores independent_scores(const std::vector<ErrorScore>& points);
 
-// The smallest axis-parallel rectangle around points, px. Points: any type with members u and v.
+// The smallest axis-parallel rectangle around points, px. Points: a range of elements with members u and v.
 
 struct PixelExtent {
   double min_u = std::numeric_limits<double>::infinity(), min_v = min_u;

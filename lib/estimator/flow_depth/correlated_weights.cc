@@ -160,7 +160,7 @@ struct alignas(lane_bytes) CellSums {
   Lanes weighted[n_weighed] = {};
 };
 
-/// Adds W of each point to its cell; returns sum_i D_i^T W_i D_i over sum_i D_i^T D_i.
+/// Adds W of each point to its cell; returns the trace of sum_i D_i^T W_i D_i over that of sum_i D_i^T D_i.
 SEXTANT_SIMD double add_to_cells(const std::vector<ErrorScore>& points, const std::vector<size_t>& cell_of,
                                  const Lanes& per_independent, CellSums* cells,
                                  std::vector<PointWeight>& weights) {

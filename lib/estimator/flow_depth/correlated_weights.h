@@ -10,11 +10,11 @@
 //   G_i = W_i (D_i - F(p_i)),   W_i = S^-1 - S^-1 b b^T S^-1 / (b^T S^-1 b),   b: by_depth
 //
 // F is the part of D that smooth errors can explain: it minimises sum_i (D_i - F)^T W_i (D_i - F) + F^T K^-1
-// F and is constant in each of a few dozen cells. K is the mean correlation of two cells of side s, whose
+// F and is constant in each of at most 24 cells. K is the mean correlation of two cells of side s, whose
 // Gaussians have the variance length^2 + s^2 / 6 and the height f = length^2 / (length^2 + s^2 / 6).
 // Variation within a cell is treated as independent, multiplied by the number of points that share it: S
-// contains share (1 - f + (n - 1) min(f, 1 - f)) for each length, with n points per cell. With one cell per
-// point, G is that of the full covariance.
+// contains share (1 - f + (n - 1) min(f, 1 - f)) of the correlated variance for each length, where n is the
+// mean number of points per cell. With one cell per point, G is that of the full covariance.
 //
 // Suboptimal weights leave the estimate unbiased; its covariance is computed from G and the actual errors,
 // not from their approximation by cells (correlated_errors.h).
@@ -30,10 +30,12 @@ namespace sextant {
 struct WeightedEquations {
   ScoreMatrix curvature = ScoreMatrix::Zero();  ///< sum_i G_i^T D_i
   ScoreVector gradient = ScoreVector::Zero();   ///< sum_i G_i^T residual_i
-  double independent = 0;  ///< mean over the motion of sum_i D_i^T W_i D_i / sum_i D_i^T D_i
+  /// trace of sum_i D_i^T W_i D_i over that of sum_i D_i^T D_i, for the motion alone
+  double independent = 0;
 };
 
-/// Replaces the derivatives by G, multiplied by `of_each`, the number of points that each score represents.
+/// Replaces the derivatives of `points` by G, multiplied by `of_each`, the number of points that each score
+/// represents; returns the equations of the weighted estimate.
 WeightedEquations weigh(std::vector<ErrorScore>& points, const ErrorParts& errors, double of_each = 1);
 
 // Solver of A X = B for a symmetric positive definite A with some dozen unknowns and a few right-hand sides,

@@ -173,8 +173,8 @@ bool take_sample(const std::vector<ErrorScore>& points, Sample& sample) {
   return true;
 }
 
-/// Returns the variances >= 0 closest to T = S variances, restricted to `among`; by coordinate descent, which
-/// converges because S is a Gram matrix.
+/// Returns the variances x >= 0 that minimise x^T S x / 2 - T^T x, with 0 for those that are not in `among`;
+/// by coordinate descent, which converges because S is a Gram matrix.
 PartsVector non_negative(const VarianceEquations& equations, const std::array<bool, n_parts>& among) {
   constexpr int max_rounds = 200;
   const PartsMatrix& S = equations.S;
@@ -251,7 +251,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
                  fewest_freedoms);
     if (own.maxCoeff() > 0) x.segment<2>(a) *= freedoms / (freedoms - 2);
   }
-  // Kinds that are not determined get the mean correlation of the others.
+  // Kinds whose variances are not determined get the mean variances of the determined kinds.
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double n_determined = 0;
   for (int a = 0; a < n_parts; a += 2) {

@@ -13,16 +13,13 @@
 // the expectation sum_b tr(K_a R K_b R) variance_b. It thereby accounts for the degrees of freedom used by
 // the fit. Variances are >= 0.
 //
-//   correlated variances are raised by 2.5 standard     of independent errors, at the expense of the
-//   deviations                                          independent variance (at most all of it): weights
-//                                                       would otherwise overfit small estimates, and real
-//                                                       errors do not have exactly this shape
-//   significant: a correlated variance was above two    only then the points are weighted by them, so that
-//   standard deviations before                          little is lost for independent errors. The covariance
-//                                                       always includes them: real errors are correlated,
-//                                                       even if a body's residuals do not show it
-//   a kind whose variance is uncertain by more than     gets the mean variances of the other kinds
-//   itself
+// - Correlated variances are raised by 2.5 of the standard deviations that their estimates have for
+//   independent errors, at the expense of the independent variance (at most all of it): weights would
+//   otherwise overfit small estimates, and real errors do not have exactly this shape.
+// - Points are weighted by the correlated variances only if one of these was above two standard deviations
+//   before it was raised (`significant`), so that little is lost for independent errors. The covariance
+//   always includes correlated errors: real errors are correlated, even if a body's residuals do not show it.
+// - A kind whose variance is uncertain by more than itself gets the mean variances of the other kinds.
 //
 // With nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946), a normalised
 // squared error is larger by nu / (nu - 2) on average if its variance was estimated with nu degrees of
@@ -40,16 +37,17 @@ struct ErrorParts {
   Lanes independent = {1, 1, 1, 1};
   Lanes correlated = {0, 0, 0, 0};
   std::vector<SpatialCorrelation::Part> shape;  ///< correlation of the correlated errors
-  bool significant = true;                      ///< more than expected from independent errors
+  bool significant = true;  ///< true if a correlated variance exceeds what independent errors would show
 
+  /// Returns true if a channel has correlated errors.
   bool correlate() const;
 
   /// Increases the independent variance of each channel until the total is at least `variance`.
   void raise_to(double variance);
 };
 
-/// Estimates the variances from the residuals. Returns independent errors for fewer than twelve points, and
-/// if the residuals do not determine them.
+/// Estimates the variances from the residuals. Returns independent errors of variance 1 for fewer than twelve
+/// points, and if the points do not determine the motion or any variance.
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points);
 
 // Error model of one body: the assumed errors of its measurements and their effect on its motion. The error
@@ -63,7 +61,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points);
 struct ErrorModel {
   NoiseLevels levels;
   ErrorParts parts;
-  double squared_offset_px2 = 0;  ///< square of o minus the variance of its estimate
+  double squared_offset_px2 = 0;  ///< square of o minus the variance of its estimate; at least 0
 
   std::vector<ErrorScore> scores;
   Vector6d by_offset = Vector6d::Zero();
@@ -71,7 +69,7 @@ struct ErrorModel {
 };
 
 /// Returns C12 + C21, the cross-covariance of two motions from disjoint points whose errors are correlated,
-/// in the coordinates to * twist.
+/// in the coordinates `to` * twist.
 Matrix6d common_errors(const ErrorModel& first, const ErrorModel& second, const Matrix6d& to);
 
 }  // namespace sextant

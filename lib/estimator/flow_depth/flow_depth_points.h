@@ -14,7 +14,7 @@
 
 namespace sextant {
 
-/// Quantity with Gaussian errors.
+/// Quantity that is measured with Gaussian errors.
 enum class DepthErrors { depth, disparity };
 constexpr Names<2> names_of(DepthErrors) { return {"depth", "disparity"}; }
 
@@ -25,7 +25,7 @@ struct NoiseLevels {
   double delta_d_px = 0;       ///< 0 = the depth is exact
   double delta_d_curr_px = 0;  ///< accuracy of the current depth, if measured; 0 = do not use it
   DepthErrors depth_noise = DepthErrors::depth;
-  /// compute q and gradient to first order about the measured depths, which are kept
+  /// true: q and gradient are computed to first order about the measured depths, which are not refined
   bool as_measured = false;
 };
 
@@ -75,9 +75,11 @@ class FlowDepthPoints {
   bool measures_depth_curr(size_t i) const { return share_curr_[i] > 0; }
   bool is_measurement(size_t i) const { return valid_[i] != 0; }
   size_t n_used() const;
-  /// Returns every k-th included point among `among` (empty: all): `size` to 2 `size` points, or all.
+  /// Returns every k-th of the included points with among[i] != 0 (`among` empty: of all): `size` to 2 `size`
+  /// points, or all if there are fewer.
   FlowDepthPoints sample(size_t size, const std::vector<unsigned char>& among = {}) const;
-  /// Multiplies the information of the current depth of point i by `share` from now on; 0: not used.
+  /// Multiplies the information of the current depth of point i by `share` when use() includes it next; 0:
+  /// the depth is not used.
   void weaken_depth_curr(size_t i, double share) { share_curr_[i] *= static_cast<Real>(share); }
   void shift_inverse_depth_curr(size_t i, double change) {
     column(measured_curr)[i] += static_cast<Real>(change);

@@ -35,7 +35,8 @@ namespace sextant {
 //
 //   C(X) += 1/2 xi^T precision xi,   xi = [t - t_m + [t_m]x w; w],  w = 2 vec(q q_m^-1)
 //
-// where xi is to first order the left twist of X mean^-1. Units: m, rad.
+// where X has the rotation q (unit quaternion) and the translation t, `mean` has q_m and t_m, and xi is to
+// first order the left twist of X mean^-1. Units: m, rad.
 
 struct MotionPrior {
   SE3 mean;
@@ -49,11 +50,16 @@ struct MotionPrior {
 
 void add_prior(const MotionPrior& prior, const SE3& T_curr_prev, NormalEquations& equations);
 
-/// Minimisation over s and content of the Hessian. Rough: one step of s, and Gauss-Newton without the
-/// kernel's second derivative, on a quadratic upper bound of the cost, so that steps descend. It is never
-/// indefinite but neglects that depth errors change the Jacobians: if these errors are a share of the relief,
-/// steps are shorter by at most that share (errors_in_variables.h). Newton's Hessian is exact and converges
-/// quadratically.
+/// Minimisation over s, and content of the Hessian:
+///
+///   rough         one step of s; Gauss-Newton without the kernel's second derivative, on a quadratic upper
+///                 bound of the cost, so that steps descend
+///   gauss_newton  s converges; with the kernel's second derivative where it leaves the Hessian positive
+///                 semi-definite
+///   newton        s converges; exact Hessian, with which steps converge quadratically
+///
+/// The first two Hessians are never indefinite but neglect that depth errors change the Jacobians: if these
+/// errors are a share of the relief, steps are shorter by at most that share (errors_in_variables.h).
 enum class Curvature { rough, gauss_newton, newton };
 
 /// Computes all per-point results of FlowDepthPoints at X.
@@ -68,21 +74,23 @@ template <typename Real>
 NormalEquations accumulate(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels,
                            const RobustKernel& kernel, Curvature curvature = Curvature::gauss_newton);
 
-/// Returns X after one rough step without a line search; nullopt if it is not finite. `size`: largest
-/// component of the step, m or rad.
+/// Returns X after one rough step without a line search; nullopt if it is not finite. Stores the largest
+/// absolute component of the step (m or rad) in `size`, unless that is null.
 template <typename Real>
 std::optional<SE3> step_flow_depth(FlowDepthPoints<Real>& data, const SE3& from, const NoiseLevels& levels,
                                    const RobustKernel& kernel, double* size = nullptr);
 
-/// Minimises with rough steps until they are smaller than 1e-5 m or rad.
+/// Minimises with rough steps until they are smaller than 1e-5 m or rad, with at most max_iterations.
 SolverResult descend(RoughFlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                      const RobustKernel& kernel, int max_iterations);
 
-/// Returns the optimum in single precision, within 1e-5 m or rad of minimize_flow_depth, at half the
-/// cost of an iteration; keeps the depths. Returns `start` for few points and if it does not converge.
+/// Returns the optimum in single precision, within 1e-5 m or rad of minimize_flow_depth, at half the cost of
+/// an iteration, and stores the refined depths in `data`. Returns `start` for fewer than 300 points and if a
+/// result is not finite.
 SE3 minimize_roughly(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                      const RobustKernel& kernel, const MotionPrior& prior);
 
+/// Minimises C(X), plus the prior if its precision is not 0, in double precision.
 SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                                  const RobustKernel& kernel, const SolverOptions& options,
                                  const MotionPrior& prior = {});

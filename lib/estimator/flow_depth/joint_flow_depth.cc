@@ -84,9 +84,9 @@ struct DepthCurrReading {
   double share = 0;   ///< share of the information at the given noise levels
 };
 
-/// Returns corrections of the current depths, which are read at the nearest whole pixel. On a plane, its
-/// slope corrects for the known subpixel offset; off planes, the relief of the neighbourhood is added to the
-/// variance. Without neighbours the effect is unknown, and the current depth is not used.
+/// Returns corrections of the current depths, which are read at the nearest whole pixel. The slope of the
+/// plane through the neighbourhood corrects for the known subpixel offset; relief of the neighbourhood is
+/// added to the variance. Without neighbours the effect is unknown, and the current depth is not used.
 std::vector<DepthCurrReading> depth_curr_readings(const Problem& problem, double radius_px,
                                                   const NoiseLevels& levels, const SE3& motion,
                                                   RoughFlowDepthData& data) {
@@ -208,7 +208,8 @@ MotionEstimate JointFlowDepth::estimate(const Problem& problem, const StartingPo
   const SolverResult solution =
       minimize_flow_depth(points, close, decided.levels, decided.kernel, options_.solver, decided.prior);
   if (!take_solution(solution, estimate)) return estimate;
-  // All points are evaluated again if the errors estimated from a sample move the optimum.
+  // All points are evaluated again at the end if the correlation is estimated from a sample, or moves the
+  // optimum.
   const size_t n_points = points.size();
   const bool samples = options_.covariance == CovarianceOf::correlated && !declares_errors(problem);
   FlowDepthData at_optimum = samples ? points.sample(errors_sample) : std::move(points);

@@ -1,11 +1,13 @@
 #pragma once
 
 // joint_flow_depth: flow and depth are both uncertain, with the previous depth and, if measured, the current
-// one (cost: flow_depth_solver.h; docs/method.md). Equals the literal cost in Ceres with every flow and depth
-// as a parameter (ceres_reference.h) to 1e-8.
+// one (cost: flow_depth_solver.h; docs/method.md). For independent errors the estimated motion equals that of
+// the literal cost in Ceres, with every flow and depth as a parameter (ceres_reference.h), to 1e-8.
 //
-//   1. noise levels: declared by the options, otherwise estimated from the residuals
-//   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc)
+//   1. noise levels: those of the options, otherwise declared by the problem, otherwise estimated from the
+//      residuals
+//   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc), otherwise a descent with
+//      Huber's kernel
 //   3. consistent current depths are added, with less weight in areas of relief; points are re-admitted by
 //      the chi-square gate of their own covariance
 //   4. refinement with the kernel of least estimated variance: the optimum for independent errors
@@ -30,10 +32,11 @@ struct JointFlowDepthOptions {
       (DepthErrors, depth_noise, DepthErrors::depth, "", "quantity with Gaussian errors"),
       (bool, use_depth_curr, true, "", "use the depth measured in the current frame as well"),
       (double, plane_radius_px, 6, "px",
-       "a plane through the points within this distance corrects the current depth for the whole pixel it is "
-       "read at, and it counts less where they have relief; 0 = it counts everywhere, as read at p + flow"),
+       "the current depth is read at a whole pixel: the slope of a plane through the points within this "
+       "distance corrects it to the subpixel target, and its weight decreases with the relief of these "
+       "points; 0 = no correction and full weight"),
       (double, projection_share, 0.04, "fraction of the variance",
-       "of the flow that its reprojection term has; decides the refined flow only, not the motion"),
+       "share of the flow's variance in the reprojection term; affects the refined flow, not the motion"),
       (Robust, robust, Robust::geman_mcclure_gnc, "", "robust kernel"),
       (double, huber, 1.345, "sigmas", "threshold of robust = huber"),
       (double, scale, 0, "sigmas", "last scale of Geman-McClure; 0 = the scale of least estimated variance"),
@@ -52,7 +55,8 @@ struct FlowDepthProblem {
   MotionPrior prior;                   ///< for weakly observable directions (errors_in_variables.h)
   std::vector<unsigned char> inliers;  ///< per point
 };
-/// Chooses points, noise levels and kernel, and stores the chosen points in `data`.
+/// Chooses points, noise levels, kernel and prior, and includes the chosen points in `data`. The status is
+/// too_few_points if fewer than three points remain.
 FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
                         const JointFlowDepthOptions& options, FlowDepthData& data);
 

@@ -90,7 +90,8 @@ std::vector<float> reprojection_errors(const RoughFlowDepthData& data) {
   });
 }
 
-/// Initial values of robust_scale: `errors` of the start's inliers, empty if there are no other points.
+/// Returns the initial values of robust_scale: `errors` of the start's inliers; empty if these are the points
+/// whose scale is estimated.
 template <typename Errors>
 std::vector<float> likely(const LevelSample& sample, LevelsOf which, Errors&& errors) {
   return which == LevelsOf::all ? errors(sample.inliers) : std::vector<float>();
@@ -203,7 +204,7 @@ struct Point {
 static_assert(sizeof(Point) == sizeof(Lanes));
 using Rows = std::array<std::span<const Point>, 3>;
 
-/// Computes the sum of p p^T over [1 u v s] - [0 u v s] of one point, row by row.
+/// Computes the sum of p p^T over all points, row by row, with p = [1 u v s] - [0 u v s] of `about`.
 SEXTANT_SIMD void sum_moments(const Rows& rows, const Point& about, double* moments) {
   const Lanes centre = {0, about.u, about.v, about.inverse};
   Lanes m0 = {}, m1 = {}, m2 = {}, m3 = {};

@@ -4,15 +4,17 @@
 // (docs/method.md).
 //
 //   sigma_flow   robust scale of the residual across the epipolar direction, which does not depend on depth
-//   delta_d      from the disparities of both frames if measured, otherwise from the variance of the residual
-//                along the epipolar direction in excess of sigma_flow
-//   delta_d_curr robust scale of the current disparity against the prediction, at least delta_d; includes the
-//   error of reading the current depth at a whole pixel on slanted surfaces
+//   delta_d      from the disparities of both frames if more than half of the points have both, otherwise
+//                from the variance of the residual along the epipolar direction in excess of sigma_flow
+//   delta_d_curr robust scale of the current disparity against the prediction, without the share of delta_d;
+//                at least delta_d. Includes the error of reading the current depth at a whole pixel on
+//                slanted surfaces
 //
-// Robust scale: 1.4826 times the median of the absolute values within three times the scale, iterated, so
-// that outliers have no influence. The iteration starts with the scale of the starting motion's inliers,
-// because the scale of all points would be that of the outliers if they are in the majority. At the starting
-// motion itself only the inliers are used.
+// sigma_flow and delta_d are at least 0.01 px. Robust scale: the median of the absolute values within three
+// times the scale, over 0.6728 (its value for a standard normal), iterated, so that outliers have no
+// influence. The iteration starts with the scale of the starting motion's inliers, because the scale of all
+// points would be that of the outliers if they are in the majority. At the starting motion itself only the
+// inliers are used.
 
 #include <vector>
 
@@ -24,8 +26,8 @@ namespace sextant {
 
 /// Points of one body for the estimation of noise levels.
 struct LevelSample {
-  RoughFlowDepthData all;      ///< all included points
-  RoughFlowDepthData inliers;  ///< inliers of the start; all points if there is none
+  RoughFlowDepthData all;      ///< sample of the included points, at most 2000
+  RoughFlowDepthData inliers;  ///< sample of the inliers of the start; of all points if there is no inlier
 
   LevelSample(const RoughFlowDepthData& data, const StartingPoint& start);
 };
@@ -35,7 +37,8 @@ enum class LevelsOf { inliers, all };
 /// without outliers, from which the iteration starts.
 double robust_scale(std::vector<float> absolute, std::vector<float> likely);
 
-/// Returns the levels, with those that are 0 in `declared` replaced by estimates.
+/// Returns `declared` with each level of the flow and of delta_d_px that is 0 replaced by its estimate at
+/// T_curr_prev.
 NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev,
                                   const NoiseLevels& declared);
 
@@ -43,7 +46,8 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3
 /// depth.
 NoiseLevels estimate_reprojection_level(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev);
 
-/// Returns the standard deviation of the current disparity (px) at X.
+/// Returns the standard deviation of the current disparity (px), from its difference to the prediction at
+/// T_curr_prev after subtraction of levels.delta_d_px^2; at least levels.delta_d_px.
 double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const NoiseLevels& levels);
 
 // Local planes. Inverse depth is an affine function of the pixel on every plane. If the points around a pixel
@@ -60,6 +64,7 @@ struct LocalPlane {
   double relief = 0;  ///< variance about the plane in excess of kappa^2, 1/m^2; 0 = none
 };
 
+/// Returns one plane for each point. `kappa`: standard deviation of the inverse depths.
 std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double kappa, double radius_px);
 
 }  // namespace sextant

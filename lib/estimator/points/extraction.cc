@@ -105,8 +105,8 @@ SEXTANT_SIMD void score_row(const uint8_t* centre, std::ptrdiff_t stride, int n,
   }
 }
 
-/// Keeps the scores row[0 .. n) that exceed those of their 8 neighbours and sets the others to 0. Writes
-/// whole blocks.
+/// Computes maxima: the scores row[0 .. n) that exceed those of their 8 neighbours, 0 for all other pixels.
+/// Writes whole blocks.
 SEXTANT_SIMD void keep_maxima(const uint8_t* above, const uint8_t* row, const uint8_t* below, int n,
                               uint8_t* maxima) {
   for (int x = 0; x < n; x += block) {
@@ -176,8 +176,8 @@ double depth_at(const Image<float>& depth_m, const Landing& pixel) {
   return valid_depth(depth) ? depth : NAN;
 }
 
-/// Returns true if no instance lies within `margin` px, checked at the eight corners and edge centres of the
-/// square.
+/// Returns true if no instance lies within `margin` px, checked at the centre, the corners and the edge
+/// centres of the square.
 bool off_instances(const Image<uint16_t>& mask, int x, int y, int margin) {
   for (int dy = -margin; dy <= margin; dy += std::max(margin, 1)) {
     for (int dx = -margin; dx <= margin; dx += std::max(margin, 1)) {
@@ -192,7 +192,7 @@ void check_frame(const Frame& frame, bool is_previous) {
   SEXTANT_CHECK(!is_previous || (!frame.gray.empty() && !frame.depth_m.empty() && !frame.flow.empty()));
 }
 
-/// Columns first_x .. last_x and rows first_y .. last_y; initially empty.
+/// Rectangle of pixels: columns first_x .. last_x and rows first_y .. last_y; initially empty.
 struct Box {
   int first_x = INT_MAX / 2, last_x = -INT_MAX / 2;
   int first_y = INT_MAX / 2, last_y = -INT_MAX / 2;

@@ -2,9 +2,10 @@
 
 // Point extraction: static features and object samples of one frame pair (docs/method.md).
 //
-// Features: FAST corners of the previous image outside the instances, the best `features_per_cell` of each
-// cell, so that they cover the image. Object samples: every n-th pixel in x and y of the previous frame's
-// instances whose flow ends on an instance of the current frame.
+// Features: FAST corners of the previous image that have a depth, lie outside the instances, and whose flow
+// ends in the image outside the instances; the strongest `features_per_cell` of each cell are kept, so that
+// features cover the image. Object samples: every n-th pixel in x and y that has a depth, lies on an instance
+// of the previous frame, and whose flow ends on an instance of the current frame.
 
 #include <vector>
 
@@ -34,8 +35,9 @@ struct ExtractionOptions {
   SEXTANT_OPTIONS((int, fast_threshold, 7, "gray levels", "FAST-9 contrast of a corner"),
                   (int, cell_px, 20, "px", "side of the cells over which features are spread"),
                   (int, features_per_cell, 2, "count", "strongest corners kept per cell"),
-                  (int, mask_margin_px, 2, "px", "static features keep this distance from instances"),
-                  (double, max_static_depth_m, 40.0, "m", "farthest static feature"),
+                  (int, mask_margin_px, 2, "px",
+                   "static features keep this distance from the instances of the previous mask"),
+                  (double, max_static_depth_m, 40.0, "m", "largest depth of a static feature"),
                   (int, object_step_px, 3, "px", "object points are every n-th pixel (paper: 3)"))
   void check() const;
 };

@@ -88,8 +88,8 @@ class SE3Manifold : public CeresManifold {
   }
 };
 
-/// A motion to estimate, with per-point unknowns that are eliminated first (Schur complement). Takes cost
-/// functions without losses.
+/// A motion to estimate, with per-point unknowns that are eliminated first (Schur complement). Takes
+/// ownership of cost functions, but not of loss functions.
 class CeresMotion {
  public:
   CeresMotion(const SE3& start, const SolverOptions& options);
@@ -199,8 +199,8 @@ ProjectionResidual make_projection(const Problem& problem, size_t i, double sigm
 double huber_threshold(Robust robust, double huber) {
   if (robust == Robust::geman_mcclure_gnc)
     fail(
-        "option robust = geman_mcclure_gnc: the Ceres references of motion_only and joint_flow have huber "
-        "and none");
+        "option robust = geman_mcclure_gnc: expected huber or none for the estimators motion_only_ceres and "
+        "joint_flow_ceres");
   return robust == Robust::huber ? huber : 1e100;
 }
 

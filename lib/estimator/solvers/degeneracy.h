@@ -1,16 +1,17 @@
 #pragma once
 
-// Degenerate problems and the covariance of the others. kappa (1/m) is the standard deviation of an inverse
-// depth: as declared by the problem, otherwise for a stereo camera with a disparity accuracy of 0.2 px.
+// Degenerate problems, and the covariance of all other problems. kappa (1/m) is the standard deviation of an
+// inverse depth: as declared by the problem, otherwise for a disparity accuracy of 0.2 px (0 without stereo).
 //
 //   too_few_points  fewer than three measurements: six unknowns, two equations per point
-//   at_infinity     no inverse depth differs from zero by three kappa: the translation is unobservable
+//   at_infinity     no inverse depth exceeds three kappa: the translation is unobservable
 //   collinear       the pixels lie on a line (within 0.5 px RMS) along which inverse depth is affine (within
 //                   2 kappa RMS), as on every line in space; or all pixels coincide: the rotation about that
 //                   line is unobservable
 //   no_parallax     the covariance shows a weakly observable direction: a rotation with a standard deviation
-//                   above 0.25 rad, or a translation of the points' centre above half its distance. Rotation
-//                   and translation are then ambiguous, as for a small flat patch
+//                   above 0.25 rad, or a translation of the points' centre with one above half the distance
+//                   of the centre; or the Hessian is singular to rounding. Rotation and translation are then
+//                   ambiguous, as for a small flat patch
 //
 // A stationary camera or body is not degenerate: depth is measured and need not be inferred from motion.
 
@@ -27,13 +28,13 @@ Status check_geometry(const Problem& problem, const std::vector<unsigned char>& 
 /// `keep` (empty: all) as inliers, and the status of check_geometry().
 MotionEstimate begin_estimate(const Problem& problem, const std::vector<unsigned char>& keep);
 
-/// Copies motion, cost and iterations of a solver. Returns false, and sets status diverged, unless they are
-/// finite.
+/// Copies motion, cost and iterations of a solver and returns true; returns false, without copying, if the
+/// motion or the cost is not finite. The status becomes diverged in both cases, until conclude() replaces it.
 bool take_solution(const SolverResult& solution, MotionEstimate& estimate);
 
-/// Last step of every estimator: computes the covariance of the left twist from the Hessian, given the motion
-/// and its inliers. Sets covariance, condition and status: ok, or the reason why the motion is not
-/// determined.
+/// Last step of every estimator: computes the covariance of the left twist, `variance_factor` times the
+/// inverse Hessian, for the motion and the inliers in `estimate`. Sets covariance and condition, unless the
+/// Hessian is singular, and the status: ok, or the reason why the motion is not determined.
 void conclude(const Problem& problem, const Matrix6d& hessian, double variance_factor,
               MotionEstimate& estimate);
 /// Overload for a given covariance.

@@ -20,7 +20,8 @@ struct ErrorModel;
 /// Initial motion of a refinement, and the inliers it uses.
 struct StartingPoint {
   SE3 T_curr_prev;
-  std::vector<unsigned char> inliers;  ///< per point; only these are used
+  /// per point; only inliers are used, except by an estimator that chooses its points (chooses_points())
+  std::vector<unsigned char> inliers;
   /// Error model estimated from more points (by joint_flow_depth); null: the model is estimated from the
   /// inliers.
   std::shared_ptr<const ErrorModel> errors = nullptr;
@@ -29,25 +30,28 @@ struct StartingPoint {
 struct MotionEstimate {
   Status status = Status::diverged;  ///< ok, diverged, or why the motion is not determined (degeneracy.h)
   SE3 T_curr_prev;                   ///< maps the body's points from previous to current camera coordinates
-  Matrix6d covariance = Matrix6d::Zero();  ///< covariance of the left twist [rho; omega] (m, rad): inverse
-      ///< Gauss-Newton Hessian at the optimum, with the estimator's sigmas
+  /// Covariance of the left twist [rho; omega] (m, rad) from the estimator's noise levels. motion_only and
+  /// joint_flow: inverse Hessian at the optimum, with robust = geman_mcclure_gnc times variance_factor();
+  /// joint_flow_depth: see errors_in_variables.h. With covariance = correlated: see correlated_covariance.h.
+  Matrix6d covariance = Matrix6d::Zero();
   /// Condition number of the covariance: largest over smallest eigenvalue. NaN if there is no covariance.
   double condition = std::numeric_limits<double>::quiet_NaN();
   std::vector<unsigned char> inliers;  ///< per point of the problem: 1 = used in the optimisation
-  /// px, per point; the measured flow if the estimator does not refine it
+  /// Refined flow of each point, px; the measured flow if the estimator does not refine it
   std::vector<double> refined_flow_u;
   std::vector<double> refined_flow_v;
   int iterations = 0;
-  double cost = 0;  ///< cost at the optimum, in units of variance
-  /// Error model behind the covariance; null if errors are treated as independent.
+  double cost = 0;  ///< cost at the optimum: 1/2 sum rho(q) over normalised residuals, plus that of a prior
+  /// Error model behind the covariance of joint_flow_depth with covariance = correlated; null for all other
+  /// estimators, and for errors that are treated as independent.
   std::shared_ptr<const ErrorModel> errors = nullptr;
 };
 
 class Estimator {
  public:
   virtual ~Estimator() = default;
-  /// Refines the motion on the starting point's inliers. Bad measurements never cause an exception; see
-  /// status.
+  /// Refines the motion of `start`. Unusable measurements never cause an exception; the status of the
+  /// estimate reports them.
   virtual MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const = 0;
   /// Returns true if the estimator selects its inliers from all points itself, beginning with those of
   /// RANSAC; otherwise the pipeline selects them (point_choice.h).
@@ -65,7 +69,7 @@ constexpr Names<3> names_of(Robust) { return {"huber", "geman_mcclure_gnc", "non
 enum class CovarianceOf { independent, correlated };
 constexpr Names<2> names_of(CovarianceOf) { return {"independent", "correlated"}; }
 inline constexpr const char* covariance_meaning =
-    "errors of the points: independent, or correlated over the image, as declared, else as the residuals "
-    "show; joint_flow_depth also weighs its points by it";
+    "errors of different points count as independent, or as correlated over the image with the declared "
+    "correlation, else with one estimated from the residuals; joint_flow_depth also weighs its points by it";
 
 }  // namespace sextant

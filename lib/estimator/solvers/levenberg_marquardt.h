@@ -18,7 +18,8 @@ struct SolverOptions {
   SEXTANT_OPTIONS(
       (int, max_iterations, 100, "count", "largest number of Levenberg-Marquardt steps"),
       (double, step_tolerance, 1e-12, "m, rad",
-       "stop when the largest component of a step is smaller (of a Newton step: of its remaining error)"))
+       "stop when the largest component of a step is smaller or, for exact Newton steps, the error that "
+       "remains after the step"))
   void check() const;
 };
 
@@ -67,7 +68,7 @@ SolverResult minimize_on_se3(Accumulate&& accumulate, const SE3& start, const So
     const double error =
         at.is_exact ? std::min(step_size, third_over_second * step_size * step_size) : step_size;
     if (error < options.step_tolerance && candidate.is_finite()) {
-      // predicted, without another evaluation
+      // The cost at the candidate is predicted, without another evaluation.
       at.cost += at.gradient.dot(step) + 0.5 * step.dot(at.hessian * step);
       result.T_curr_prev = candidate;
       result.converged = true;

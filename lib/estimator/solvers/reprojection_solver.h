@@ -26,14 +26,14 @@ class ReprojectionPoints {
  public:
   /// Selects the points of the problem with these indices, in this order.
   ReprojectionPoints(const Problem& problem, std::span<const uint32_t> indices);
-  /// Selects the points with keep[i] != 0, or all if `keep` is empty.
+  /// Selects the points with keep[i] != 0; `keep` has one entry per point of the problem.
   ReprojectionPoints(const Problem& problem, const std::vector<unsigned char>& keep);
   explicit ReprojectionPoints(const Problem& problem)
       : ReprojectionPoints(problem, std::vector<unsigned char>(problem.points.size(), 1)) {}
 
   size_t size() const { return size_; }
   const PinholeCamera& camera() const { return camera_; }
-  /// Includes point i in sums or excludes it; initially all are included.
+  /// Includes point i in the sums (`point` is true) or excludes it; initially all points are included.
   void use(size_t i, bool point) { column(weight)[i] = static_cast<Real>(point); }
 
   /// Arrays of `padded_size` numbers, a multiple of the lane size. Padding has weight 0.
@@ -72,8 +72,8 @@ void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr
                          std::vector<Real>& ev);
 
 /// Returns the number of points within `threshold_px`. Stops early, with a result below `at_least`, once
-/// `at_least` cannot be reached any more; or, if `data` is in random order, once the points seen so far
-/// exclude it by more than four standard deviations.
+/// `at_least` cannot be reached any more, or once the number of inliers so far is more than four standard
+/// deviations too small for it. The second rule requires that `data` is in random order.
 template <typename Real>
 int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
                   int at_least);

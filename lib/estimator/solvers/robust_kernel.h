@@ -6,7 +6,7 @@
 //   huber           rho(q) = q for q <= k^2, 2 k sqrt(q) - k^2 beyond          (Huber 1964)
 //   geman_mcclure   rho(q) = c^2 q / (c^2 + q), redescending                  (Geman & McClure 1985)
 //
-// weight = rho'(q): the gradient of a residual r with q = r^T r is that of weight * r^T r.
+// weight = rho'(q): rho(r^T r) has the same gradient as weight * r^T r with a constant weight.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -17,8 +17,8 @@
 
 namespace sextant {
 
-/// Huber's kernel of a residual r with standard deviation s, from the square n2 = |r|^2 in the units of s: n2
-/// / s^2 for |r| <= k s, 2 k |r| / s - k^2 beyond. k = infinity gives least squares.
+/// Huber's kernel of a residual r with standard deviation s, as a function of n2 = |r|^2 (in the squared
+/// unit of s): n2 / s^2 for |r| <= k s, 2 k |r| / s - k^2 beyond. k = infinity gives least squares.
 template <typename Real>
 struct Huber {
   Real inside2;      ///< (k s)^2
@@ -33,7 +33,7 @@ struct Huber {
         offset(std::isfinite(threshold) ? threshold * threshold : Real(0)) {}
 };
 
-/// Value of the kernel at n2: one number, or lanes of them (geometry/lanes.h).
+/// Weight and cost of the kernel at n2, which is one number, or lanes of numbers (geometry/lanes.h).
 template <typename Value>
 struct HuberAt {
   decltype(Value{} <= Value{}) inside;
@@ -69,7 +69,7 @@ struct RobustKernel {
     const double share = root_weight(q);
     return kind == Kind::geman_mcclure ? share * share : 1;
   }
-  /// Returns 2 q rho''(q): the reduction of the curvature along the residual compared to IRLS.
+  /// Returns 2 q rho''(q) <= 0: the difference of the curvature along the residual from that of IRLS.
   double curvature_term(double q) const {
     if (kind == Kind::huber) return huber(q).inside ? 0 : -huber(q).weight;
     const double share = root_weight(q);
@@ -87,8 +87,8 @@ struct RobustKernel {
   double root_weight(double q) const { return scale * scale / (scale * scale + q); }
 };
 
-// Closed form of the joint problem (docs/method.md), whose terms have Huber's kernel h (robust_kernel.h) with
-// s = sigma_px and k = threshold.
+// Closed form of the joint problem (docs/method.md), whose two terms have Huber's kernels h1 and h2 with s =
+// sigma_px and k = threshold (struct HuberKernel).
 //
 // Infimal convolution: min over a + b = r of h1(a) + h2(b) is again a Huber kernel with
 //   s^2 = s1^2 + s2^2,   k = s min(k1 / s1, k2 / s2),
@@ -107,8 +107,8 @@ struct HuberKernel {
 HuberKernel infimal_convolution(const HuberKernel& projection, const HuberKernel& flow);
 
 /// Returns the part b of r that the flow term takes at the optimum; a = r - b remains for the projection
-/// term. If both terms reach their caps together, the optimum is a segment, and the excess is split by
-/// variance.
+/// term. If both terms reach their thresholds at the same |r|, the optimum is a segment, and b is the share
+/// of r by variance, as below the thresholds.
 Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& projection,
                                const HuberKernel& flow);
 

@@ -15,13 +15,13 @@ namespace sextant {
 struct RandomProblemOptions {
   int n_points = 500;
   double flow_noise_px = 0.3;
-  double outlier_share = 0.0;  ///< share of flows with uniform errors of up to 20 px
+  double outlier_share = 0.0;  ///< share of flows with additional uniform errors of up to 20 px
   double near_m = 5.0;
   double far_m = 40.0;
   double spread = 1.0;        ///< share of the image that the points cover; small = near-degenerate
   double delta_d_px = 0;      ///< disparity noise of the depths
   bool depth_curr = false;    ///< adds depths of the current frame
-  double start_error = 0.02;  ///< error of the initial twist, in m and rad / 10
+  double start_error = 0.02;  ///< largest error of the initial twist: m, and ten times the one in rad
 };
 
 struct RandomProblem {
@@ -30,12 +30,12 @@ struct RandomProblem {
   StartingPoint start;  ///< near the true motion, with all points
 };
 
-/// Returns the largest component of the twist between two motions (m, rad).
+/// Returns the largest absolute component of the twist between two motions (m, rad).
 inline double pose_difference(const SE3& a, const SE3& b) {
   return (a * b.inverse()).log().cwiseAbs().maxCoeff();
 }
 
-/// Returns the largest difference between components of refined flows (px).
+/// Returns the largest absolute difference between components of the refined flows (px).
 inline double flow_difference(const MotionEstimate& a, const MotionEstimate& b) {
   double worst = 0;
   for (size_t i = 0; i < a.refined_flow_u.size(); ++i) {

@@ -27,7 +27,8 @@ namespace sextant {
 enum class RefineOn { inliers, all, reselected };
 constexpr Names<3> names_of(RefineOn) { return {"inliers", "all", "reselected"}; }
 
-/// Returns the starting point of the refinement: a motion and the inliers. `start` is that of robust_start().
+/// Returns the starting point of the refinement: a motion and the inliers. `start` is that of robust_start();
+/// it is returned unchanged for `inliers`, and for `reselected` if the mixture cannot be fitted.
 StartingPoint choose_points(const Problem& problem, const StartingPoint& start, RefineOn refine_on);
 
 }  // namespace sextant

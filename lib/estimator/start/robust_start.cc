@@ -135,7 +135,7 @@ P3PSolutions::P3PSolutions(const std::array<Eigen::Vector3d, 3>& points,
 
 namespace {
 
-/// SplitMix64 (Steele, Lea & Flood 2014) of a counter: the sample is a function of its index only.
+/// Returns the number that SplitMix64 (Steele, Lea & Flood 2014) generates from this counter.
 uint64_t mix(uint64_t counter) {
   uint64_t z = counter + 0x9e3779b97f4a7c15ULL;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -171,7 +171,7 @@ std::vector<uint32_t> shuffled_indices(size_t n) {
   return order;
 }
 
-/// Returns the motions through three correspondences.
+/// Returns the motions that map the three points of the sample onto the rays through their targets.
 P3PSolutions solve_sample(const RoughReprojectionData& data, const std::array<size_t, 3>& sample) {
   using Data = RoughReprojectionData;
   std::array<Eigen::Vector3d, 3> points;

@@ -1,8 +1,8 @@
 #pragma once
 
 // Robust start: AP3P (P3PSolutions) inside RANSAC (Fischler & Bolles), compared with the propagated motion.
-// The model with more inliers wins, the propagated one on a tie (paper sec. IV-B). Samples are a pure
-// function of their index, without state, clock or thread.
+// The model with more inliers wins, the propagated one on a tie (paper sec. IV-B). Each sample is a pure
+// function of its index and the number of points: it depends neither on a state nor on clock or thread.
 
 #include <array>
 #include <optional>
@@ -23,7 +23,7 @@ struct RobustStartOptions {
                   (int, max_iterations, 500, "count", "largest number of samples"),
                   (int, min_iterations, 20, "count", "smallest number of samples"),
                   (int, local_refinements, 2, "count",
-                   "least-squares steps on the winner's inliers, each kept only if it has more inliers"))
+                   "least-squares fits to the winner's inliers, each kept only if it has more inliers"))
   void check() const;
 };
 
@@ -35,15 +35,15 @@ struct RobustStart {
   bool propagated = false;  ///< the propagated motion won against RANSAC
 };
 
-/// Computes the start from at least 4 points. `propagated` is the motion predicted from previous frames, if
-/// there is one.
+/// Computes the start; status too_few_points if fewer than 4 points, or fewer than 4 inliers, are found.
+/// `propagated` is the motion predicted from previous frames, if there is one.
 RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propagated,
                          const RobustStartOptions& options);
 
 // AP3P (Ke & Roumeliotis, CVPR 2017; the paper's reference for its robust start): the motions that map three
 // points onto three rays of unit length,
 //
-//   d_i ray_i = R point_i + t,   d_i > 0 for the correct one; the caller selects among the solutions.
+//   d_i ray_i = R point_i + t,   d_i > 0 for the correct motion; the caller selects among the solutions.
 //
 // The cosine of one angle is a root of a quartic; the rest follows without trigonometric functions.
 // Degenerate triangles give no solution.

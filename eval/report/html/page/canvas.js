@@ -105,8 +105,8 @@ function drawMark(context, x, y, colour, filled = true) {
   filled ? context.fill() : context.stroke();
 }
 
-/// Where points of the world (right, ahead, height; m) lie on a canvas. Begins as the view from above that shows a box
-/// of the world wholly; can be moved, zoomed and turned.
+/// Projection of points of the world (right, ahead, height; m) to a canvas. It begins as the view from above that shows
+/// the whole of a box of the world, and can be moved, zoomed and turned.
 class MapView {
   constructor(low, high) {
     this.centre = [0, 1, 2].map(k => (low[k] + high[k]) / 2);
@@ -140,7 +140,7 @@ class MapView {
     this.elevation = Math.min(Math.PI / 2, Math.max(0, this.elevation - dy * 0.01));
     this.turned();
   }
-  /// The point below (px, py) stays where it is.
+  /// Zooms so that the point of the world below (px, py) stays there.
   zoomAt(factor, px = this.width / 2, py = this.height / 2) {
     const zoom = Math.min(1e5, Math.max(0.2, this.zoom * factor)), k = zoom / this.zoom;
     this.dx = (px - this.width / 2) * (1 - k) + this.dx * k;
@@ -160,8 +160,9 @@ function drawScaleBar(context, view) {
                    12, view.height - 18);
 }
 
-/// Dragging moves the view; with turns() or the shift key it turns it, unless `turns` is null. A double click shows the whole again. The wheel zooms
-/// where the canvas has the focus or with Ctrl; else the page scrolls.
+/// Lets the mouse change a view. Dragging moves it or, if turns() is true or with the shift key, turns it (never if `turns`
+/// is null). A double click shows the whole again. The wheel zooms if the canvas has the focus, or with Ctrl; otherwise the
+/// page scrolls.
 function navigates(canvas, view, changed, turns = null) {
   let from = null;
   canvas.addEventListener("wheel", event => {

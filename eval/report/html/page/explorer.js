@@ -1,4 +1,4 @@
-// Paths and curves to walk through: one Walk for each .explorer of the page (document.h says what the data hold).
+// Interactive paths and curves: one Walk for each .explorer of the page (document.h describes the data).
 
 const LINE_COLOURS = {
   light: ["#8a8a8a", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b97f00", "#3f97c9", "#000000"],
@@ -54,13 +54,13 @@ class Walk {
   shown() { return this.paths.filter(path => !this.hidden.has(path.label)); }
   colour(path) { return lineColour(path.colour); }
 
-  /// The 99 % quantile of what colours the paths.
+  /// The 99 % quantile of the values by which the paths are coloured.
   endOfErrors() {
     const all = this.paths.flatMap(path => path.values[0] ? [...path.values[0]].filter(Number.isFinite) : []).sort((a, b) => a - b);
     return all[Math.floor(0.99 * (all.length - 1))] || 1;
   }
 
-  /// A position as right, ahead, height: the third axis so that the view from its side is not mirrored.
+  /// A position as (right, ahead, height). The sign of the third axis is chosen so that the view is not mirrored.
   place(path, i) {
     const [right, up, out] = this.data.axes;
     const sign = (up - right + 3) % 3 === 1 ? 1 : -1;
@@ -164,7 +164,7 @@ class Walk {
     });
   }
 
-  /// The cursor by poses of the longest series that is shown.
+  /// Moves the cursor by a number of poses of the longest path that is shown.
   step(by) {
     const path = this.shown().reduce((a, b) => !a || b.n > a.n ? b : a, null);
     if (!path) return;
@@ -208,7 +208,7 @@ class Walk {
     }
     return low > 0 && time - path.time[low - 1] < path.time[low] - time ? low - 1 : low;
   }
-  /// The same, or -1 in a gap and outside.
+  /// Index of the pose at a time; -1 if the nearest pose is too far away, as in a gap or outside of the path.
   at(path, time) {
     const i = this.nearestInTime(path, time), step = (this.last - this.first) / 200;
     return Math.abs(path.time[i] - time) <= Math.max(1, step) ? i : -1;

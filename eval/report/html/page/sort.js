@@ -21,7 +21,8 @@ for (const table of document.querySelectorAll("table")) {
     });
   });
 }
-// A long table gets a choice for each column of texts with few values: only rows with the chosen ones are shown.
+// A table of more than 20 rows gets a selection for each text column with 2 to 20 different values; only the rows with the
+// selected values are shown.
 for (const table of document.querySelectorAll("table")) {
   const rows = [...table.tBodies[0].rows];
   if (rows.length <= 20) continue;

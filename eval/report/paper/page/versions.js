@@ -1,4 +1,5 @@
-// One version of a table at a time, chosen from a list; and what a cell knows, beside it under the pointer or the focus.
+// Shows one version of a table at a time, chosen from a list, and the details of a cell beside the cell that has the pointer
+// or the focus.
 for (const table of document.querySelectorAll('.paper-table')) {
   const versions = [...table.querySelectorAll(':scope > .version')];
   if (versions.length < 2) continue;
