@@ -200,9 +200,10 @@ class SceneColors {
   SceneColors(fs::path table, InputLog& inputs) : table_(std::move(table)) {
     const std::string name = table_.string();
     for (const Vkitti1Color& row : decode_vkitti1_colors(inputs.read(table_), name)) {
+      constexpr int largest = std::numeric_limits<uint16_t>::max() - 1;
+      if (row.tid && *row.tid > largest)
+        fail("{}: track id {} is too large, expected at most {}", name, *row.tid, largest);
       const int id = row.tid ? *row.tid + 1 : 0;
-      if (id > std::numeric_limits<uint16_t>::max())
-        fail("{}: track id {} is too large, expected at most 65534", name, *row.tid);
       ids_[key_of(row.color)] = static_cast<uint16_t>(id);
     }
   }

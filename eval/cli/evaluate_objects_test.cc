@@ -119,7 +119,9 @@ TEST_F(EvaluateObjects, SeveralRunsArePooledComparedAndReported) {
                            "figures/ER_camera_boxes.png"}) {
     EXPECT_TRUE(fs::exists(report / file)) << file;
   }
-  const Json pooled = Json::parse(evaluate(fmt::format("{} {} --json", logs().string(), more)).out);
+  const Json apart = Json::parse(evaluate(fmt::format("{} {} --json", logs().string(), more)).out);
+  EXPECT_EQ(apart["systems"].size(), 10U) << "5 presets, two folders without names are two systems";
+  const Json pooled = Json::parse(evaluate(fmt::format("a={0} a={0} {1} --json", logs().string(), more)).out);
   EXPECT_EQ(pooled["systems"][0]["runs"], 2) << "of one system";
   EXPECT_EQ(pooled["presets"][0]["rows"][0]["n_truth"], 10);
   EXPECT_FALSE(pooled["systems"][0].contains("Et_low_m")) << "an interval over two runs";

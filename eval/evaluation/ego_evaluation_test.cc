@@ -4,8 +4,8 @@
 #include <random>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/evaluation/ego_json.h"
 
 namespace sextant {
 namespace {
@@ -135,6 +135,43 @@ TEST(EgoEvaluation, AShiftBelowAStepIsToldWhenItExplainsTheError) {
       options.interpolate_max_gap_s = 0.3;
       EXPECT_THAT(evaluate(drive(300, 10), estimate, options).warnings, IsEmpty());
     }
+  }
+}
+
+TEST(EgoEvaluation, AShiftOfRowsIsFoundAmongErrorsThatAreIndependentFromPoseToPose) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (const int n : {60, 300}) {
+    for (const int shift : {0, 1, 3}) {
+      PoseSeries reference = drive(n, 10), estimate = drive(n, 10, -0.1 * shift);
+      reference.stamps_s.clear();
+      estimate.stamps_s.clear();
+      for (size_t i = 0; i < estimate.size(); ++i) {
+        estimate.rotations[i] *=
+            Eigen::AngleAxisd(0.002 * normal(random), Eigen::Vector3d::UnitY()).toRotationMatrix();
+        for (int c = 0; c < 3; ++c) estimate.positions_m[i][c] += 0.02 * normal(random);
+      }
+      const auto warnings = evaluate(reference, estimate).warnings;
+      if (shift == 0) {
+        EXPECT_THAT(warnings, IsEmpty()) << n;
+      } else {
+        EXPECT_THAT(warnings, Contains(code("lag"))) << n << " poses, " << shift << " rows";
+      }
+    }
+  }
+}
+
+TEST(EgoEvaluation, TruthThatJumpsToTheIdentityIsAnErrorThatSaysSo) {
+  PoseSeries poses = drive(100, 10);
+  poses.stamps_s.clear();
+  for (Eigen::Vector3d& p : poses.positions_m) p[0] += 300;
+  poses.positions_m[40].setZero();
+  poses.rotations[40].setIdentity();
+  try {
+    check_physical(poses, "a.txt", 100);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(std::string(error.what()), HasSubstr("logged as identity"));
   }
 }
 

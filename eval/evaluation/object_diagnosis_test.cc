@@ -248,6 +248,22 @@ TEST_P(ObjectDiagnosis, IdentitiesOfAMovingObjectAreListed) {
   EXPECT_THAT(scores.warnings, Contains(HasSubstr("--identity lost")));
 }
 
+TEST_P(ObjectDiagnosis, IdentitiesAtTheEndAreNotTakenForAnotherMistake) {
+  Plants plants;
+  plants.estimate = [](const SE3& H, const SE3&, int k) { return k < Drive::n_frames - 6 ? H : SE3(); };
+  const ObjectScores scores = evaluate(Drive(), plants);
+  EXPECT_TRUE(scores.diagnoses.empty()) << fmt::format("{}", fmt::join(scores.warnings, "\n"));
+  EXPECT_THAT(fmt::format("{}", fmt::join(scores.warnings, "\n")), HasSubstr("frames 24-29"));
+}
+
+TEST_P(ObjectDiagnosis, AShiftIsNamedInAShortLog) {
+  Plants plants;
+  plants.keep = [](int k) { return k < 16; };
+  EXPECT_TRUE(evaluate(Drive(), plants).diagnoses.empty());
+  plants.shift = 1;
+  expect_named(evaluate(Drive(), plants), "lag_1");
+}
+
 TEST_P(ObjectDiagnosis, StructuralFaultsAreErrors) {
   if (GetParam() == LogFormat::vdo) expect_error(Drive(), {.transposed = true}, "looks transposed");
   TempFolder folder;
@@ -303,6 +319,98 @@ TEST(DiagnosisByTruth, AStaticObjectIsNotACarThatFollowsTheCamera) {
     if (k > 0) log.motions[{6, k}] = {about_y(0.001 * (k % 2), {0.02 * (k % 3), 0, 0.03 * (k % 2)}), {}};
   }
   EXPECT_TRUE(diagnose_log(log, truth).empty()) << diagnose_log(log, truth)[0].text;
+}
+
+TEST(DiagnosisByTruth, EstimatedMotionsAreComparedWithEstimatedPosesAsWell) {
+  const Drive drive;
+  SequenceTruth truth;
+  ObjectLog log;
+  log.frame = MotionFrame::world;
+  for (const auto& [k, C] : drive.camera.poses()) {
+    truth.camera.set(k, C);
+    log.camera.set(k, C);
+  }
+  for (const auto& [key, L] : drive.L) {
+    const auto [id, k] = key;
+    truth.objects[k].push_back({.id = id, .T_camera_object = drive.camera.poses().at(k).inverse() * L});
+    // Errors of the poses hide a shift against the truth, but not against these poses.
+    log.poses[key] =
+        L * about_y(0.05 * std::sin(7.0 * k), {0.5 * std::sin(5.0 * k), 0, 0.5 * std::sin(9.0 * k)});
+  }
+  for (const auto& [key, pose] : log.poses) {
+    const auto before = log.poses.find({key.first, key.second - 1});
+    const auto after = log.poses.find({key.first, key.second + 1});
+    if (before != log.poses.end() && after != log.poses.end())
+      log.motions[{key.first, key.second + 1}] = {pose * before->second.inverse(), {}};
+  }
+  const auto found = diagnose_log(log, truth);
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].code, "lag_1") << found[0].text;
+  EXPECT_THAT(found[0].text, HasSubstr("estimated motions against the estimated poses"));
+}
+
+TEST(DiagnosisOfLogs, RoundingOfAParkedCarIsNoMistake) {
+  ObjectLog log;
+  log.frame = MotionFrame::world;
+  for (int k = 0; k < 20; ++k) {
+    log.camera.set(k, about_y(0, {0, 0, 0.5 * k}));
+    log.true_camera.set(k, about_y(0, {0, 0, 0.5 * k}));
+    log.true_poses[{1, k}] = log.poses[{1, k}] = about_y(0.3, {4, 1, 20});
+    if (k > 0) log.motions[{1, k}] = {about_y(0, {0, 0, 3e-15}), about_y(0, {0, 0, -7e-15})};
+  }
+  EXPECT_TRUE(diagnose_log(log).empty()) << diagnose_log(log)[0].text;
+}
+
+TEST(DiagnosisOfLogs, PosesAreNotCalledMotions) {
+  const Drive drive;
+  ObjectLog log;
+  log.frame = MotionFrame::world;
+  log.holds_poses_only = true;
+  for (const auto& [key, L] : drive.L) {
+    log.poses[key] = L.inverse();
+    log.true_poses[key] = L;
+    const auto before = drive.L.find({key.first, key.second - 1});
+    if (before != drive.L.end())
+      log.motions[key] = {L.inverse() * before->second, L * before->second.inverse()};
+  }
+  const auto found = diagnose_log(log);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "inverse");
+  EXPECT_THAT(found[0].text, HasSubstr("estimated poses of objects: the poses look inverted"));
+}
+
+TEST(DiagnosisOfLogs, PosesThatAreInverseInTruthAndEstimateAreNamedByTheirTurns) {
+  ObjectLog log;
+  log.frame = MotionFrame::world;
+  log.holds_poses_only = true;
+  SE3 pose = about_y(0.2, {3, 1, 12});
+  for (int k = 0; k < 80; ++k) {
+    log.true_poses[{2, k}] = pose.inverse();
+    log.poses[{2, k}] =
+        (pose * about_y(0.002 * std::sin(4.0 * k), {0.01, 0, 0.01 * std::sin(9.0 * k)})).inverse();
+    if (k > 0)
+      log.motions[{2, k}] = {log.poses.at({2, k}) * log.poses.at({2, k - 1}).inverse(),
+                             log.true_poses.at({2, k}) * log.true_poses.at({2, k - 1}).inverse()};
+    pose = pose * about_y(0.05 * std::sin(0.05 * k), {0, 0, 0.9});
+  }
+  const auto found = diagnose_log(log);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "inverse");
+  EXPECT_THAT(found[0].text, HasSubstr("invert each pose of both"));
+}
+
+TEST(DiagnosisOfLogs, CamerasThatBeginUpsideDownMayHaveQuaternionsWrittenWFirst) {
+  ObjectLog log;
+  for (int k = 0; k < 30; ++k) {
+    const SE3 C = about_y(0.02 * k, {0.2 * k, 0, 0.8 * k});
+    const Eigen::Quaterniond& q = C.rotation();
+    const SE3 read(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), C.translation());  // w x y z as x y z w
+    log.camera.set(k, read);
+    log.true_camera.set(k, read);
+  }
+  const auto found = diagnose_log(log);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "quaternion_w_first") << found[0].text;
 }
 
 TEST(QuaternionOrder, ShowsInBothColumnsAtOnce) {

@@ -87,7 +87,7 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
       }
       examples += (examples.empty() ? "" : ", ") + kind.example;
     }
-    fail("unknown estimator '{}': expected a name, or {}", name, examples);
+    fail("unknown estimator '{}': expected a name{}{}", name, examples.empty() ? "" : ", or ", examples);
   }
   const std::vector<EstimatorEntry> known = all_estimators();
   auto estimator = find_entry(std::span<const EstimatorEntry>(known), name, "estimator").make(options);

@@ -174,7 +174,7 @@ class PlanReader {
     if (!grid.is_object()) fail("expected {{\"parameter\", \"levels\"}}, got {}", json_excerpt(grid));
     if (grid.contains("level")) {
       check_keys(grid, {"level", "noise"});
-      plan.levels.push_back({level_of(grid["level"]), Noise(grid.value("noise", Json::object()))});
+      plan.levels.push_back({level_of(grid["level"], "level"), Noise(grid.value("noise", Json::object()))});
       return;
     }
     check_keys(grid, {"parameter", "levels", "base"});
@@ -193,13 +193,13 @@ class PlanReader {
         node = &(*node)[part];
       }
       *node = value;
-      plan.levels.push_back({level_of(value), Noise(noise)});
+      plan.levels.push_back({level_of(value, "levels"), Noise(noise)});
     }
   }
 
-  static double level_of(const Json& json) {
+  static double level_of(const Json& json, const char* key) {
     if (!json.is_number() || !std::isfinite(json.get<double>()) || json.get<double>() < 0) {
-      fail("key 'levels': expected finite numbers of 0 or more, got {}", json_excerpt(json));
+      fail("key '{}': expected finite numbers of 0 or more, got {}", key, json_excerpt(json));
     }
     return json.get<double>();
   }

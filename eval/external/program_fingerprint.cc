@@ -326,7 +326,8 @@ Dependencies find_dependencies(const FilePatterns& patterns, const fs::path& fol
     const bool is_absolute = pattern.starts_with('/');
     std::set<fs::path> files;
     match(is_absolute ? fs::path("/") : folder, split(pattern, '/'), 0, files);
-    if (files.empty()) fail("depends: '{}' matches no file in {}", pattern, folder.string());
+    if (files.empty())
+      fail("depends: '{}' matches no file{}", pattern, is_absolute ? "" : " in " + folder.string());
     found.files.merge(files);
   }
   return found;

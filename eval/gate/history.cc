@@ -77,7 +77,7 @@ std::string label_of(const fs::path& path, const Side& side) {
       path.filename().empty() ? path.parent_path().filename().string() : path.filename().string();
   if (side.runs.empty() || side.runs.front().provenance.is_null()) return label;
   const std::string commit = side.runs.front().provenance.value("git_commit", std::string());
-  if (commit.size() >= 9 && commit.find_first_not_of("0123456789abcdef-dirty") == std::string::npos)
+  if (commit.size() >= 9 && commit.find_first_not_of("0123456789abcdef") >= 9)
     label += " " + commit.substr(0, 9);
   return label;
 }

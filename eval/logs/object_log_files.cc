@@ -104,7 +104,7 @@ void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
   for (const Row& row : file.rows) {
     const double at = file.key == Key::time ? row.key * rate_hz : row.key;
     const double frame = std::round(at);
-    constexpr double nearest = 0.25;
+    const double nearest = file.key == Key::time ? 0.25 : 0;
     if (!(std::abs(at - frame) <= nearest) || !(frame >= 0) || frame > 1e9) {
       fail("{}:{}: {} {} does not belong to any frame{}", file.path, row.line,
            file.key == Key::time ? "time" : "frame", row.key,
@@ -112,8 +112,10 @@ void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
                ? fmt::format(" at {:.6g} Hz: give --rate, or frame numbers in the first column", rate_hz)
                : ": expected a whole number from 0 to 1e9");
     }
-    if (last == static_cast<int>(frame))
-      fail("{}:{}: frame {} is given twice at {:.6g} Hz: give --rate", file.path, row.line, frame, rate_hz);
+    if (last == static_cast<int>(frame)) {
+      fail("{}:{}: frame {} is given twice{}", file.path, row.line, frame,
+           file.key == Key::time ? fmt::format(" at {:.6g} Hz: give --rate", rate_hz) : ": keep one line");
+    }
     last = static_cast<int>(frame);
     use(*last, row);
   }

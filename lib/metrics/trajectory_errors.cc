@@ -167,6 +167,13 @@ PairSelection PairSelection::parse(const std::string& text) {
 std::string PairSelection::text() const { return fmt::format("{}{}", delta, to_string(unit)); }
 
 std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection& selection) {
+  const bool by_angle = selection.unit == DeltaUnit::degrees || selection.unit == DeltaUnit::radians;
+  if (by_angle && !series.has_rotations()) {
+    fail(
+        "--rpe {}: pairs by angle need rotations, but these poses are positions alone: give a distance in m, s "
+        "or f",
+        selection.text());
+  }
   std::vector<PosePair> pairs = pairs_of(series, selection);
   if (pairs.empty()) {
     fail("no two poses are {} apart among {} poses: use a smaller distance{}", selection.text(),

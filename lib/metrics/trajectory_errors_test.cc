@@ -52,6 +52,14 @@ TEST(PosePairs, Angles) {
   EXPECT_THAT(pairs(steady(5), "0.5236rad", true), ElementsAre(Pair(0, 3), Pair(1, 4)));
 }
 
+TEST(PosePairs, AnglesNeedRotations) {
+  PoseSeries positions = steady(5);
+  positions.rotations.clear();
+  EXPECT_THROW(pairs(positions, "5deg", false), Error);
+  EXPECT_THROW(pairs(positions, "5deg", true), Error);
+  EXPECT_FALSE(pairs(positions, "1f", false).empty());
+}
+
 TEST(PosePairs, Seconds) {
   EXPECT_THAT(pairs(steady(6), "0.2s", false), ElementsAre(Pair(0, 2), Pair(2, 4)));
   EXPECT_THAT(pairs(steady(5), "0.3s", true), ElementsAre(Pair(0, 3), Pair(1, 4)));

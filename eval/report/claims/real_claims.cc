@@ -103,8 +103,8 @@ std::optional<ClaimResult> published_difference(const Evidence& evidence) {
   result.estimator = "the paper's own";
   result.subject = paper().reference.title + " - proposed, as published";
   result.quantity = "|difference of mean E_t| [m]";
-  result.value = table.at(paper().reference.column).at("Et_m").get<double>() -
-                 table.at("proposed").at("Et_m").get<double>();
+  result.value = std::abs(table.at(paper().reference.column).at("Et_m").get<double>() -
+                          table.at("proposed").at("Et_m").get<double>());
   result.interval = Interval{result.value, result.value};
   result.stated = fmt::format("< smallest floor, {:.4f}", smallest);
   result.verdict = is_below(smallest, result.value, result.interval);

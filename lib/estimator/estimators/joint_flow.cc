@@ -33,8 +33,11 @@ void MotionOnlyOptions::check() const {
 MotionEstimate MotionOnly::estimate(const Problem& problem, const StartingPoint& start) const {
   const HuberKernel kernel{options_.sigma_px, options_.huber};
   MotionEstimate estimate = estimate_with_kernel(problem, start, kernel, options_.robust, options_.solver);
-  if (options_.covariance == CovarianceOf::correlated && estimate.status == Status::ok)
-    correlate(problem, kernel, estimate);
+  if (options_.covariance == CovarianceOf::correlated && estimate.status == Status::ok) {
+    const bool huber = options_.robust == Robust::huber;
+    correlate(problem, {options_.sigma_px, huber ? options_.huber : std::numeric_limits<double>::infinity()},
+              estimate);
+  }
   return estimate;
 }
 
