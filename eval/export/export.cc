@@ -186,7 +186,7 @@ void append_field(std::string& line, const RecordValue& value) {
 }
 
 void write_csv(const RecordColumns& records, const Rows& rows, const fs::path& file) {
-  constexpr size_t buffer_bytes = size_t{1} << 20U;
+  constexpr size_t csv_buffer_bytes = size_t{1} << 20U;
   NewFile csv(file);
   std::string line, buffer;
   for (const RecordColumn& column : records.columns())
@@ -200,7 +200,7 @@ void write_csv(const RecordColumns& records, const Rows& rows, const fs::path& f
     }
     line += '\n';
     buffer += line;
-    if (buffer.size() < buffer_bytes) return;
+    if (buffer.size() < csv_buffer_bytes) return;
     csv.append(buffer);
     buffer.clear();
   });
