@@ -334,7 +334,7 @@ class KittiTruthReader {
     if (!(out_.camera.bf > 0)) {
       fail(
           "{}: focal length times baseline is {:.7g} by {}: "
-          "expected a left and a right camera, or give the option bf",
+          "expected a number above 0, from a left and a right camera: correct the file, or give option bf",
           path.string(), out_.camera.bf, grey ? "P0(0,3) - P1(0,3)" : "P2(0,3) - P3(0,3)");
     }
     out_.camera.check();

@@ -63,8 +63,8 @@ std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source);
 //                                             size of the images if it exists
 //
 // The shapes within the boxes and the street are synthetic, and there are no objects without a label. Masks
-// are therefore a little smaller than the boxes, and objects are mainly occluded by each other: no house or
-// tree stands on the line from the camera to an object within 60 m. Pedestrians and cyclists move as rigid
+// are therefore a little smaller than the boxes, and objects are mainly occluded by each other: no building
+// or tree stands on the line from the camera to an object within 60 m. Pedestrians and cyclists move as rigid
 // bodies.
 
 struct ReplayVkitti1Options {

@@ -1,8 +1,8 @@
 #include "sextant/datasets/vkitti2.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/ranges.h>
 #include <set>
 
 #include "sextant/datasets/codec/vkitti_text.h"
@@ -70,9 +70,9 @@ class Vkitti2Reader {
     }
     fail(
         "{}: frame {}: the cameras are not a rectified pair with the "
-        "same baseline in every frame: baseline {:.6f} m; other offsets and rotation up to {:.6f} m or rad, "
-        "expected less than 0.02",
-        path("extrinsic.txt").string(), frame, baseline_m, off);
+        "same baseline in every frame: baseline {:.6f} m (first frame: {:.6f} m); other offsets and rotation "
+        "up to {:.6f} m or rad, expected less than 0.02",
+        path("extrinsic.txt").string(), frame, baseline_m, *out_.baseline_m, off);
   }
 
   void read_intrinsics() {

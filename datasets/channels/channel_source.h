@@ -57,7 +57,7 @@ struct ChannelInputs {
 struct LabelBox {
   int id = 0;  ///< as in masks
   ImageBox box;
-  double depth_m = 0;  ///< of overlapping boxes the nearer one is in front
+  double depth_m = 0;  ///< where boxes overlap, the nearer one is in front
 };
 
 template <typename T>

@@ -87,13 +87,17 @@ TEST(StreetAlong, SameSeedSameMesh) {
 }
 
 TEST(StreetAlong, BadWaysAreErrors) {
-  expect_error([] { make_street_along({}); }, "it has no points");
-  expect_error([] { make_street_along({.points = {{{0, 0, 0}, {0, 1, 0}}}}); }, "no direction");
+  expect_error([] { make_street_along({}); }, "the path has no points");
+  expect_error(
+      [] {
+        make_street_along({.points = {{{0, 0, 0}, {0, 1, 0}}}});
+      },
+      "the direction has no horizontal component");
   expect_error(
       [] {
         make_street_along({.points = {{{0, 0, 0}, {0, 0, 1}}, {{9e9, 0, 0}, {0, 0, 1}}}});
       },
-      "a step of");
+      "expected at most 1 km");
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ Fields<Cost> cost_fields() {
 int count(const Json& row, const std::string& key, const std::string& where) {
   const double value = json_member<double>(row, key, where);
   if (value < 0 || value > std::numeric_limits<int>::max() || value != std::floor(value))
-    fail("{}: key '{}': expected a count, got {}", where, key, value);
+    fail("{}: key '{}': expected a whole number of at least 0, got {}", where, key, value);
   return static_cast<int>(value);
 }
 

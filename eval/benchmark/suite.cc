@@ -27,7 +27,8 @@ void check_keys(const Json& json, const std::vector<std::string>& known, const s
 /// Throws Error unless the name is valid for a folder and a figure.
 void check_file_stem(const std::string& name, const std::string& where) {
   if (name.empty() || name != file_stem(name))
-    fail("{}: name '{}': expected letters, digits, '.', '-' and '_'", where, name);
+    fail("{}: name '{}': expected 1 to 48 letters, digits, '.' and '_', with single '-' between them", where,
+         name);
 }
 
 std::string name_in(const Json& json, const std::string& where) {

@@ -148,7 +148,7 @@ TEST_F(Benchmark, RefusesAMissingCase) {
   edit(folder / "depth" / "records.jsonl", [](auto& records) {
     std::erase_if(records, [](const Record& r) { return r.seed == 1 && r.level == 0.8; });
   });
-  EXPECT_THAT(refusal(folder), HasSubstr("records are missing"));
+  EXPECT_THAT(refusal(folder), HasSubstr("the file is cut off"));
   std::string cases = read_file(folder / "depth" / "cases.jsonl");
   cases.resize(cases.rfind('\n', cases.size() - 2) + 1);
   write_file(folder / "depth" / "cases.jsonl", cases);

@@ -1,14 +1,14 @@
 #pragma once
 
-// Checks everything that a source provides before a run relies on it. Opens every file, decodes every frame,
-// and reports for each channel the number of frames that have it, its size, the share of valid pixels and the
-// range of values. Then checks that the parts are consistent with each other (conventions.h), reports the
-// likely cause if they are not, and compares flow and depth that are not ground truth with the ground truth
-// (dense_truth.h).
+// Checks everything that a source provides before a run relies on it. Checks that every file exists, decodes
+// every frame, and reports for each channel the number of frames that have it, its size, the share of valid
+// pixels and the range of values. Then checks that the parts are consistent with each other (conventions.h),
+// reports the likely cause if they are not, and compares flow and depth that are not ground truth with the
+// ground truth (dense_truth.h).
 //
 // The convention checks use all of up to 24 frames, and for longer sources 6 runs of 4 successive frames,
-// evenly distributed: their duration does not grow with the length. The checks of text truth and of mask
-// outlines use every decoded frame.
+// evenly distributed: their duration does not grow with the length. Checks that need only true poses and
+// objects, or the outlines of the masks, use every decoded frame.
 
 #include <optional>
 #include <string>

@@ -13,8 +13,8 @@
 // stretches of frames, as errors of neighbouring frames depend on each other: ten stretches, or fewer of two
 // frames each if there are less than 20 frames. Independent noise of the reference from frame to frame is in
 // both e and d, and pulls a to 1/2. A shift is reported where a is within 0.3 of 1 and above 1/2 by four
-// standard errors; fewer stretches need as many more as Student's t has at the same probability (8.8 with four
-// stretches). Steps whose changes over the shift are small against their noise, or against that of the
+// standard errors; with fewer stretches by the quantile of Student's t at the same probability (8.8 with
+// four). Steps whose changes over the shift are small against their noise, or against that of the
 // reference, do not determine a: nothing is reported, whatever the frame numbers are.
 
 #include <array>

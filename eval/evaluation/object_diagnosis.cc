@@ -169,8 +169,8 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
     out.push_back(
         {"backwards",
          both +
-             ": the camera moves backwards (along its -z axis) throughout the log: unless it looks backwards, "
-             "the poses are inverted (world to body): invert each pose of both"});
+             ": the camera moves backwards (along its -z axis) throughout the log: unless it looks "
+             "backwards, the poses are inverted (world to body): invert each pose of both"});
   }
   return out;
 }

@@ -391,7 +391,7 @@ TEST(DiagnosisOfLogs, PosesThatAreInverseInTruthAndEstimateAreNamedByTheirTurns)
     if (k > 0)
       log.motions[{2, k}] = {log.poses.at({2, k}) * log.poses.at({2, k - 1}).inverse(),
                              log.true_poses.at({2, k}) * log.true_poses.at({2, k - 1}).inverse()};
-    pose = pose * about_y(0.05 * std::sin(0.05 * k), {0, 0, 0.9});
+    pose = pose * about_y(0.08 * std::sin(0.05 * k), {0, 0, 0.9});
   }
   const auto found = diagnose_log(log);
   ASSERT_EQ(found.size(), 1u);

@@ -71,7 +71,7 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[]})"); }, "list that is not empty");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,-0.2]})"); }, "got -0.2");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,0.1]})"); }, "is repeated");
-  expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than 10000000 cases");
+  expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than the 10000000 cases");
   expect_error([&] { parse(plan_text("{\"level\":1}", "[1,1]")); }, "p.json:4: seeds");
   expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "expected at least one seed");
   expect_error([&] { parse(plan_text("{\"level\":1}", R"({"first":18446744073709551610,"count":7})")); },

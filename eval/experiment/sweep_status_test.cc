@@ -73,7 +73,7 @@ TEST_F(StatusOfSweep, RefusesShardsOfOtherSweeps) {
   expect_error([&] { sweep_status(sweep_, 4); },
                "shards/1: belongs to a sweep in 3 shards, expected one in 4");
   run_shard(1, 3, "shards/copy");
-  expect_error([&] { sweep_status(sweep_, 0); }, "shard 1 is in");
+  expect_error([&] { sweep_status(sweep_, 0); }, "shard 1 is also in");
   std::filesystem::remove_all(sweep_ / "shards/copy");
   run_shard(
       2, 3, "shards/2",

@@ -151,9 +151,9 @@ TEST_F(ExternalProtocolTest, IdsOutOfRange) {
   EXPECT_THAT(with("-1", 0),
               HasSubstr("object -1 with id_offset 0 is left out: expected an id from 1 to 1000000000"));
   EXPECT_THAT(with("0", 0), HasSubstr("object 0 with id_offset 0"));
-  EXPECT_THAT(with("2000000000", 2'000'000'000), HasSubstr("expected 1 to 1000000000"));
-  EXPECT_THAT(with("99999999999999999999", 1), HasSubstr("expected 1 to 1000000000"));
-  EXPECT_THAT(with("7", -2'000'000'000), HasSubstr("expected 1 to 1000000000"));
+  EXPECT_THAT(with("2000000000", 2'000'000'000), HasSubstr("expected an id from 1 to 1000000000"));
+  EXPECT_THAT(with("99999999999999999999", 1), HasSubstr("expected an id from 1 to 1000000000"));
+  EXPECT_THAT(with("7", -2'000'000'000), HasSubstr("expected an id from 1 to 1000000000"));
 }
 
 TEST_F(ExternalProtocolTest, LinksThatLeaveTheOutputAreIgnored) {

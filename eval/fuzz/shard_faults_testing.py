@@ -257,7 +257,7 @@ class ShardFaults:
         refused(shard(self.plans["records"], "1/0", first), "--shard 1/0")
         refused(shard(self.plans["records"], f"1/{n + 1}", first), str(first), "another shard")
         refused(shard(other, f"1/{n}", first), str(first), "another plan")
-        refused(self.command("sweep", "status", folder, "--shards", n + 1), f"expected one of {n + 1}")
+        refused(self.command("sweep", "status", folder, "--shards", n + 1), f"expected one in {n + 1}")
         foreign = self.fresh("foreign")
         shutil.copytree(folder / "shards", foreign / "shards")
         shutil.rmtree(foreign / "shards" / "2")

@@ -34,7 +34,7 @@ struct SpeedRow {
   int n_new = 0;
   double base_ns = 0;  ///< median
   double ratio = 1;
-  std::optional<Interval> interval;  ///< of the ratio; nullopt with too few repetitions for the test
+  std::optional<Interval> interval;  ///< interval of the ratio; nullopt with too few repetitions for the test
   std::optional<double> p;           ///< empty with fewer than 2 repetitions on a side
   double cliffs_delta = 0;
   std::optional<double> detectable;  ///< empty with fewer than 2 repetitions on a side

@@ -258,7 +258,8 @@ TEST_F(TrajectoryFiles, AFormatAgainstTheHeaderIsAnError) {
   EXPECT_THAT(error("t [s],x,y,z,qw,qx,qy,qz\n1e8,1,2,3,1,0,0,0\n", "euroc"),
               HasSubstr("another unit of time"));
   EXPECT_THAT(error("1 1 2 3 0 0 0 1\n", "table"), HasSubstr("expected a header that names"));
-  EXPECT_THAT(error("t [s],x [cm],y,z,qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n", "auto"), HasSubstr("expected metres"));
+  EXPECT_THAT(error("t [s],x [cm],y,z,qw,qx,qy,qz\n1,1,2,3,1,0,0,0\n", "auto"),
+              HasSubstr("convert them to metres"));
 }
 
 TEST_F(TrajectoryFiles, DynosamInAnotherOrderIsAnError) {

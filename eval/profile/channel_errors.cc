@@ -287,7 +287,9 @@ ChannelErrors channel_errors(const std::vector<ChannelField>& frames, const std:
   }
   out.n_frames = static_cast<int>(frames.size());
   out.n = static_cast<long>(errors[0].size());
-  if (out.n < 1000) fail("{}: errors are known at {} pixels only: expected at least 1000", channel, out.n);
+  if (out.n < 1000)
+    fail("{}: errors are known at {} pixels of every third row and column: expected at least 1000", channel,
+         out.n);
   const Core core = fit_core(errors);
   for (const double sigma : core.sigma)
     if (!(sigma > 0))

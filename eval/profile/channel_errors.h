@@ -64,7 +64,8 @@ struct ChannelErrors {
 };
 
 /// Returns the statistics of all frames. Throws Error, which begins with the name `channel`, if fewer than
-/// 1000 pixels have an error, or if a quarter of the errors or more are equal, so that sigma is 0.
+/// 1000 of the sampled pixels (every third row and column) have an error, or if a quarter of these errors or
+/// more are equal, so that sigma is 0.
 ChannelErrors channel_errors(const std::vector<ChannelField>& frames, const std::string& channel);
 
 /// Returns the correlation as a function of distance, from 0.9 to 600 px, for errors that are centred and

@@ -62,7 +62,7 @@ py::array checked_array(const py::handle& value, const std::string& name, const 
   constexpr int needed =
       static_cast<int>(py::array::c_style) | static_cast<int>(py::detail::npy_api::NPY_ARRAY_ALIGNED_);
   if ((array.flags() & needed) != needed)
-    fail("{}, C-contiguous, got one that is not: give numpy.ascontiguousarray({})", wanted, name);
+    fail("{}, C-contiguous and aligned, got one that is not: give {}.copy()", wanted, name);
   return array;
 }
 

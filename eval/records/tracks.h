@@ -1,17 +1,21 @@
 #pragma once
 
-// Estimated and true paths of the camera and of objects in the world, as a run writes them to tracks.csv:
+// Estimated and true paths of the camera (body "ego") and of objects ("object:ID") in the world, as a run
+// writes them to tracks.csv:
 //
 //   body,frame,x_m,y_m,z_m,x_gt_m,y_gt_m,z_gt_m      world coordinates; empty: not estimated, no truth
 //
-// and as `evaluate objects --out` writes them to tracks/, where each line continues with the orientations
-// (unit quaternions) of the estimate and of the truth:
+//   ego         centre of the camera; the estimate is accumulated from the motions, from the true pose on
+//   object:ID   origin of the true box, moved by the estimated H_world: the path starts at the truth at
+//               the beginning of each sequence of consecutive estimates, and drifts with their errors
+//
+// `evaluate objects --out` writes them to tracks/, where each line continues with the orientations (unit
+// quaternions) of the estimate and of the truth,
 //
 //   ..,qx,qy,qz,qw,qx_gt,qy_gt,qz_gt,qw_gt
 //
-//   camera   its centre; the estimate is accumulated and starts at the true pose
-//   objects  the origin of the true box, moved by the estimated H_world: the path starts at the truth at the
-//            beginning of each sequence of consecutive estimates, and drifts with the errors of the motions
+// and the estimates are the poses of the log. Objects of a log without poses are chained from its motions as
+// above.
 
 #include <cstdint>
 #include <optional>

@@ -279,10 +279,10 @@ void check_same_frames(std::span<const ViewedRun> runs) {
         a.last_frame == b.last_frame && a.width == b.width && a.height == b.height)
       continue;
     fail(
-        "{} is of {} {} frames {}-{}, {} of {} {} frames {}-{}: two runs in one page must have the "
-        "same frames and image size",
-        runs.front().folder, a.dataset, a.sequence, a.first_frame, a.last_frame, run.folder, b.dataset,
-        b.sequence, b.first_frame, b.last_frame);
+        "{} is of {} {} frames {}-{} ({}x{} px), {} of {} {} frames {}-{} ({}x{} px): two runs in one page "
+        "must have the same frames and image size",
+        runs.front().folder, a.dataset, a.sequence, a.first_frame, a.last_frame, a.width, a.height,
+        run.folder, b.dataset, b.sequence, b.first_frame, b.last_frame, b.width, b.height);
   }
 }
 

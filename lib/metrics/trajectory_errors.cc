@@ -170,8 +170,8 @@ std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection
   const bool by_angle = selection.unit == DeltaUnit::degrees || selection.unit == DeltaUnit::radians;
   if (by_angle && !series.has_rotations()) {
     fail(
-        "--rpe {}: pairs by angle need rotations, but these poses are positions alone: give a distance in m, s "
-        "or f",
+        "--rpe {}: pairs by angle need rotations, but these poses are positions alone: give a distance in m, "
+        "s or f",
         selection.text());
   }
   std::vector<PosePair> pairs = pairs_of(series, selection);

@@ -44,8 +44,9 @@ struct PairSelection {
 
 using PosePair = std::pair<int, int>;
 
-/// Returns the selected pairs. Throws Error if the unit is seconds and the series has no stamps, if no pair
-/// is found, and for all pairs by angle of more than 100,000 poses (the number of pairs grows quadratically).
+/// Returns the selected pairs. Throws Error if the unit is seconds and the series has no stamps, if it is an
+/// angle and the series has no rotations, if no pair is found, and for all pairs by angle of more than
+/// 100,000 poses (the number of pairs grows quadratically).
 std::vector<PosePair> select_pairs(const PoseSeries& series, const PairSelection& selection);
 
 // Absolute and relative pose errors of a trajectory against a reference of the same length, in evo's

@@ -62,7 +62,7 @@ LAYERS = {
     "datasets/synthetic": _MEASUREMENT + ["truth", "datasets/codec"],
     "datasets": _MEASUREMENT + ["truth", "datasets/codec", "datasets/channels", "datasets/synthetic"],
     "eval/records": ["base", "stats", "metrics"],
-    "eval/diagnosis": ["base", "geometry"],
+    "eval/diagnosis": ["base", "geometry", "stats"],
     "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/diagnosis", "eval/report"],
     "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records", "eval/diagnosis"],
     "eval/profile": _MEASUREMENT + _DATASETS + ["truth", "noise", "estimator", "estimator/points", "estimator/start", "stats", "eval/records",
