@@ -200,8 +200,8 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                    without, frames.front())});
 }
 
-/// Warns if the motions determine a shift of the estimate's clock by more than half a time step, although they
-/// agree well without it.
+/// Warns if the motions determine a shift of the estimate's clock by more than half a time step, although
+/// they agree well without it.
 bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector<double>& reference_times,
                     const std::vector<double>& estimate_times, bool seconds, double offset_s,
                     std::vector<TrajectoryWarning>& warnings) {
