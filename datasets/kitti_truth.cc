@@ -372,7 +372,7 @@ class KittiTruthReader {
       out_.provenance.emplace_back("camera truth floor: unknown, no step is faster than 1 m/s");
       return;
     }
-    tell_floor(samples, imu, *steps, course);
+    report_floor(samples, imu, *steps, course);
   }
 
   bool needs_direction() const {
@@ -380,8 +380,8 @@ class KittiTruthReader {
            options_.velocity == KittiVelocity::velocity_heading || options_.heading == KittiHeading::course;
   }
 
-  void tell_floor(const std::vector<KittiOxts>& samples, const std::vector<SE3>& imu, const StepFloor& steps,
-                  const std::optional<CourseFit>& course) {
+  void report_floor(const std::vector<KittiOxts>& samples, const std::vector<SE3>& imu,
+                    const StepFloor& steps, const std::optional<CourseFit>& course) {
     const bool corrected = options_.velocity != KittiVelocity::raw;
     TruthFloor& floor = out_.floor;
     floor = kitti_pose_floor(imu, samples, steps, course ? course->lever_m : 0);

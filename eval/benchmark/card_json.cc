@@ -54,7 +54,7 @@ Fields<CurvePoint> curve_fields() {
       {Column::count("n_estimated").only_in_files(), &Row::n_estimated},
       {Column::number("coverage_percent", "coverage [%]", 1),
        [](const Row& row) { return 100 * row.coverage(); }}};
-  for (Field<Row>& field : fields) field.column.says_itself = field.column.key == "estimator";
+  for (Field<Row>& field : fields) field.column.names_its_quantity = field.column.key == "estimator";
   fields[3].column.significant = 3;
   const auto add = [&](const char* error, std::optional<IntervalEstimate> Row::*member) {
     fields.add(estimate_columns(error, metric(NumberMap::errors, error).heading()), member);

@@ -295,7 +295,7 @@ Trial try_out(const Hypothesis<ConventionData>& hypothesis, const ConventionData
   return trial;
 }
 
-std::string told(std::vector<const Trial*> fits) {
+std::string causes_text(std::vector<const Trial*> fits) {
   std::ranges::stable_sort(fits, {}, &Trial::penalty);
   std::string causes;
   for (size_t i = 0; i < std::min(fits.size(), max_causes); ++i) {
@@ -317,10 +317,10 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
     fits.push_back(&trial);
     if (*trial.findings[check].value < taken_away * *finding.value) perfect.push_back(&trial);
   }
-  if (!passes) out.cause = fits.empty() ? "no known cause fits" : told(fits);
+  if (!passes) out.cause = fits.empty() ? "no known cause fits" : causes_text(fits);
   if (!perfect.empty() && finding.sharp) {
     out.outcome = CheckOutcome::fail;
-    out.cause = told(perfect);
+    out.cause = causes_text(perfect);
   }
   return out;
 }

@@ -39,7 +39,7 @@ void benchmark(BenchmarkFlags& flags) {
   request.sweep.jobs = flags.jobs;
   request.sweep.quiet = flags.quiet;
   std::tie(request.sweep.shard, request.sweep.n_shards) = shard_of(flags.shard);
-  request.sweep.tell = [](const std::string& line) { tell("note", line); };
+  request.sweep.on_message = [](const std::string& line) { print_message("note", line); };
   const Suite suite = find_suite(request.suite);
   const std::vector<BenchmarkPlan> plans = plan_benchmark(request, suite);
   if (flags.dry_run) return print_size(request, plans);

@@ -30,7 +30,7 @@ int program(int argc, const char* const* argv);
 
 /// Prints "sextant: KIND: TEXT" on stderr, where KIND is error, warning or note. The output is one line of
 /// bounded length, whatever TEXT contains.
-void tell(std::string_view kind, const std::string& text);
+void print_message(std::string_view kind, const std::string& text);
 
 /// Returns the words with which a user calls a command, e.g. "sextant evaluate ego".
 std::string words_of(const CLI::App& command);

@@ -77,7 +77,7 @@ void run_compare(const CompareFlags& flags) {
   }
   if (comparison.verdict == GateVerdict::invalid) {
     const auto first = std::ranges::find(comparison.findings, true, &Mismatch::invalidates);
-    tell("error", fmt::format("not comparable: {} {}", first->what, first->subject));
+    print_message("error", fmt::format("not comparable: {} {}", first->what, first->subject));
   }
   throw Finished{exit_code(comparison.verdict)};
 }

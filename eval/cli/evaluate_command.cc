@@ -81,9 +81,9 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
     return;
   }
   if (flags.quiet) return;
-  for (const std::string& text : reference.warnings) tell("warning", text);
+  for (const std::string& text : reference.warnings) print_message("warning", text);
   for (const EgoResult& run : runs) {
-    for (const TrajectoryWarning& warning : run.warnings) tell("warning", run.text_of(warning));
+    for (const TrajectoryWarning& warning : run.warnings) print_message("warning", run.text_of(warning));
   }
   const bool all = flags.columns == "all";
   const Table lengths = ego_length_table(runs, options);
@@ -251,7 +251,7 @@ struct ObjectFlags : CommonFlags {
 };
 
 void print(const ObjectScores& scores, const ObjectFlags& flags) {
-  for (const std::string& text : scores.warnings) tell("warning", text);
+  for (const std::string& text : scores.warnings) print_message("warning", text);
   fmt::print("{}\n", scores.rate_text());
   if (const std::string text = scores.frame_text(); !text.empty())
     fmt::print("{}\n", wrapped(text, 100, "  "));

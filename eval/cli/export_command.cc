@@ -22,7 +22,8 @@ void export_recording(const ExportFlags& flags) {
   if (flags.json) {
     fmt::print("{}", json_text(Json{{"out", flags.out}, {"messages", n}}));
   } else if (!flags.quiet) {
-    for (const std::string& note : run.notes) tell("warning", fmt::format("{}: {}", flags.folder, note));
+    for (const std::string& note : run.notes)
+      print_message("warning", fmt::format("{}: {}", flags.folder, note));
     fmt::print("{} messages\nResults: {}\n", n, flags.out);
   }
 }

@@ -79,7 +79,7 @@ TEST(ExternalProgram, CtrlCEndsItAndTheSweepIsResumed) {
 
 /// Runs a shell line; returns its exit code and output.
 std::pair<int, std::string> shell(const TempFolder& temp, const std::string& line) {
-  const fs::path out = temp.path() / "said";
+  const fs::path out = temp.path() / "message";
   const int status = std::system(fmt::format("({}) > {} 2>&1", line, out.string()).c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out)};
 }
@@ -115,10 +115,10 @@ class ChangedProgram : public testing::Test {
     write_file(at("program.json"), more.dump());
   }
   std::string run(const std::string& arguments, int code) const {
-    const auto [found, said] = shell(
+    const auto [found, message] = shell(
         folder_, fmt::format("cd {} && SEXTANT_CACHE= {} {}", at("").string(), SEXTANT_PROGRAM, arguments));
-    EXPECT_EQ(found, code) << arguments << "\n" << said;
-    return said;
+    EXPECT_EQ(found, code) << arguments << "\n" << message;
+    return message;
   }
   std::string sweep(const std::string& out, const std::string& more = "") const {
     return run(fmt::format("sweep gate.json --out {} --cache ../cache --quiet {}", out, more), 0);
@@ -197,10 +197,10 @@ TEST(ExternalProgram, ItsOutputIsScoredAgain) {
              "for k in 0 1 2; do echo $k 1 0 0 0 0 1 0 0 0 0 1 0; done > $1/still.txt\n");
   write_file(temp.path() / "program.json", R"({"command": "sh {config}/program.sh {output}"})");
   const std::string here = temp.path().string();
-  const auto [code, said] =
+  const auto [code, message] =
       shell(temp, fmt::format("{} run {} --estimator external:{}/program.json --out {}/out", SEXTANT_PROGRAM,
                               fixture.source(), here, here));
-  ASSERT_EQ(code, 0) << said;
+  ASSERT_EQ(code, 0) << message;
   const auto [again, table] =
       shell(temp, fmt::format("{} rescore {}/out --set estimator.camera.file=still.txt --out {}/again",
                               SEXTANT_PROGRAM, here, here));
@@ -240,10 +240,10 @@ TEST(ExternalProgram, NoMoreProcessesAllowed) {
   // The second starts threads itself, the third has a library that does.
   for (const std::string& what :
        {outside + " --jobs 1", outside + " --jobs 2", std::string("run synthetic:s18@0-1")}) {
-    const auto [code, said] = limited(fmt::format("{} --out {}/out", what, here));
-    EXPECT_EQ(code, 2) << said;
-    EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
-    EXPECT_THAT(said, HasSubstr("ulimit -u"));
+    const auto [code, message] = limited(fmt::format("{} --out {}/out", what, here));
+    EXPECT_EQ(code, 2) << message;
+    EXPECT_EQ(std::ranges::count(message, '\n'), 1) << message;
+    EXPECT_THAT(message, HasSubstr("ulimit -u"));
   }
 }
 

@@ -25,10 +25,9 @@ void add_source_argument(CLI::App& command, std::string& source) {
 }
 
 void add_cache_flag(CLI::App& command, std::string& folder) {
-  add_value(
-      command, "--cache", folder, "DIR",
-      "Folder of correspondence caches, writable by this user only (default: $SEXTANT_CACHE or "
-      "~/.cache/sextant)");
+  add_value(command, "--cache", folder, "DIR",
+            "Folder of correspondence caches, writable by this user only (default: $SEXTANT_CACHE or "
+            "~/.cache/sextant)");
 }
 
 void add_data_flag(CLI::App& command, CommonFlags& flags) {
@@ -80,9 +79,11 @@ std::string estimator_list() {
 
 void warn_of_problems(std::span<const std::string> problems) {
   constexpr size_t most = 5;
-  for (const std::string& problem : problems.first(std::min(most, problems.size()))) tell("warning", problem);
+  for (const std::string& problem : problems.first(std::min(most, problems.size())))
+    print_message("warning", problem);
   if (problems.size() > most)
-    tell("warning", fmt::format("{} more of these: see log.txt of each case", problems.size() - most));
+    print_message("warning",
+                  fmt::format("{} more of these: see log.txt of each case", problems.size() - most));
 }
 
 }  // namespace sextant

@@ -83,9 +83,10 @@ TEST_F(GateProgram, TextsOfStrangersDoNotTalkToTheTerminal) {
   damaged.insert(damaged.find(body) + body.size(), R"(\r\u001b[2J\nsextant: done)");
   write_file(records, damaged);
   EXPECT_EQ(run("compare base new"), 2);
-  const std::string told = text("err.txt");
-  EXPECT_THAT(told, HasSubstr("got 'ego  [2J sextant: done'"));
-  EXPECT_TRUE(std::none_of(told.begin(), told.end() - 1, [](char c) { return c >= 0 && c < ' '; })) << told;
+  const std::string reported = text("err.txt");
+  EXPECT_THAT(reported, HasSubstr("got 'ego  [2J sextant: done'"));
+  EXPECT_TRUE(std::none_of(reported.begin(), reported.end() - 1, [](char c) { return c >= 0 && c < ' '; }))
+      << reported;
 }
 
 TEST_F(GateProgram, UsageIsBadInput) {

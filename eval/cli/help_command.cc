@@ -102,10 +102,10 @@ std::string entries(const std::vector<FlagHelp>& flags) {
   return text;
 }
 
-std::string option_entries(const std::vector<OptionHelp>& options, std::set<std::string>& told) {
+std::string option_entries(const std::vector<OptionHelp>& options, std::set<std::string>& listed) {
   std::string text;
   for (const OptionHelp& option : options) {
-    if (!told.insert(option.key).second) continue;
+    if (!listed.insert(option.key).second) continue;
     const std::string unit = option.unit.empty() ? "" : fmt::format(" [{}]", plain(option.unit));
     text += fmt::format(".TP\n{} = {}{}\n{}.\n", bold(option.key), plain(option.default_value), unit,
                         plain(option.meaning));
@@ -116,19 +116,19 @@ std::string option_entries(const std::vector<OptionHelp>& options, std::set<std:
 /// Lists the options that `sextant options` prints, for every estimator and adapter; an option shared by
 /// several estimators is listed once, with the first.
 std::string option_sections() {
-  std::set<std::string> told;
+  std::set<std::string> listed;
   std::string text;
   for (const EstimatorEntry& estimator : all_estimators()) {
-    const std::string list = option_entries(run_options(estimator.name), told);
+    const std::string list = option_entries(run_options(estimator.name), listed);
     if (list.empty()) continue;
     text += fmt::format(".SS {}\n{}.\n{}", plain(estimator.name), plain(estimator.description), list);
   }
   for (const Adapter& adapter : adapters()) {
     std::vector<OptionHelp> options = adapter.options();
     for (OptionHelp& option : options) option.key = "source." + option.key;
-    std::set<std::string> told_here;
+    std::set<std::string> listed_here;
     text += fmt::format(".SS Sources of {}\n{}.\n{}", plain(adapter.name), plain(adapter.description),
-                        option_entries(options, told_here));
+                        option_entries(options, listed_here));
   }
   return text;
 }
@@ -171,8 +171,8 @@ std::string man_page(const CommandHelp& command) {
   text += section("COMMANDS", commands);
   if (command.name == "sextant options") text += section("OPTIONS OF A RUN", option_sections());
   if (command.name == "sextant sweep") {
-    std::set<std::string> told;
-    text += section("OPTIONS OF A PLAN", option_entries(plan_options(), told));
+    std::set<std::string> listed;
+    text += section("OPTIONS OF A PLAN", option_entries(plan_options(), listed));
   }
   if (!command.footer.empty()) text += section("NOTES", fmt::format(".nf\n{}\n.fi\n", plain(command.footer)));
   if (command.footer.find("Exit codes:") == std::string::npos) text += section("EXIT STATUS", exit_codes);

@@ -299,8 +299,9 @@ TEST(Cache, OfAnotherUserIsRefused) {
       fmt::format("sweep {0}/plan.json --jobs 1 --quiet --out {0}/", temp.path().string());
   const std::string bare =
       fmt::format("env -u HOME -u XDG_CACHE_HOME -u SEXTANT_CACHE TMPDIR={}", temp / "shared");
-  ASSERT_EQ(std::system(fmt::format("{} {} {}one > {}", bare, SEXTANT_PROGRAM, words, temp / "said").c_str()),
-            0);
+  ASSERT_EQ(
+      std::system(fmt::format("{} {} {}one > {}", bare, SEXTANT_PROGRAM, words, temp / "message").c_str()),
+      0);
   ASSERT_TRUE(
       fs::exists(temp.path() / "shared" / fmt::format("sextant-packs-{}", ::geteuid()) / "CACHEDIR.TAG"));
   fs::create_directory(temp / "open");

@@ -34,7 +34,7 @@ constexpr const char* interrupted_text =
     "again";
 
 int report(const std::string& message, int code) {
-  tell("error", message.substr(0, message.find_last_not_of(" \n") + 1));
+  print_message("error", message.substr(0, message.find_last_not_of(" \n") + 1));
   return code;
 }
 
@@ -49,7 +49,7 @@ int after_output(int code) {
 }
 
 /// After more than 10 s of work, prints the time that each stage took.
-void tell_times(std::chrono::steady_clock::time_point start) {
+void print_times(std::chrono::steady_clock::time_point start) {
   constexpr double long_s = 10;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string parts = time_summary();
@@ -172,7 +172,7 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
       return exit_ok;
     }
     app.parse(argc, argv);
-    tell_times(start);
+    print_times(start);
     return exit_ok;
   } catch (const Finished& finished) {
     return finished.code;
@@ -208,7 +208,7 @@ std::string words_of(const CLI::App& command) {
   return parent == nullptr ? command.get_name() : words_of(*parent) + " " + command.get_name();
 }
 
-void tell(std::string_view kind, const std::string& text) {
+void print_message(std::string_view kind, const std::string& text) {
   constexpr size_t longest =
       4000;  // the message may quote a file; its first and last characters name the file and the remedy
   std::string line = one_line(text);

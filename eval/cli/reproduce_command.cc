@@ -33,7 +33,7 @@ void print_outcome(const ReproduceFlags& flags, const Reproduction& made) {
   fmt::print("Report: {}\nVerdicts: {}\n", made.report.string(), count_verdicts(document.verdicts));
 }
 
-void reproduce_as_told(const ReproduceFlags& flags) {
+void reproduce_with_flags(const ReproduceFlags& flags) {
   ReproduceConfig config;
   config.data_root = flags.data_root;
   config.out = flags.out;
@@ -65,7 +65,7 @@ void add_reproduce_command(CLI::App& app) {
       "experiment.\n"
       "Ctrl-C or a crash loses nothing: give the same command again.\n"
       "Example:\n  sextant reproduce --data $SEXTANT_DATA --out results/runs/reproduce");
-  command->callback([flags] { reproduce_as_told(*flags); });
+  command->callback([flags] { reproduce_with_flags(*flags); });
 }
 
 }  // namespace sextant

@@ -55,7 +55,7 @@ void print_run(const WrittenRun& folder, const OutputFlags& flags) {
   const RunResult& result = folder.result;
   const std::string& out = flags.output.out;
   const MetricPreset& preset = find_preset(flags.output.preset);
-  for (const std::string& warning : folder.warnings) tell("warning", warning);
+  for (const std::string& warning : folder.warnings) print_message("warning", warning);
   for (const SourceRun& source : result.sources) {
     if (!flags.quiet) warn_of_problems(source.problems);
   }
@@ -67,7 +67,7 @@ void print_run(const WrittenRun& folder, const OutputFlags& flags) {
   }
   for (const SourceRun& source : result.sources) {
     for (const std::string& warning : source.info.warnings) {
-      if (!flags.quiet) tell("warning", fmt::format("{}: {}", source.source, warning));
+      if (!flags.quiet) print_message("warning", fmt::format("{}: {}", source.source, warning));
     }
   }
   if (!flags.quiet) {
@@ -82,7 +82,7 @@ void print_run(const WrittenRun& folder, const OutputFlags& flags) {
   fmt::print("Results: {}\n", out);
 }
 
-void run_as_told(RunFlags& flags) {
+void run_with_flags(RunFlags& flags) {
   flags.take_common();
   RunRequest& request = flags.request;
   request.data_root = flags.data_root;
@@ -98,7 +98,7 @@ void rescore(RescoreFlags& flags) {
   config.cache = pack_cache(flags.cache);
   config.jobs = flags.jobs;
   config.quiet = flags.quiet;
-  config.tell = [](const std::string& line) { tell("note", line); };
+  config.on_message = [](const std::string& line) { print_message("note", line); };
   const RescoredFolder rescored = rescore_into_folder(
       {flags.folder, flags.config, options_tree(flags.options, flags.sets), flags.data_root}, config,
       flags.output);
@@ -153,7 +153,7 @@ void add_run_command(CLI::App& app) {
       estimator_list(), presets, procedures));
   command->callback([flags, out] {
     if (out->count() == 0) flags->output.out = new_run_folder();
-    run_as_told(*flags);
+    run_with_flags(*flags);
   });
 }
 

@@ -53,7 +53,7 @@ void run_sweep(const SweepFlags& flags) {
     return;
   }
   if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
-  config.tell = [](const std::string& line) { tell("note", line); };
+  config.on_message = [](const std::string& line) { print_message("note", line); };
   print_sweep(sweep(config), flags.out, flags);
 }
 

@@ -28,7 +28,7 @@ void view(ViewFlags& flags) {
   for (size_t i = 0; i < made.runs.size(); ++i) {
     const ViewedRun& run = made.runs[i];
     const std::string folder = request.folders[i].string();
-    for (const std::string& note : run.notes) tell("warning", fmt::format("{}: {}", folder, note));
+    for (const std::string& note : run.notes) print_message("warning", fmt::format("{}: {}", folder, note));
     if (run.n_cases <= 1) continue;
     fmt::print(
         "{}: shows {}, level {}, seed {} of {}, one of {} cases: --source, --estimator, --level, --seed "

@@ -106,7 +106,7 @@ TEST_P(MotionPlants, AreNamedInShortLogsOfSlowNoisyObjects) {
   }
 }
 
-TEST_P(MotionPlants, OfOneObjectOfSeveralAreToldOfItAlone) {
+TEST_P(MotionPlants, OfOneObjectOfSeveralAreReportedOfItAlone) {
   const auto [declared, slow_m] = GetParam();
   for (const auto& [code, change] : plants(declared)) {
     MotionData data = data_of(scene(4, 20, slow_m), declared, 0.05);
@@ -247,9 +247,8 @@ TEST(MotionReadings, TransposedRotationsAreNamedWhereErrorsOfTranslationsAreLarg
     s.given = SE3(s.given.rotation(),
                   s.given.translation() + Eigen::Vector3d(normal(random), normal(random), normal(random)));
   EXPECT_TRUE(explain_motions(data).empty());
-  plant(data, [](const SE3& m, const MotionSample&) {
-    return SE3(m.rotation().conjugate(), m.translation());
-  });
+  plant(data,
+        [](const SE3& m, const MotionSample&) { return SE3(m.rotation().conjugate(), m.translation()); });
   const auto found = explain_motions(data);
   ASSERT_FALSE(found.empty());
   EXPECT_EQ(found[0].code(), "transposed");

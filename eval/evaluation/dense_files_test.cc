@@ -108,7 +108,7 @@ TEST(DenseFiles, Depth) {
   EXPECT_EQ(all["d1_percent"], 50);
 }
 
-TEST(DenseFiles, BadInputIsTold) {
+TEST(DenseFiles, BadInputIsReported) {
   const TempFolder folder;
   const std::string flow = folder.write("a.flo", encode_flo(true_flow()));
   const std::string wide = folder.write("b.flo", encode_flo(Image<Flow>(5, 1, Flow{1, 1})));

@@ -326,9 +326,9 @@ void put_errors(EgoResult& r, const EgoOptions& options) {
 void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                        std::vector<TrajectoryWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
-  const bool is_told =
+  const bool is_explained =
       has_code(warnings, "unit") || has_code(warnings, "steps") || has_code(warnings, "inverse");
-  if (!scaled && !is_told && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
+  if (!scaled && !is_explained && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
                               "scale; a system without metric scale needs --align sim3",
@@ -400,8 +400,9 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     association.offset_s = r.offset->offset_s;
   }
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
-  const bool clock_is_told = warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) ||
-                             options.estimate_offset;
+  const bool clock_is_reported =
+      warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) ||
+      options.estimate_offset;
   if (options.interpolate_max_gap_s)
     match_interpolated(reference.poses, estimate.poses, association, *options.interpolate_max_gap_s, r);
   else
@@ -415,7 +416,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.umeyama_scale = u->y_from_x.scale;
   const AlignmentChoice choice = {options.alignment, options.n_to_align,
                                   options.up.value_or(Eigen::Vector3d::Zero())};
-  const auto clock = clock_is_told
+  const auto clock = clock_is_reported
                          ? std::nullopt
                          : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
   if (clock) add({*clock});  // a shifted clock would cause the other findings
@@ -425,7 +426,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
                                  options.reference_frame));
     const bool explained = r.warnings.size() > n;
     const auto shift =
-        clock_is_told || explained ? std::nullopt : warning_of_shift(r, choice, association.offset_s);
+        clock_is_reported || explained ? std::nullopt : warning_of_shift(r, choice, association.offset_s);
     if (shift) add({*shift});
     const bool by_convention = explained && !has_code(r.warnings, "lever_arm") &&
                                !has_code(r.warnings, "yaw") && !has_code(r.warnings, "world");

@@ -50,7 +50,7 @@ TEST(EgoEvaluation, AGoodPairHasNoWarning) {
   EXPECT_THAT(evaluate(drive(300, 10), noisy(drive(300, 10, 0.0005))).warnings, IsEmpty());
 }
 
-TEST(EgoEvaluation, ScaleIsToldUnlessCorrected) {
+TEST(EgoEvaluation, ScaleIsReportedUnlessCorrected) {
   const PoseSeries half = noisy(drive(300, 10, 0, 0.5));
   EgoOptions options{.alignment = Alignment::se3};
   EXPECT_THAT(evaluate(drive(300, 10), half, options).warnings, Contains(code("scale")));
@@ -60,7 +60,7 @@ TEST(EgoEvaluation, ScaleIsToldUnlessCorrected) {
   EXPECT_NEAR(scaled.alignment.ref_from_est.scale, 2, 1e-2);
 }
 
-TEST(EgoEvaluation, DifferentRatesAreTold) {
+TEST(EgoEvaluation, DifferentRatesAreReported) {
   EXPECT_THAT(evaluate(drive(900, 30), noisy(drive(300, 10))).warnings, ElementsAre(code("rates")));
 }
 
@@ -68,7 +68,7 @@ TEST(EgoEvaluation, ADenserAndLongerEstimateMayBeTheTruth) {
   EXPECT_THAT(evaluate(drive(200, 10), noisy(drive(900, 30))).warnings, Contains(code("swapped")));
 }
 
-TEST(EgoEvaluation, NamesAndCommentsTellSwappedSides) {
+TEST(EgoEvaluation, NamesAndCommentsReportSwappedSides) {
   const auto warnings = [](const std::string& reference, const std::string& estimate,
                            const std::string& comments) {
     return warnings_of_pair(drive(50, 10), {reference, "", "tum"}, drive(50, 10),
@@ -121,7 +121,7 @@ TEST(EgoEvaluation, AShortLagOfASmoothDriveIsFound) {
   EXPECT_FALSE(estimate_lag(truth, truth.stamps_s, same, same.stamps_s));
 }
 
-TEST(EgoEvaluation, AShiftBelowAStepIsToldWhenItExplainsTheError) {
+TEST(EgoEvaluation, AShiftBelowAStepIsReportedWhenItExplainsTheError) {
   for (const double shift_s : {0.004, -0.03, 0.045}) {
     for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3}) {
       SCOPED_TRACE(fmt::format("{} s, {}", shift_s, to_string(how)));
@@ -175,7 +175,7 @@ TEST(EgoEvaluation, TruthThatJumpsToTheIdentityIsAnErrorThatSaysSo) {
   }
 }
 
-TEST(EgoEvaluation, WhatAShiftOfTheClockWouldExplainAsWellIsNotToldAsOne) {
+TEST(EgoEvaluation, WhatAShiftOfTheClockWouldExplainAsWellIsNotReportedAsOne) {
   PoseSeries longer = noisy(drive(300, 10, 0, 1.02)), beside = noisy(drive(300, 10));
   for (size_t i = 0; i < beside.size(); ++i)
     beside.positions_m[i] += beside.rotations[i] * Eigen::Vector3d(0, 0, 0.5);
@@ -246,7 +246,7 @@ TEST(EgoEvaluation, WhatCannotBeMatchedIsAnError) {
   expect_error([&] { evaluate(rows, fewer); }, "has 49 poses, the reference 50");
 }
 
-TEST(EgoEvaluation, RowsThatAreTakenAsFramesAreTold) {
+TEST(EgoEvaluation, RowsThatAreTakenAsFramesAreReported) {
   PoseSeries reference = drive(60, 10), estimate = noisy(drive(60, 10));
   reference.stamps_s.clear();
   estimate.stamps_s.clear();
@@ -256,7 +256,7 @@ TEST(EgoEvaluation, RowsThatAreTakenAsFramesAreTold) {
   EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("rows")));
 }
 
-TEST(EgoEvaluation, StampsThatAreNoSecondsAreTold) {
+TEST(EgoEvaluation, StampsThatAreNoSecondsAreReported) {
   PoseSeries reference = drive(60, 10), estimate = noisy(drive(60, 10));
   for (PoseSeries* s : {&reference, &estimate}) {
     for (double& t : s->stamps_s) t *= 1e9;
@@ -306,9 +306,9 @@ TEST(EgoEvaluation, AnOffsetAroundAnEpochIsEstimatedAsWell) {
   for (double& t : estimate.stamps_s) t += epoch_s;
   EgoOptions options{.interpolate_max_gap_s = 0.2};
   options.association.offset_s = -epoch_s;
-  const EgoResult told = evaluate(drive(600, 10), estimate, options);
-  ASSERT_THAT(told.warnings, ElementsAre(code("lag")));
-  EXPECT_THAT(told.warnings, Contains(text("--offset -1399999999.97")));
+  const EgoResult reported = evaluate(drive(600, 10), estimate, options);
+  ASSERT_THAT(reported.warnings, ElementsAre(code("lag")));
+  EXPECT_THAT(reported.warnings, Contains(text("--offset -1399999999.97")));
   options.estimate_offset = true;
   const EgoResult r = evaluate(drive(600, 10), estimate, options);
   EXPECT_NEAR(r.offset->offset_s, 0.03 - epoch_s, 0.002);

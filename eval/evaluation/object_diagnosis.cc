@@ -74,7 +74,8 @@ std::set<int> ids_of(const Motions& motions) {
   return ids;
 }
 
-std::vector<LogDiagnosis> told(const std::vector<ObjectExplanation>& found, const std::string& subject) {
+std::vector<LogDiagnosis> diagnoses_of(const std::vector<ObjectExplanation>& found,
+                                       const std::string& subject) {
   std::vector<LogDiagnosis> out;
   for (const ObjectExplanation& explanation : found)
     out.push_back({explanation.code(), explanation.text(subject)});
@@ -144,7 +145,7 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
                                           const std::string& subject) {
   if (!holds_poses(truth)) return {};
   const PoseData data{SharedFrame::body, of_camera(camera), of_camera(truth), {}};
-  std::vector<LogDiagnosis> out = told(explain_poses(data), subject);
+  std::vector<LogDiagnosis> out = diagnoses_of(explain_poses(data), subject);
   if (!out.empty()) return out;
   const std::string both = subject + " and true camera";
   if (begins_upside_down(camera) && begins_upside_down(truth)) {
@@ -166,11 +167,10 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
     if (const auto last = truth.pose(frame - 1)) steps.emplace(ObjectFrame(0, frame), last->inverse() * pose);
   }
   if (!bodies_that_reverse(steps, {Eigen::Vector3d::UnitZ()}).empty()) {
-    out.push_back(
-        {"backwards",
-         both +
-             ": the camera moves backwards (along its -z axis) throughout the log: unless it looks "
-             "backwards, the poses are inverted (world to body): invert each pose of both"});
+    out.push_back({"backwards",
+                   both +
+                       ": the camera moves backwards (along its -z axis) throughout the log: unless it looks "
+                       "backwards, the poses are inverted (world to body): invert each pose of both"});
   }
   return out;
 }
@@ -322,7 +322,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
 
   const std::vector<ObjectExplanation> of_poses =
       explain_poses({SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
-  append(out, told(of_poses, name + ", estimated poses of objects"));
+  append(out, diagnoses_of(of_poses, name + ", estimated poses of objects"));
   const std::vector<LogDiagnosis> of_camera =
       diagnose_camera(log.camera, log.true_camera, name + ", estimated camera");
   if (of_poses.empty()) append(out, diagnose_paths(log));
@@ -339,17 +339,17 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   };
   const std::vector<ObjectExplanation> of_truth =
       explain_motions(motion_data(truth, log.frame, log.true_poses, true_camera, by_poses(log.true_poses)));
-  append(out, told(of_truth, name + ", true motions against the true poses"));
+  append(out, diagnoses_of(of_truth, name + ", true motions against the true poses"));
   if (of_truth.empty())
-    append(out, told(explain_by_motions(log.true_poses, truth, log, true_camera),
-                     name + ", true poses against the true motions"));
+    append(out, diagnoses_of(explain_by_motions(log.true_poses, truth, log, true_camera),
+                             name + ", true poses against the true motions"));
 
   const Motions& L = log.true_poses.empty() ? log.poses : log.true_poses;
   const std::vector<ObjectExplanation> of_estimate =
       explain_motions(motion_data(given, log.frame, L, log.camera.empty() ? true_camera : log.camera,
                                   [&](ObjectFrame key, const MotionSample&) { return find(truth, key); }));
   // If the truth itself looks wrong, the estimates differ from it for that reason.
-  if (of_truth.empty()) append(out, told(of_estimate, name + ", estimated motions"));
+  if (of_truth.empty()) append(out, diagnoses_of(of_estimate, name + ", estimated motions"));
 
   if (of_poses.empty()) {
     for (const ObjectExplanation& own : explain_by_own_poses(log, given)) {
@@ -382,10 +382,11 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                        });
   };
   if (!log.holds_poses_only)
-    append(out, told(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame),
-                                                            motions_of, motion_residual, null_of_motions),
-                                      ids.size()),
-                     name + ", estimated motions"));
+    append(out,
+           diagnoses_of(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame),
+                                                               motions_of, motion_residual, null_of_motions),
+                                         ids.size()),
+                        name + ", estimated motions"));
   if (out.empty()) {
     // All objects together, each with the true object that it fits best as declared.
     MotionData all{log.frame, {}, given};
@@ -406,11 +407,11 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                     log.camera.poses()};
   };
   const std::set<int> with_poses = ids_of(log.poses);
-  append(out, told(group_by_reading(explain_by_best_match(with_poses, true_ids, pose_hypotheses(), poses_of,
-                                                          pose_residual, null_of_poses),
-                                    with_poses.size()),
-                   name + ", estimated poses of objects"));
-  if (out.empty()) append(out, told(explain_by_own_poses(log, given), name + against_own_poses));
+  append(out, diagnoses_of(group_by_reading(explain_by_best_match(with_poses, true_ids, pose_hypotheses(),
+                                                                  poses_of, pose_residual, null_of_poses),
+                                            with_poses.size()),
+                           name + ", estimated poses of objects"));
+  if (out.empty()) append(out, diagnoses_of(explain_by_own_poses(log, given), name + against_own_poses));
   return out;
 }
 

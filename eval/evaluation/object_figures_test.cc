@@ -26,7 +26,7 @@ std::vector<Record> some_records() {
   return records;
 }
 
-TEST(ObjectFigures, StatesTellAGapFromMissedSteps) {
+TEST(ObjectFigures, StatesReportAGapFromMissedSteps) {
   const std::vector<Record> records = some_records();
   std::vector<const Record*> refs;
   for (const Record& record : records) refs.push_back(&record);

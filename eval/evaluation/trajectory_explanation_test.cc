@@ -89,9 +89,9 @@ TEST(Explanation, ALeverArmIsFoundWithScale) {
   const auto found = estimate_lever_arm(flight(400), estimate);
   ASSERT_TRUE(found);
   EXPECT_THAT(*found, EigenNear(lever, 0.03));
-  const auto told = warnings(flight(400), estimate, Alignment::se3);
-  ASSERT_THAT(told, ElementsAre(has_code("lever_arm")));
-  EXPECT_THAT(told[0].text, HasSubstr("--body-from-camera \"0.798 -0.50"));
+  const auto reported = warnings(flight(400), estimate, Alignment::se3);
+  ASSERT_THAT(reported, ElementsAre(has_code("lever_arm")));
+  EXPECT_THAT(reported[0].text, HasSubstr("--body-from-camera \"0.798 -0.50"));
   for (Eigen::Vector3d& p : estimate.positions_m) p *= 0.4;
   EXPECT_THAT(*estimate_lever_arm(flight(400), estimate), EigenNear(lever, 0.03)) << "beside a scale";
 }
@@ -113,12 +113,12 @@ TEST(Explanation, AlongTheOnlyAxisOfTurnsALeverArmStaysZero) {
               EigenNear(Eigen::Vector3d(0.4, 0, 0.9), 1e-9));
 }
 
-TEST(Explanation, ATurnOfTheWorldIsToldButNoDrift) {
+TEST(Explanation, ATurnOfTheWorldIsReportedButNoDrift) {
   const PoseSeries truth = flight(400);
-  const auto told =
+  const auto reported =
       warnings(truth, turned(with_random_errors(truth), 0.5, Eigen::Vector3d::UnitZ(), {3, 1, 2}));
-  ASSERT_THAT(told, ElementsAre(has_code("yaw")));
-  EXPECT_THAT(told[0].text, AllOf(HasSubstr("28."), HasSubstr("--align yaw --up z")));
+  ASSERT_THAT(reported, ElementsAre(has_code("yaw")));
+  EXPECT_THAT(reported[0].text, AllOf(HasSubstr("28."), HasSubstr("--align yaw --up z")));
   PoseSeries drifting;
   for (int i = 0; i < 400; ++i) {
     const Eigen::Matrix3d R = Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitY()).toRotationMatrix();
@@ -132,9 +132,9 @@ TEST(Explanation, AxesOfEitherSideAreNamed) {
     const std::string name(to_string(axes));
     for (const Alignment how : {Alignment::none, Alignment::origin, Alignment::se3}) {
       SCOPED_TRACE(name + " " + std::string(to_string(how)));
-      const auto told = warnings(flight(400), in_axes(with_random_errors(flight(400)), axes), how);
-      ASSERT_THAT(told, ElementsAre(has_code("axes")));
-      EXPECT_THAT(told[0].text, HasSubstr("--axes " + name));
+      const auto reported = warnings(flight(400), in_axes(with_random_errors(flight(400)), axes), how);
+      ASSERT_THAT(reported, ElementsAre(has_code("axes")));
+      EXPECT_THAT(reported[0].text, HasSubstr("--axes " + name));
     }
   }
   EXPECT_THAT(warnings(in_axes(flight(400), Axes::ned), with_random_errors(flight(400)))[0].text,
@@ -143,9 +143,9 @@ TEST(Explanation, AxesOfEitherSideAreNamed) {
 
 TEST(Explanation, QuaternionsInAnotherOrder) {
   for (const Alignment how : {Alignment::none, Alignment::se3}) {
-    const auto told = warnings(flight(400), w_read_last(with_random_errors(flight(400))), how);
-    ASSERT_THAT(told, ElementsAre(has_code("columns")));
-    EXPECT_THAT(told[0].text, HasSubstr("the estimate's quaternions seem to have w first"));
+    const auto reported = warnings(flight(400), w_read_last(with_random_errors(flight(400))), how);
+    ASSERT_THAT(reported, ElementsAre(has_code("columns")));
+    EXPECT_THAT(reported[0].text, HasSubstr("the estimate's quaternions seem to have w first"));
     EXPECT_THAT(warnings(flight(400), w_read_last(flight(400)), how), ElementsAre(has_code("columns")))
         << "positions without any error";
   }
@@ -234,11 +234,11 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
       EXPECT_THAT(evaluate(planted, nearest).warnings, Contains(has_code("lag")));
     }
     const EgoOptions aligned{.alignment = Alignment::sim3, .interpolate_max_gap_s = 0.3};
-    const EgoResult told = evaluate(planted, aligned);
-    const double times = told.statistics.rmse / evaluate(real.estimate, aligned).statistics.rmse;
+    const EgoResult reported = evaluate(planted, aligned);
+    const double times = reported.statistics.rmse / evaluate(real.estimate, aligned).statistics.rmse;
     RecordProperty(fmt::format("rmse_times_{:.0f}_ms", 1e3 * late_s), fmt::format("{:.2f}", times));
     if (times * times > 2.5) {  // the shift causes most of the squared error
-      EXPECT_THAT(told.warnings, Contains(has_code("lag"))) << late_s << " s late";
+      EXPECT_THAT(reported.warnings, Contains(has_code("lag"))) << late_s << " s late";
     }
   }
 }

@@ -168,14 +168,14 @@ TEST_F(EvaluatePair, TurningObjectHasTwoTrueVelocities) {
 TEST_F(EvaluatePair, EveryObjectHasAStatus) {
   truth_.objects[4] = {object(2, 10), object(3, 12), object(9, 30)};
   truth_.objects[5] = {object(2, 11), object(3, 13)};  // 9 has truth in one frame only
-  BodyResult untold = body(4);
+  BodyResult undetermined = body(4);
   BodyResult lost = body(5);
   lost.status = Status::lost;
   lost.moving_share = NAN;
   BodyResult gated = body(6);
   gated.status = Status::gated;
   gated.gate = Gate::distance;
-  result_.objects = {body(2), untold, lost, gated};
+  result_.objects = {body(2), undetermined, lost, gated};
   const std::vector<Record> records = evaluate();
   ASSERT_EQ(records.size(), 6U);
   EXPECT_EQ(records[1].body, "object:2");

@@ -196,9 +196,9 @@ class StaleCases {
   }
   uint64_t total() const { return total_; }
   void report(const SweepConfig& config, const CaseVersions& versions, const char* what_becomes) const {
-    if (!config.tell) return;
+    if (!config.on_message) return;
     for (const auto& [label, n] : n_)
-      config.tell(
+      config.on_message(
           fmt::format("{}: {}: {}", config.out.string(), versions.stale_text(label, n), what_becomes));
   }
 
@@ -244,18 +244,18 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
   try {
     at_the_end = present_fingerprints(config.plan);
   } catch (const Error& error) {  // do not lose hours of results because a file is gone
-    if (config.tell)
-      config.tell(fmt::format("{}: the program that ran cannot be read any more: {}", config.out.string(),
-                              error.what()));
+    if (config.on_message)
+      config.on_message(fmt::format("{}: the program that ran cannot be read any more: {}",
+                                    config.out.string(), error.what()));
     for (const auto& [label, ignored] : versions.now()) at_the_end[label] = {Fingerprint{}};
   }
   for (const auto& [label, after] : at_the_end) {
     const Fingerprint& before = versions.now().at(label).front();
     if (after.front() == before) continue;
     add_version(after.front(), used[label]);
-    if (config.tell) {
-      config.tell(fmt::format("{}: '{}' changed while it ran ({}): run the same command again",
-                              config.out.string(), label, difference(before, after.front())));
+    if (config.on_message) {
+      config.on_message(fmt::format("{}: '{}' changed while it ran ({}): run the same command again",
+                                    config.out.string(), label, difference(before, after.front())));
     }
   }
   return used;
@@ -276,10 +276,10 @@ SweepOutcome sweep(const SweepConfig& config) {
   const std::string name =
       sha256(json_line({{"plan", plan_key(plan["plan"])}, {"shard", plan["shard"]}, {"data", plan["data"]}}));
   if (!now.empty()) plan[fingerprints_key] = fingerprints_json(now);
-  if (config.tell && !config.quiet) {
+  if (config.on_message && !config.quiet) {
     for (const auto& [label, version] : now) {
       for (const std::string& what : version.front().not_seen)
-        config.tell(fmt::format("'{}': changes are not detected in {}", label, what));
+        config.on_message(fmt::format("'{}': changes are not detected in {}", label, what));
     }
   }
   if (config.force) remove_sweep(config.out);

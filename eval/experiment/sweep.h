@@ -54,7 +54,7 @@ struct SweepConfig {
   bool reuse_stale = false;
   /// Receives lines about stale cases and about programs that changed while they ran, even if `quiet`, and
   /// otherwise also about changes that cannot be detected; may be empty.
-  std::function<void(const std::string& line)> tell;
+  std::function<void(const std::string& line)> on_message;
 };
 
 struct SweepOutcome {

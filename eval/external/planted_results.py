@@ -103,10 +103,10 @@ def main():
                     "seeds": 1}
             (folder / f"{kind}.json").write_text(json.dumps(plan))
             sweep = sextant("sweep", f"{kind}.json", "--out", f"sweep_{kind}", "--cache", "cache")
-            for command, said in (("run", run), ("sweep", sweep)):
-                if said.returncode:
-                    wrong.append(f"{command} of {kind}: exit code {said.returncode}: {said.stderr}")
-                lines = [line for line in said.stderr.splitlines() if "warning" in line]
+            for command, finished in (("run", run), ("sweep", sweep)):
+                if finished.returncode:
+                    wrong.append(f"{command} of {kind}: exit code {finished.returncode}: {finished.stderr}")
+                lines = [line for line in finished.stderr.splitlines() if "warning" in line]
                 named = 0
                 for name, (_, expected) in plants.items():
                     of_result = [line for line in lines if f"program.{name}," in line]
@@ -116,7 +116,7 @@ def main():
                         if any(re.search(expected, line) for line in of_result):
                             named += 1
                         else:
-                            wrong.append(f"{command} of {kind}, {name}: expected '{expected}': {of_result}\n{said.stderr}")
+                            wrong.append(f"{command} of {kind}, {name}: expected '{expected}': {of_result}\n{finished.stderr}")
                 print(f"{command}: {named} of {len(plants) - 1} plants in {kind} are named")
         print("\n".join(wrong))
         sys.exit(1 if wrong else 0)

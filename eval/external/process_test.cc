@@ -179,9 +179,9 @@ TEST_F(Process, NoMoreProcessesAllowed) {
     if (::geteuid() == 0 && ::setuid(nobody) != 0) return 2;  // root has no such limit
     if (::setrlimit(RLIMIT_NPROC, &none) != 0) return 3;
     const std::string message = error_of([&] { run("exit 0"); });
-    const bool told = message.find("cannot start 'sh'") != std::string::npos &&
-                      message.find("ulimit -u") != std::string::npos;
-    return told ? 0 : 4;
+    const bool reported = message.find("cannot start 'sh'") != std::string::npos &&
+                          message.find("ulimit -u") != std::string::npos;
+    return reported ? 0 : 4;
   });
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);

@@ -25,11 +25,11 @@ class StaleCasesTest : public ExternalEstimatorTest {
   }
   SweepConfig config_of(const std::string& out, const std::string& estimator) {
     SweepConfig c = sweep_config(out, estimator);
-    c.tell = [this](const std::string& line) { told_.push_back(line); };
+    c.on_message = [this](const std::string& line) { messages_.push_back(line); };
     return c;
   }
   SweepOutcome sweep_into(const std::string& out, const std::string& estimator) {
-    told_.clear();
+    messages_.clear();
     return sweep(config_of(out, estimator));
   }
   Fingerprints of(const std::string& out, const char* name = "run.json") const {
@@ -50,7 +50,7 @@ class StaleCasesTest : public ExternalEstimatorTest {
     EXPECT_EQ(of(out, "plan.json"), of(out));
   }
 
-  std::vector<std::string> told_;
+  std::vector<std::string> messages_;
 };
 
 TEST_F(StaleCasesTest, AnUnchangedProgramIsNotRunAgain) {
@@ -62,7 +62,7 @@ TEST_F(StaleCasesTest, AnUnchangedProgramIsNotRunAgain) {
   const SweepOutcome again = sweep_into("a", estimator);
   EXPECT_EQ(again.n_before, 12U);
   EXPECT_EQ(again.n_stale, 0U);
-  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_THAT(messages_, IsEmpty());
   EXPECT_EQ(all_bytes("a"), bytes);
   EXPECT_EQ(fs::file_size(count), 12U);
 }
@@ -73,9 +73,9 @@ TEST_F(StaleCasesTest, AChangedScriptIsRunAgain) {
   const SweepOutcome outcome = sweep_into("a", estimator);
   EXPECT_EQ(outcome.n_before, 6U);  // those of motion_only
   EXPECT_EQ(outcome.n_stale, 6U);
-  ASSERT_EQ(told_.size(), 1U);
+  ASSERT_EQ(messages_.size(), 1U);
   EXPECT_THAT(
-      told_[0],
+      messages_[0],
       HasSubstr("'program': another version of it made 6 finished cases (program.sh changed): run again"));
   expect_as_new("a", estimator);
   EXPECT_EQ(sweep_into("a", estimator).n_before, 12U);
@@ -85,7 +85,7 @@ TEST_F(StaleCasesTest, AChangedConfigurationIsRunAgain) {
   sweep_into("a", config(good));
   const std::string estimator = config(good, {{"camera", {{"inverse", true}}}});
   EXPECT_EQ(sweep_into("a", estimator).n_stale, 6U);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("(configuration changed)")));
+  EXPECT_THAT(messages_, ElementsAre(HasSubstr("(configuration changed)")));
   expect_as_new("a", estimator);
   // and of a plan
   SweepConfig by_plan =
@@ -103,7 +103,7 @@ TEST_F(StaleCasesTest, FilesNamedOnlyInDependsAreSeen) {
   EXPECT_EQ(sweep_into("a", estimator).n_stale, 0U);
   write_file(file("elsewhere/camera.txt"), read_file(file("elsewhere/one.txt")));
   EXPECT_EQ(sweep_into("a", estimator).n_stale, 6U);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("(elsewhere/camera.txt changed)")));
+  EXPECT_THAT(messages_, ElementsAre(HasSubstr("(elsewhere/camera.txt changed)")));
   expect_as_new("a", estimator);
 }
 
@@ -116,7 +116,7 @@ TEST_F(StaleCasesTest, StaleCasesAreKeptWhereAsked) {
   const SweepOutcome outcome = sweep(c);
   EXPECT_EQ(outcome.n_before, 12U);
   EXPECT_EQ(outcome.n_stale, 6U);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("kept, as --reuse-stale says")));
+  EXPECT_THAT(messages_, ElementsAre(HasSubstr("kept, as --reuse-stale says")));
   EXPECT_EQ(all_bytes("a"), bytes);
   EXPECT_EQ(sweep_into("a", estimator).n_stale, 6U);  // they are still stale
   expect_as_new("a", estimator);
@@ -128,7 +128,7 @@ TEST_F(StaleCasesTest, ForceStartsOver) {
   SweepConfig c = config_of("a", estimator);
   c.force = true;
   EXPECT_EQ(sweep(c).n_before, 0U);
-  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_THAT(messages_, IsEmpty());
   SweepConfig other = sweep_config("a", estimator, 1);  // another plan
   expect_error([&] { sweep(other); }, "--force to start over");
   other.force = true;
@@ -158,7 +158,7 @@ TEST_F(StaleCasesTest, AnUnfinishedSweepRunsOnlyItsStaleCasesAgain) {
   const SweepOutcome outcome = sweep(with_second("true"));
   EXPECT_EQ(outcome.n_before, 2U);  // motion_only
   EXPECT_EQ(outcome.n_stale, 2U);
-  EXPECT_THAT(told_,
+  EXPECT_THAT(messages_,
               ElementsAre(HasSubstr(
                   "'program': another version of it made 2 finished cases (program.sh changed, second/")));
   SweepConfig fresh = with_second("true");
@@ -175,14 +175,14 @@ TEST_F(StaleCasesTest, FoldersWithoutVersionsAreRunAgain) {
   plan.erase(fingerprints_key);
   write_file(file("a/plan.json"), json_text(plan));
   EXPECT_EQ(sweep_into("a", estimator).n_before, 6U);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("it is not known which version of it made 6 finished cases")));
+  EXPECT_THAT(messages_, ElementsAre(HasSubstr("it is not known which version of it made 6 finished cases")));
 }
 
 TEST_F(StaleCasesTest, AProgramThatChangesWhileItRunsIsStaleAfterwards) {
   const std::string estimator = config(std::string(good) + "; echo $seed >> $(dirname $0)/state.txt");
   write_file(file("state.txt"), "");
   sweep_into("a", estimator);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("'program' changed while it ran (state.txt changed)")));
+  EXPECT_THAT(messages_, ElementsAre(HasSubstr("'program' changed while it ran (state.txt changed)")));
   EXPECT_EQ(of("a").at("program").size(), 2U);
   EXPECT_EQ(sweep_into("a", estimator).n_stale, 6U);
 }
@@ -196,7 +196,7 @@ TEST_F(StaleCasesTest, SummariesAreRunAgainAsAWhole) {
   sweep(keeping_summaries("a", config(good)));
   const std::string estimator = config(worse);
   EXPECT_EQ(sweep(keeping_summaries("a", estimator)).n_before, 0U);
-  EXPECT_THAT(told_, ElementsAre(HasSubstr("all cases are run again")));
+  EXPECT_THAT(messages_, ElementsAre(HasSubstr("all cases are run again")));
   sweep(keeping_summaries("b", estimator));
   EXPECT_EQ(read_file(file("a/summary.bin")), read_file(file("b/summary.bin")));
   EXPECT_EQ(sweep(keeping_summaries("a", estimator)).n_before, 12U);

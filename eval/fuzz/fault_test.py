@@ -299,10 +299,10 @@ def try_all(faults, kinds, end):
         for kind in kinds:
             if done[kind] > 0 and time.monotonic() > end:
                 break
-            said = getattr(faults, kind)()
+            summary = getattr(faults, kind)()
             done[kind] += 1
             if done[kind] == 1:
-                print(f"{kind:<10} {said}", flush=True)
+                print(f"{kind:<10} {summary}", flush=True)
     print("held: " + ", ".join(f"{kind} x {n}" for kind, n in done.items()))
     for what in sorted(faults.skipped):
         print(f"skipped: {what}")

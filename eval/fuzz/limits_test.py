@@ -295,9 +295,9 @@ class Printed(Limits):
                             for level in (0.1, 0.2) for seed in range(3)), "labels")
         out = self.here / "report"
         shutil.rmtree(out, ignore_errors=True)
-        said = self.good("report", run, "--out", out)
+        output = self.good("report", run, "--out", out)
         self.assertEqual(printed_faults(out), "")
-        return out, said.out
+        return out, output.out
 
     def test_latex(self):
         for label in ("[5cm] x", "[p] x", "*x", "[5cm]"):
@@ -321,8 +321,8 @@ class Printed(Limits):
 
     def test_directions(self):
         for sign in ("\u202a", "\u202e", "\u2066", "\u2069"):
-            _, said = self.report(estimator=f"a{sign}b")
-            self.assertIn(f"aU+{ord(sign):04X}b", said)
+            _, output = self.report(estimator=f"a{sign}b")
+            self.assertIn(f"aU+{ord(sign):04X}b", output)
             run = self.records([files.record(estimator=f"a{sign}b")])
             self.assertIn(f"\\u{ord(sign):04X}", self.good("report", run, "--json").out)
 

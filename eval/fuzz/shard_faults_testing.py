@@ -179,14 +179,14 @@ class ShardFaults:
                                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
                        for host, order in orders.items() if order}
             for host, process in running.items():
-                said = process.communicate()[1]
+                error = process.communicate()[1]
                 if process.returncode == 0:
                     orders[host].pop(0)
-                elif process.returncode == 2 and "is writing" in said:
+                elif process.returncode == 2 and "is writing" in error:
                     turned_away[host] += 1
                     orders[host].append(orders[host].pop(0))
                 else:
-                    raise Broken(f"shard on {host}: exit {process.returncode}: {said.strip()[-300:]}")
+                    raise Broken(f"shard on {host}: exit {process.returncode}: {error.strip()[-300:]}")
         # Two processes start the same shard at the same time: one computes it, the other is refused or finds it finished.
         both = self.fresh("one-shard")
         pair = [subprocess.Popen([*enter, host, *self.shard_words("records", both, 1, cache=cache)], stderr=subprocess.PIPE, text=True)
@@ -246,8 +246,8 @@ class ShardFaults:
         other.write_text(json.dumps(plan), encoding="utf-8")
         first = folder / "shards" / "1"
 
-        def refused(words, *said):
-            self.says(subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False), *said)
+        def refused(words, *texts):
+            self.says(subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False), *texts)
 
         def shard(plan_file, text, out):
             return self.command("sweep", plan_file, "--shard", text, "--out", out, "--cache", self.cache, "--quiet")

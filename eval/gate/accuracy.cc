@@ -62,8 +62,10 @@ void check_truth(const PairedCases& cases, Tally& truth) {
           before.has_value() == after.has_value() &&
           (!before || std::abs(*before - *after) <= rounding * std::max(1.0, std::abs(*before)));
       if (same) continue;
-      const auto said = [](const std::optional<double>& x) { return x ? fmt::format("{}", *x) : "missing"; };
-      truth.add(fmt::format("{} {}", full_case(cases.base, b), column.name), said(before), said(after));
+      const auto text_of = [](const std::optional<double>& x) {
+        return x ? fmt::format("{}", *x) : "missing";
+      };
+      truth.add(fmt::format("{} {}", full_case(cases.base, b), column.name), text_of(before), text_of(after));
     }
   }
 }

@@ -28,8 +28,8 @@ void check_repetitions(const Side& side, const Policy& policy, std::vector<Misma
 
 void compare_records(const Side& base, const Side& fresh, const Policy& policy, int jobs, Comparison& out) {
   if (base.runs.empty() != fresh.runs.empty()) {
-    const auto said = [](const Side& side) { return side.runs.empty() ? "missing" : "there"; };
-    out.findings.push_back(mismatch(Strictness::must, "cases", "records.jsonl", said(base), said(fresh)));
+    const auto state = [](const Side& side) { return side.runs.empty() ? "missing" : "there"; };
+    out.findings.push_back(mismatch(Strictness::must, "cases", "records.jsonl", state(base), state(fresh)));
   }
   if (base.runs.empty() || fresh.runs.empty()) return;
   check_repetitions(base, policy, out.findings);

@@ -260,7 +260,7 @@ Leaves programs_of(const RunFolder& run) {
 }
 
 /// Adds a note for each estimator of which both sides ran the same version.
-void tell_same_programs(const RunFolder& base, const RunFolder& fresh, std::vector<Mismatch>& findings) {
+void report_same_programs(const RunFolder& base, const RunFolder& fresh, std::vector<Mismatch>& findings) {
   const Fingerprints a = fingerprints_in(base.provenance, base.path + "/run.json");
   const Fingerprints b = fingerprints_in(fresh.provenance, fresh.path + "/run.json");
   for (const auto& [label, versions] : a) {
@@ -315,7 +315,7 @@ void compare(const std::string& what, Strictness rule, const Leaves& base, const
   const auto add = [&](const std::string& path, const std::string& a, const std::string& b, bool is_note) {
     Tally& tally = is_note ? noted : differ;
     tally.add(path, a, b);
-    tally.move_told(findings);
+    tally.move_findings(findings);
   };
   for (const auto& [path, value] : base) {
     const auto other = fresh.find(path);
@@ -354,7 +354,7 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   compare("build", Strictness::note, build_of(a), build_of(b), findings);
   if (base.provenance.is_null() || fresh.provenance.is_null()) return;
   compare("program", Strictness::note, programs_of(base), programs_of(fresh), findings);
-  tell_same_programs(base, fresh, findings);
+  report_same_programs(base, fresh, findings);
 }
 
 }  // namespace

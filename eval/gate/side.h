@@ -103,14 +103,14 @@ class Tally {
   }
 
   /// Moves the findings listed so far to `all`.
-  void move_told(std::vector<Mismatch>& all) {
+  void move_findings(std::vector<Mismatch>& all) {
     std::ranges::move(std::exchange(findings_, {}), std::back_inserter(all));
   }
 
   /// Moves the listed findings to `all`, with one more that states the number of findings not listed.
   void move_to(std::vector<Mismatch>& all) {
     if (n_ > shown) findings_.push_back(mismatch(rule_, what_, fmt::format("{} more", n_ - shown), "", ""));
-    move_told(all);
+    move_findings(all);
   }
 
  private:

@@ -153,7 +153,7 @@ void check_same_version(const std::filesystem::path& folder, const Fingerprints&
 }
 
 /// Prints to standard error, in the format of the program's messages.
-void tell_user(const char* kind, const std::string& text) {
+void show_message(const char* kind, const std::string& text) {
   print_error(fmt::format("sextant: {}: {}\n", kind, one_line(text)));
 }
 
@@ -177,7 +177,7 @@ std::string run_here(const std::vector<std::string>& sources, const std::string&
   const RunConfig config = run_config(request, output);
   if (!force) check_same_version(out, run_fingerprints(config));
   const WrittenRun folder = run_into_folder(config, output);
-  for (const std::string& warning : folder.warnings) tell_user("warning", warning);
+  for (const std::string& warning : folder.warnings) show_message("warning", warning);
   Json summary = summary_json(folder.result.records, find_preset(preset));
   summary["problems"] = Json::array();
   for (const SourceRun& source : folder.result.sources) {
@@ -198,7 +198,7 @@ std::string sweep_here(const std::string& plan, const std::string& name, const s
   config.force = force;
   config.reuse_stale = reuse_stale;
   config.quiet = quiet;
-  config.tell = [](const std::string& line) { tell_user("note", line); };
+  config.on_message = [](const std::string& line) { show_message("note", line); };
   return json_line(to_json(sweep(config), out));
 }
 

@@ -55,7 +55,7 @@ TEST(LimitSummary, TheIntervalOfTheEfficiencyIsTheRightWayRound) {
   EXPECT_GT(value.interval->high, value.efficiency);
 }
 
-TEST(LimitSummary, NothingKnownIsNothingSaid) {
+TEST(LimitSummary, IsEmptyIfNothingIsKnown) {
   Record r;
   r.errors = {{"Et_m", 1}};
   const LimitSummary limit = summarize_limit(level_of({&r}), {});

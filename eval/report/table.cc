@@ -325,15 +325,15 @@ FoldedTable fold_columns(const Table& table) {
              return row[j] == table.rows.front()[j];
            });
   };
-  std::string said_once;
+  std::string shared_values;
   for (size_t j = 0; j < table.columns.size(); ++j) {
     const Cell& cell = table.rows.front()[j];
     if (!folds(j) || shown(cell, table.columns[j]) == "-") continue;
-    if (!said_once.empty()) said_once += ", ";
-    if (!table.columns[j].says_itself) said_once += table.columns[j].title + " ";
-    said_once += shown(cell, table.columns[j]);
+    if (!shared_values.empty()) shared_values += ", ";
+    if (!table.columns[j].names_its_quantity) shared_values += table.columns[j].title + " ";
+    shared_values += shown(cell, table.columns[j]);
   }
-  return {only_columns(table, [&](size_t j) { return !folds(j); }), said_once};
+  return {only_columns(table, [&](size_t j) { return !folds(j); }), shared_values};
 }
 
 std::string wrapped(const std::string& text, size_t width, const std::string& indent) {

@@ -34,7 +34,7 @@ struct Column {
   bool below = false;
   /// If not empty: for readers this and the next column form one column "[low, high]" with this title.
   std::string range{};
-  bool says_itself = false;  ///< `fold` states the value without the title
+  bool names_its_quantity = false;  ///< `fold` states the value without the title
   /// If above 0: for readers, number of significant digits instead of `decimals`; values below 1e-5 are
   /// rounding and are shown as 0.
   int significant = 0;
@@ -201,7 +201,7 @@ Table for_people(const Table& table);
 
 struct FoldedTable {
   Table table;
-  std::string said_once;  ///< the values of the removed columns: "dataset vdo, sequence 0003"
+  std::string shared_values;  ///< the values of the removed columns: "dataset vdo, sequence 0003"
 };
 /// Removes the columns marked `fold` whose value is the same in every row.
 FoldedTable fold_columns(const Table& table);

@@ -77,7 +77,7 @@ TEST(Table, RefusesWrongRows) {
   EXPECT_THROW(table.add_row({std::string("x"), NAN}), InternalError);
 }
 
-TEST(Table, FoldedColumnsAreSaidOnceAndEmptyOnesNotAtAll) {
+TEST(Table, FoldedColumnsAreStatedOnceAndEmptyOnesNotAtAll) {
   Table table;
   table.columns = {Column::text("set").folded(), Column::number("none", 1).folded(),
                    Column::number("some", 1).folded(), Column::number("x", 1)};

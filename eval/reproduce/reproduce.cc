@@ -262,12 +262,12 @@ std::string machine(const Json& run) {
 
 /// Returns the texts of all experiments, each distinct text once.
 std::string distinct(const std::vector<Json>& runs, const std::function<std::string(const Json&)>& say) {
-  std::vector<std::string> said;
+  std::vector<std::string> texts;
   for (const Json& run : runs) {
     const std::string text = say(run);
-    if (std::ranges::find(said, text) == said.end()) said.push_back(text);
+    if (std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
   }
-  return fmt::format("{}", fmt::join(said, "; "));
+  return fmt::format("{}", fmt::join(texts, "; "));
 }
 
 /// Formats "24 files, SHA-256 1f0a..." from the digests of all files that an experiment has read, in order of

@@ -145,10 +145,10 @@ class PartLines {
   /// Prints the experiments that took longest.
   void summary() {
     constexpr size_t most = 8;
-    constexpr double worth_telling_s = 0.5;
+    constexpr double worth_reporting_s = 0.5;
     std::ranges::stable_sort(times_, std::greater(), &std::pair<double, std::string>::first);
     std::string text;
-    for (size_t i = 0; i < std::min(most, times_.size()) && times_[i].first >= worth_telling_s; ++i)
+    for (size_t i = 0; i < std::min(most, times_.size()) && times_[i].first >= worth_reporting_s; ++i)
       text += fmt::format("{}{} {:.1f} s", i > 0 ? ", " : "", times_[i].second, times_[i].first);
     if (!quiet_ && !text.empty())
       print_error(fmt::format("{} experiments in {:.1f} s: {}\n", at_, total_s_, text));

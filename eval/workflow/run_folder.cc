@@ -10,10 +10,10 @@ namespace {
 
 /// Merges the options below "noise" over the noise of the configuration.
 void set_noise(RunConfig& config) {
-  const auto said = config.options.find("noise");
-  if (said == config.options.end()) return;
+  const auto given = config.options.find("noise");
+  if (given == config.options.end()) return;
   Json noise = config.noise.options();
-  noise.merge_patch(*said);
+  noise.merge_patch(*given);
   config.noise = Noise(noise);
   config.options.erase("noise");
 }
@@ -94,7 +94,7 @@ RescoredFolder rescore_into_folder(const RescoreRequest& request, const SweepCon
   rescored.cache = config.cache;
   rescored.jobs = config.jobs;
   rescored.quiet = config.quiet;
-  rescored.tell = config.tell;
+  rescored.on_message = config.on_message;
   rescored.out = output.out;
   rescored.replace = output.force;
   return {.run = {}, .sweep = sweep(rescored)};

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double first_log_s = 5;
 constexpr double longest_pause_s = 60;
-constexpr double worth_telling_s = 0.5;
-constexpr size_t most_told = 8;
+constexpr double worth_reporting_s = 0.5;
+constexpr size_t most_listed = 8;
 
 /// Durations of the stages by name, in order of first appearance.
 struct Taken {
@@ -80,11 +80,11 @@ std::string time_summary() {
   const std::scoped_lock lock(all.mutex);
   std::vector<std::pair<std::string, double>> parts = all.parts;
   std::ranges::stable_sort(parts, std::greater(), &std::pair<std::string, double>::second);
-  std::erase_if(parts, [](const auto& part) { return part.second < worth_telling_s; });
+  std::erase_if(parts, [](const auto& part) { return part.second < worth_reporting_s; });
   std::string text;
-  for (size_t i = 0; i < std::min(parts.size(), most_told); ++i)
+  for (size_t i = 0; i < std::min(parts.size(), most_listed); ++i)
     text += fmt::format("{}{} {:.1f} s", i > 0 ? ", " : "", parts[i].first, parts[i].second);
-  if (parts.size() > most_told) text += fmt::format(", {} more", parts.size() - most_told);
+  if (parts.size() > most_listed) text += fmt::format(", {} more", parts.size() - most_listed);
   return text;
 }
 

@@ -311,10 +311,10 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
     allowed = [flag for what in ([allow] if isinstance(allow, str) else allow) for flag in _flags(allow=text("allow", what))]
     flags = _flags(policy=None if policy is None else path("policy", policy), only=only,
                    out=None if out is None else path("out", out), jobs=jobs)
-    _, said, _ = call(["compare", *_texts("base", base), *_texts("new", new), *flags, *allowed, "--json"],
+    _, answer, _ = call(["compare", *_texts("base", base), *_texts("new", new), *flags, *allowed, "--json"],
                       good=(0, 1, 2, 3))
-    rows = [Finding(kind, row) for kind in ("findings", "statuses", "accuracy", "speed") for row in said[kind]]
-    return Comparison(said["verdict"], said["exit_code"], said["headline"], said["cases"], rows)
+    rows = [Finding(kind, row) for kind in ("findings", "statuses", "accuracy", "speed") for row in answer[kind]]
+    return Comparison(answer["verdict"], answer["exit_code"], answer["headline"], answer["cases"], rows)
 
 
 def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", rpe=None, all_pairs=False, format=None,
@@ -331,10 +331,10 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
                  *_flags(align=text("align", align), relation=text("relation", relation), rpe=rpe, all_pairs=bool(all_pairs),
                          format=format, out=None if out is None else path("out", out),
                          save_zip=None if save_zip is None else path("save_zip", save_zip), data=data, **flags), "--json"]
-    _, said, warnings = call(arguments)
-    warnings += [warning["text"] for warning in said.get("warnings", [])]
-    return EgoEvaluation(said["n"], said.get("n_matched", said["n"]), ErrorStatistics(**said["stats"]), said["unit"], warnings,
-                         said)
+    _, answer, warnings = call(arguments)
+    warnings += [warning["text"] for warning in answer.get("warnings", [])]
+    return EgoEvaluation(answer["n"], answer.get("n_matched", answer["n"]), ErrorStatistics(**answer["stats"]), answer["unit"], warnings,
+                         answer)
 
 
 def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, stage=None, out=None, data=None) -> ObjectEvaluation:
@@ -348,9 +348,9 @@ def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, sta
     arguments = ["evaluate", "objects", *_texts("folders", folders),
                  *_flags(format=text("format", format), preset=preset, truth=truth, rate=rate, stage=stage,
                          out=None if out is None else path("out", out), data=data), "--json"]
-    _, said, _ = call(arguments)
-    rows = [Row.of({"preset": preset_rows["preset"], **row}) for preset_rows in said["presets"] for row in preset_rows["rows"]]
-    return ObjectEvaluation(rows, said["warnings"], said)
+    _, answer, _ = call(arguments)
+    rows = [Row.of({"preset": preset_rows["preset"], **row}) for preset_rows in answer["presets"] for row in preset_rows["rows"]]
+    return ObjectEvaluation(rows, answer["warnings"], answer)
 
 
 def export(folder, *, format, out) -> Export:
@@ -360,6 +360,6 @@ def export(folder, *, format, out) -> Export:
     >>> sextant.export(run.out, format="csv", out="records.csv")
     Export(out: records.csv, records: ..., columns: ...)
     """
-    _, said, _ = call(["export", *_texts("folder", folder),
+    _, answer, _ = call(["export", *_texts("folder", folder),
                        *_flags(format=choice("format", format, ("csv", "npz", "sqlite")), out=path("out", out)), "--json"])
-    return Export(pathlib.Path(said["out"]), said["records"], said["columns"])
+    return Export(pathlib.Path(answer["out"]), answer["records"], answer["columns"])

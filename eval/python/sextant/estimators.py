@@ -67,18 +67,18 @@ class Estimate:
     iterations: int = 0
 
 
-def _answer(name, said):
+def _answer(name, answer):
     """Returns (status, T_curr_prev, covariance, inliers, iterations)."""
-    if isinstance(said, str):
-        if said not in STATUSES:
-            raise Error(f"estimator {name}: expected a motion or one of {', '.join(STATUSES)}, got {said!r}")
-        return said, None, None, None, 0
-    if isinstance(said, numpy.ndarray):
-        said = Estimate(said)
-    if not isinstance(said, Estimate):
+    if isinstance(answer, str):
+        if answer not in STATUSES:
+            raise Error(f"estimator {name}: expected a motion or one of {', '.join(STATUSES)}, got {answer!r}")
+        return answer, None, None, None, 0
+    if isinstance(answer, numpy.ndarray):
+        answer = Estimate(answer)
+    if not isinstance(answer, Estimate):
         raise Error(f"estimator {name}: expected a float64 array (4, 4), a sextant.Estimate or a status, "
-                    f"got {type(said).__name__}")
-    return "ok", said.T_curr_prev, said.covariance, said.inliers, int(said.iterations)
+                    f"got {type(answer).__name__}")
+    return "ok", answer.T_curr_prev, answer.covariance, answer.inliers, int(answer.iterations)
 
 
 def adapter(name, function):

@@ -82,9 +82,9 @@ class Command(unittest.TestCase):
     def test_evaluate_ego(self):
         sextant.run(SOURCE, out=self.folder / "a")
         files = [self.folder / "a" / f"{name}_camera_tum.txt" for name in ("gt", "est")]
-        said = sextant.evaluate_ego(*files, align="se3", save_zip=self.folder / "evo.zip")
-        self.assertEqual((said.n, said.n_matched, said.unit), (5, 5, "m"))
-        self.assertLess(said.statistics.rmse, 0.1)
+        evaluation = sextant.evaluate_ego(*files, align="se3", save_zip=self.folder / "evo.zip")
+        self.assertEqual((evaluation.n, evaluation.n_matched, evaluation.unit), (5, 5, "m"))
+        self.assertLess(evaluation.statistics.rmse, 0.1)
         self.assertTrue((self.folder / "evo.zip").is_file())
         self.refuse("no-such.txt", sextant.evaluate_ego, files[0], self.folder / "no-such.txt")
         self.refuse("unknown flag '--aling'", sextant.evaluate_ego, *files, aling="se3")

@@ -97,11 +97,11 @@ class Estimators(unittest.TestCase):
             sweep = sextant.sweep({"sources": [source], "estimators": ["python:e"], "seeds": 1,
                                    "noise": {"parameter": "depth.delta_d_px", "levels": [0.2]}},
                                   out=self.folder / f"sweep_{change.__name__}", estimators={"e": changed(change)})
-            for said in (run.warnings, sweep.problems):
+            for message in (run.warnings, sweep.problems):
                 if expected is None:
-                    self.assertEqual(said, [])
+                    self.assertEqual(message, [])
                 else:
-                    self.assertTrue(any("estimated camera" in text and expected in text for text in said), (expected, said))
+                    self.assertTrue(any("estimated camera" in text and expected in text for text in message), (expected, message))
 
     def test_sees_measurements_alone(self):
         seen = []
@@ -161,12 +161,12 @@ class Estimators(unittest.TestCase):
         with self.assertRaises(KeyError):
             self.run_with(broken, jobs=2, seeds=3)
         self.assertFalse((self.folder / "run1" / "records.jsonl").exists())
-        for answer, said in ((numpy.eye(3), r"estimator <?lambda>?: T_curr_prev: .*\(4, 4\), got shape \(3, 3\)"),
+        for answer, message in ((numpy.eye(3), r"estimator <?lambda>?: T_curr_prev: .*\(4, 4\), got shape \(3, 3\)"),
                              (numpy.full((4, 4), numpy.nan), "T_curr_prev: expected finite numbers, got nan"),
                              (2 * numpy.eye(4), "rigid motion"), ("no", "diverged.*got 'no'"), (None, "got NoneType"),
                              (sextant.Estimate(numpy.eye(4), covariance=numpy.eye(5)), r"covariance: .*got shape \(5, 5\)"),
                              (sextant.Estimate(numpy.eye(4), inliers=numpy.ones(3, bool)), "inliers: .*got shape")):
-            with self.assertRaisesRegex(sextant.Error, said):
+            with self.assertRaisesRegex(sextant.Error, message):
                 self.run_with(lambda problem: answer)
 
     def test_sweep_beside_those_inside(self):

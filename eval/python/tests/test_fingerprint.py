@@ -119,10 +119,10 @@ class Fingerprints(unittest.TestCase):
                          ["global LOCK of Fingerprints.test_what_has_no_content_is_said.<locals>.locked: "
                           "_thread.lock has no content to compare"])
         self.assertEqual(fingerprint(plain)["not_seen"], [])
-        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(record=True) as said:
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             sextant.run("synthetic:s18@0-1", out=pathlib.Path(folder) / "a", estimator=locked)
-        self.assertIn("LOCK", str(said[0].message))
+        self.assertIn("LOCK", str(caught[0].message))
 
 
 SCRIPT = """

@@ -46,7 +46,7 @@ class ObjectErrors(unittest.TestCase):
             (folder / "m_camera_pose_log.csv").write_text(
                 "frame_id," + both + "".join(line(k, camera[k], true_camera[k]) for k in range(40)))
             out = folder / "report"
-            said = sextant.evaluate_objects(folder, format="dynosam", rate=RATE, out=out)
+            result = sextant.evaluate_objects(folder, format="dynosam", rate=RATE, out=out)
             records = sextant.read(out)
         found = sextant.object_errors(H, H_true, object_pose=L[:-1].copy(), dt=1 / RATE,
                                       camera=(camera[:-1].copy(), camera[1:].copy()),
@@ -59,7 +59,7 @@ class ObjectErrors(unittest.TestCase):
             difference = numpy.nanmax(numpy.abs(found[key][kept] - expected))
             self.assertLessEqual(difference, 1e-12 * max(1, numpy.nanmax(expected)), key)
             self.assertGreater(numpy.nanmean(expected), 1e-4, key)
-        row = next(row for row in said.rows if row.labels["preset"] == "vdo_slam" and row.body == "7")
+        row = next(row for row in result.rows if row.labels["preset"] == "vdo_slam" and row.body == "7")
         self.assertEqual((row.n_truth, row.n_estimated), (39, 39))
 
     def test_refused(self):

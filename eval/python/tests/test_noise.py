@@ -166,12 +166,12 @@ class Refused(unittest.TestCase):
         deep = {}
         for _ in range(100_000):
             deep = {"depth": deep}
-        for bad, said in ((deep, "100 levels"), ('{"depth": ' * 1000, "100 levels"), ('"\ud800"', "lone surrogate"),
+        for bad, message in ((deep, "100 levels"), ('{"depth": ' * 1000, "100 levels"), ('"\ud800"', "lone surrogate"),
                           ({"\ud800": 1}, "JSON"), ({"dept": {}}, "did you mean 'depth'"), ({"depth": {"delta_d_px": -1}}, "delta_d_px"),
                           ({"depth": {"delta_d_px": float("nan")}}, "JSON"), ("{", "JSON"), (3, "dict or JSON")):
             with self.assertRaises(sextant.Error) as caught:
                 sextant.Noise(bad)
-            self.assertIn(said, str(caught.exception))
+            self.assertIn(message, str(caught.exception))
 
 
 if __name__ == "__main__":

@@ -47,9 +47,9 @@ class Folder(unittest.TestCase):
 
     def export(self, format):
         out = self.folder / f"out.{format}"
-        said = sextant.export(self.folder, format=format, out=out)
+        exported = sextant.export(self.folder, format=format, out=out)
         self.assertFalse([path for path in self.folder.iterdir() if path.suffix in (".part", ".tmp", ".columns")])
-        return out, said
+        return out, exported
 
 
 class Frames(Folder):
@@ -103,8 +103,8 @@ class Frames(Folder):
 class Export(Folder):
     def test_csv(self):
         self.write(strangers())
-        out, said = self.export("csv")
-        self.assertEqual((said.records, said.columns), (3, 18))
+        out, exported = self.export("csv")
+        self.assertEqual((exported.records, exported.columns), (3, 18))
         with open(out, newline="", encoding="utf-8") as file:
             rows = list(csv.reader(file))
         frame = sextant.read(self.folder)
@@ -168,9 +168,9 @@ class Export(Folder):
 
     def test_refused(self):
         self.write([record()])
-        for format, out, said in (("cvs", self.folder / "a", "expected one of"), ("csv", self.folder, "is a folder"),
+        for format, out, message in (("cvs", self.folder / "a", "expected one of"), ("csv", self.folder, "is a folder"),
                                   ("csv", self.folder / "no" / "a", "there is no folder")):
-            with self.assertRaisesRegex(sextant.Error, said):
+            with self.assertRaisesRegex(sextant.Error, message):
                 sextant.export(self.folder, format=format, out=out)
         self.write([record(errors={"Et_m": 1.0, "ET_M": 2.0})])
         with self.assertRaisesRegex(sextant.Error, "duplicate column name"):

@@ -33,10 +33,10 @@ class AsTheProgram(unittest.TestCase):
     def program(self, **flags):
         return sextant.evaluate_ego(*self.files, format="kitti", **flags)
 
-    def same(self, errors, said):
-        self.assertEqual(len(errors), said.n)
+    def same(self, errors, by_program):
+        self.assertEqual(len(errors), by_program.n)
         for name, value in dataclasses.asdict(sextant.statistics(errors)).items():
-            expected = getattr(said.statistics, name)
+            expected = getattr(by_program.statistics, name)
             self.assertLessEqual(abs(value - expected), 1e-12 * max(1, abs(expected)), name)
 
     def test_absolute(self):
@@ -56,14 +56,14 @@ class AsTheProgram(unittest.TestCase):
                 self.assertTrue((found.pairs[:, 0] < found.pairs[:, 1]).all())
 
     def test_alignment_and_first_poses(self):
-        said = self.program(align="sim3", n_to_align=50)
+        by_program = self.program(align="sim3", n_to_align=50)
         found = sextant.align(self.estimate, self.reference, "sim3", n_to_align=50)
-        numpy.testing.assert_allclose(found.transform, said.details["alignment"], rtol=0, atol=1e-12 * 400)
-        self.same(sextant.absolute_errors(found.poses, self.reference), said)
+        numpy.testing.assert_allclose(found.transform, by_program.details["alignment"], rtol=0, atol=1e-12 * 400)
+        self.same(sextant.absolute_errors(found.poses, self.reference), by_program)
 
     def test_yaw(self):
-        said = self.program(align="yaw", up="-y")
-        self.same(sextant.absolute_errors(self.estimate, self.reference, align="yaw", up=(0, -1, 0)), said)
+        by_program = self.program(align="yaw", up="-y")
+        self.same(sextant.absolute_errors(self.estimate, self.reference, align="yaw", up=(0, -1, 0)), by_program)
 
     def test_per_frame_and_kitti_odometry(self):
         details = self.program().details
@@ -73,11 +73,11 @@ class AsTheProgram(unittest.TestCase):
         self.assertAlmostEqual(Et.mean(), details["per_frame"]["Et_m"]["mean"], delta=1e-12)
         self.assertAlmostEqual(ER.mean(), details["per_frame"]["ER_deg"]["mean"], delta=1e-12)
         whole, *by_length = sextant.kitti_odometry(self.estimate, self.reference)
-        said = details["kitti_odometry"]
-        self.assertEqual(whole.n, said["n"])
-        self.assertAlmostEqual(whole.translation_percent, said["translation_percent"], delta=1e-12)
-        self.assertAlmostEqual(whole.rotation_deg_per_m, said["rotation_deg_per_m"], delta=1e-12)
-        self.assertEqual([row.n for row in by_length if row.n], [row["n"] for row in said["by_length"]])
+        by_program = details["kitti_odometry"]
+        self.assertEqual(whole.n, by_program["n"])
+        self.assertAlmostEqual(whole.translation_percent, by_program["translation_percent"], delta=1e-12)
+        self.assertAlmostEqual(whole.rotation_deg_per_m, by_program["rotation_deg_per_m"], delta=1e-12)
+        self.assertEqual([row.n for row in by_length if row.n], [row["n"] for row in by_program["by_length"]])
         self.assertIsNone(by_length[-1].translation_percent)
 
     def test_by_time(self):
@@ -92,12 +92,12 @@ class AsTheProgram(unittest.TestCase):
             files[-1].write_text("".join(
                 " ".join(repr(float(x)) for x in [t, *pose[:3, 3], *quaternion(pose[:3, :3])]) + "\n"
                 for t, pose in zip(times, poses)))
-        said = sextant.evaluate_ego(*files, format="tum", rpe="2s", all_pairs=True, align="se3")
+        by_program = sextant.evaluate_ego(*files, format="tum", rpe="2s", all_pairs=True, align="se3")
         matched = self.estimate[kept][of_estimate]
         found = sextant.relative_errors(matched, self.reference[rows], delta="2s", all_pairs=True, align="se3",
                                         stamps=late[of_estimate])
-        self.assertEqual(said.n_matched, len(rows))
-        self.same(found.errors, said)
+        self.assertEqual(by_program.n_matched, len(rows))
+        self.same(found.errors, by_program)
 
 
 class Kinds(unittest.TestCase):
@@ -133,10 +133,10 @@ class Files(unittest.TestCase):
                     reference, estimate = sextant.read_trajectory(names[0], format), sextant.read_trajectory(names[1], format)
                     result = sextant.evaluate_trajectory(estimate, reference, **mine)
                     axes = result.plot()
-                    said = sextant.evaluate_ego(*names, format=format, **flags)
-                    self.assertEqual(result.statistics, said.statistics)
-                    self.assertEqual((len(result.errors), result.unit), (said.n, said.unit))
-                    self.assertEqual(len(axes[1].lines[0].get_xdata()), said.n)
+                    by_program = sextant.evaluate_ego(*names, format=format, **flags)
+                    self.assertEqual(result.statistics, by_program.statistics)
+                    self.assertEqual((len(result.errors), result.unit), (by_program.n, by_program.unit))
+                    self.assertEqual(len(axes[1].lines[0].get_xdata()), by_program.n)
                     axes[0].figure.clear()
 
     def test_written_and_read(self):

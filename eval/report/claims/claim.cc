@@ -76,7 +76,7 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
     for (const ClaimResult& result : results) rows.push_back({claim, &result});
   }
   Column statement = Column::text("statement").folded(), place = Column::text("place").folded();
-  statement.says_itself = true;
+  statement.names_its_quantity = true;
   const auto number = [](const std::string& key) {
     return Column{.key = key, .title = key, .significant = 3};
   };

@@ -165,7 +165,7 @@ def start_driver():
         if "started successfully on port " in line:
             port = int(line.split("on port ")[1].strip(" .\n"))
             return driver, f"http://127.0.0.1:{port}"
-    raise RuntimeError("chromedriver said no port")
+    raise RuntimeError("chromedriver printed no port")
 
 
 @contextlib.contextmanager

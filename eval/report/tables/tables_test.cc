@@ -128,7 +128,7 @@ std::vector<Record>& records_of_one_run(Evidence& evidence) {
   return std::ranges::find(evidence.parts, PartRole::systems, &EvidencePart::role)->records;
 }
 
-TEST(SystemsTable, TellsAProgramsOwnTimeInFramesOfJointFlow) {
+TEST(SystemsTable, ReportsAProgramsOwnTimeInFramesOfJointFlow) {
   Evidence evidence = test_evidence();
   for (Record& record : records_of_one_run(evidence)) {
     const double disturbed = record.seed == 1 ? 0 : 100;  // the second of three rounds was quiet
@@ -167,7 +167,7 @@ TEST(SystemsTable, ARowOfASystemNamesCommitChangesAndWhatOfTheTruthItSees) {
   EXPECT_EQ(text_at(table, row_of(table, "joint_flow"), "commit"), "");
 }
 
-TEST(SystemsTable, EveryDescriptionIsWholeAndItsNameTellsTheCommit) {
+TEST(SystemsTable, EveryDescriptionIsWholeAndItsNameReportsTheCommit) {
   for (const Json& entry : system_descriptions()) {
     for (const char* key : {"estimator", "repository", "commit", "sees", "changes", "build"})
       EXPECT_FALSE(entry.at(key).get<std::string>().empty()) << key;

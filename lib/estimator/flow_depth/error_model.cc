@@ -215,7 +215,7 @@ void ErrorParts::raise_to(double variance) {
 }
 
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
-  constexpr double significant = 2, raised = 2.5, untold = 1, fewest_freedoms = 4;
+  constexpr double significant = 2, raised = 2.5, undetermined = 1, fewest_freedoms = 4;
   ErrorParts out;
   Sample sample;
   if (points.size() < 2 * n_motion || !take_sample(points, sample)) return out;
@@ -228,7 +228,7 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   for (int a = 0; a < n_parts; ++a) among[a] = equations.S(a, a) > 1e-9;
   const PartsVector deviations = deviations_of(equations, among);
   for (int a = 0; a < n_parts; a += 2) {
-    if (!among[a] || deviations[a] < untold) continue;
+    if (!among[a] || deviations[a] < undetermined) continue;
     equations.T -= equations.S.col(a);
     among[a] = among[a + 1] = false;
   }
