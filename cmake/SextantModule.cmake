@@ -64,9 +64,10 @@ function(sextant_test_program NAME)
 endfunction()
 
 # sextant_script_test(NAME word...): a test that is a script or another program, in a folder of its own (scripts/maintain/own_folder).
+# Exit code 77: skipped.
 function(sextant_script_test NAME)
   add_test(NAME ${NAME} COMMAND ${PROJECT_SOURCE_DIR}/scripts/maintain/own_folder ${ARGN})
-  set_tests_properties(${NAME} PROPERTIES TIMEOUT ${SEXTANT_TEST_TIMEOUT_S})
+  set_tests_properties(${NAME} PROPERTIES TIMEOUT ${SEXTANT_TEST_TIMEOUT_S} SKIP_RETURN_CODE 77)
 endfunction()
 
 # The target `tests`: all that ctest runs, which is all of these folders; without benchmarks.

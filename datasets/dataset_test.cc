@@ -1,5 +1,5 @@
-#include "sextant/base/testing.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {

@@ -1,8 +1,8 @@
+#include <sys/wait.h>
+#include <unistd.h>
 #include <algorithm>
 #include <csignal>
 #include <numbers>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "sextant/base/quantile.h"
 #include "sextant/datasets/codec/kitti_text.h"

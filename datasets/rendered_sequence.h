@@ -45,8 +45,9 @@ std::unique_ptr<Sequence> open_rendered(const std::function<RenderedSource(Input
 
 struct SyntheticOptions : RenderCacheOptions {
   SEXTANT_OPTIONS_OF(RenderCacheOptions,
-      (int, every, 1, "count", "n: use only every n-th frame of the scenario, so that motions are n times as "
-                               "large"))
+                     (int, every, 1, "count",
+                      "n: use only every n-th frame of the scenario, so that motions are n times as "
+                      "large"))
   void check() const;
 };
 

@@ -1,8 +1,8 @@
 #include "sextant/datasets/vdo_folder.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/ranges.h>
 #include <numbers>
 #include <set>
 

@@ -1,7 +1,7 @@
 #include "sextant/datasets/vkitti2.h"
 
-#include "sextant/datasets/vkitti_testing.h"
 #include "sextant/base/testing.h"
+#include "sextant/datasets/vkitti_testing.h"
 
 namespace sextant {
 namespace {

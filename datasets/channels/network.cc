@@ -1,9 +1,9 @@
 #include "sextant/datasets/channels/network.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fmt/ranges.h>
 #include <mutex>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>

@@ -1,6 +1,6 @@
+#include "sextant/datasets/channels/network.h"
 #include "sextant/base/machine.h"
 #include "sextant/base/testing.h"
-#include "sextant/datasets/channels/network.h"
 #include "sextant/datasets/channels/testing.h"
 
 namespace sextant {

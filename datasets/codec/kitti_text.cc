@@ -1,9 +1,9 @@
 #include "sextant/datasets/codec/kitti_text.h"
 
+#include <fmt/ranges.h>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <fmt/ranges.h>
 #include <iterator>
 #include <map>
 #include <numbers>

@@ -1,8 +1,8 @@
 #include "sextant/datasets/codec/vkitti_text.h"
 
+#include <fmt/ranges.h>
 #include <charconv>
 #include <cmath>
-#include <fmt/ranges.h>
 #include <numbers>
 #include <set>
 #include <tuple>

@@ -145,7 +145,7 @@ Eigen::Vector3f paint_of(int id) {
 Actor make_actor(const ObjectTruth& object, int n_frames) {
   const Vector3d size_m = object.size_m.value_or(usual_size_m(object.type));
   Actor actor{.id = object.id, .type = object.type.empty() ? "Car" : object.type};
-  actor.shape = {paint_of(object.id),    size_m.z(),
+  actor.shape = {paint_of(object.id), size_m.z(),
                  size_m.x(),          size_m.y(),
                  actor.type != "Car",
                  /*fills_box=*/true,  1000 + static_cast<uint32_t>(object.id)};

@@ -62,9 +62,11 @@ TEST(Suite, NamesWhatIsWrong) {
               HasSubstr("unknown key 'titel': did you mean 'title'"));
   EXPECT_THAT(message_of(R"({"name": "a/b"})"), HasSubstr("name 'a/b'"));
   EXPECT_THAT(message_of(R"({"name": "a", "title": "t", "metric": "Et_m",
-    "breakdown": {"error_ratio": 1, "min_coverage": 0.9}})"), HasSubstr("error_ratio"));
+    "breakdown": {"error_ratio": 1, "min_coverage": 0.9}})"),
+              HasSubstr("error_ratio"));
   EXPECT_THAT(message_of(R"({"name": "a", "title": "t", "metric": "Et_m",
-    "breakdown": {"error_ratio": 2, "min_coverage": 0.9}, "tracks": []})"), HasSubstr("tracks"));
+    "breakdown": {"error_ratio": 2, "min_coverage": 0.9}, "tracks": []})"),
+              HasSubstr("tracks"));
 }
 
 }  // namespace

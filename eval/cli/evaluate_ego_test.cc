@@ -92,8 +92,8 @@ TEST_F(EvaluateEgo, FramesUpAndInterpolationAreInTheJson) {
   const std::string ned =
       write("ned.tum", "1 0 0 0 0 0 0 1\n1.5 0 0.5 0 0 0 0 1\n3 0 2 -1 0 0 0 1\n4 1 3 -1 0 0 0 1\n");
   const Json json =
-      Json::parse(evaluate_ego_command({gt, ned, "--axes", "ned", "--body-from-camera", "0 0 -0.5",
-                           "--align", "yaw", "--up", "-y", "--interpolate", "1.5", "--json"})
+      Json::parse(evaluate_ego_command({gt, ned, "--axes", "ned", "--body-from-camera", "0 0 -0.5", "--align",
+                                        "yaw", "--up", "-y", "--interpolate", "1.5", "--json"})
                       .out);
   EXPECT_EQ(json["align"], "yaw");
   EXPECT_EQ(json["up"], Json::array({0, -1, 0}));

@@ -1,8 +1,8 @@
 #include "sextant/eval/external/rescore.h"
 
 #include "sextant/base/error.h"
-#include "sextant/eval/external/external_estimator.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/external/external_estimator.h"
 
 namespace sextant {
 namespace {

@@ -105,12 +105,12 @@ TEST_F(Past, PageOpensInABrowser) {
     GTEST_SKIP() << "no chromium to open the page with";
   write_file(temp_.path() / "trend.html", html);
   const std::string out = (temp_.path() / "dom").string();
-  const int status = std::system(
-      fmt::format("chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
-                  "--disable-background-networking --user-data-dir={0}/profile --dump-dom "
-                  "file://{0}/trend.html > {1} 2> /dev/null",
-                  temp_.path().string(), out)
-          .c_str());
+  const int status =
+      std::system(fmt::format("chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+                              "--disable-background-networking --user-data-dir={0}/profile --dump-dom "
+                              "file://{0}/trend.html > {1} 2> /dev/null",
+                              temp_.path().string(), out)
+                      .c_str());
   ASSERT_EQ(WEXITSTATUS(status), 0);
   const std::string dom = read_file(out);
   EXPECT_THAT(dom, HasSubstr("Changes of level"));

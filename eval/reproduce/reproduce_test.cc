@@ -1,5 +1,5 @@
-#include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/reproduce/reproduce.h"
+#include "sextant/eval/records/record_stream.h"
 
 #include <iterator>
 #include <regex>

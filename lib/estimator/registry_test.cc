@@ -1,7 +1,7 @@
 // Tests of every registered estimator.
 
-#include "sextant/base/testing.h"
 #include "sextant/estimator/registry.h"
+#include "sextant/base/testing.h"
 #include "sextant/estimator/solvers/testing.h"
 
 namespace sextant {

@@ -2,9 +2,9 @@
 
 #include "sextant/noise/noise.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/ranges.h>
 #include <numeric>
 
 #include "sextant/base/names.h"

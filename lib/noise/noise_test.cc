@@ -1,7 +1,7 @@
 // Tests of combinations of models on points and on dense frames.
 
-#include "sextant/base/testing.h"
 #include "sextant/noise/noise.h"
+#include "sextant/base/testing.h"
 
 #include <cmath>
 #include <random>

@@ -1,5 +1,5 @@
-#include <cmath>
 #include <gtest/gtest.h>
+#include <cmath>
 
 #include "sextant/base/philox.h"
 #include "sextant/stats/clustered_sample.h"

@@ -1,9 +1,9 @@
 // Tests against scipy 1.10.1, against enumeration of all outcomes (itertools), and against examples worked by
 // hand.
 
-#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <cmath>
 #include <random>
 
 #include "sextant/base/error.h"

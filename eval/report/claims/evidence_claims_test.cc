@@ -76,8 +76,8 @@ TEST(RealClaims, VelocityOrbSlamAndFrameRate) {
   EXPECT_EQ(floor[0].verdict, Verdict::reproduced);
   EXPECT_NEAR(floor[1].value, 0.0088, 1e-12);
   const std::vector<ClaimResult> rotation = check("rotation_floor", evidence);
-  ASSERT_EQ(rotation.size(), 3U);  // published twice, and the recorded trajectories
-  EXPECT_EQ(rotation[0].verdict, Verdict::reproduced);  // 0.057 deg between 0.02 and 0.06
+  ASSERT_EQ(rotation.size(), 3U);                           // published twice, and the recorded trajectories
+  EXPECT_EQ(rotation[0].verdict, Verdict::reproduced);      // 0.057 deg between 0.02 and 0.06
   EXPECT_EQ(rotation[1].verdict, Verdict::not_reproduced);  // 0.062 deg
   EXPECT_EQ(rotation[2].verdict, Verdict::reproduced);
   // extraction 4, camera 5, three objects of 5 ms: 24 ms.

@@ -120,9 +120,8 @@ TEST(Html, RecordsAreLinkedFromTheReportsFolder) {
   table.add_row({"parts/sets_replay/records.jsonl"});
   EXPECT_THAT(
       report_folder(document_of(table), {}).at("report.html"),
-      HasSubstr(
-          "<td class=\"long\"><a "
-          "href=\"../parts/sets_replay/records.jsonl\">parts/sets_replay/records.jsonl</a></td>"));
+      HasSubstr("<td class=\"long\"><a "
+                "href=\"../parts/sets_replay/records.jsonl\">parts/sets_replay/records.jsonl</a></td>"));
 }
 
 TEST(Html, Base64IsThatOfRfc4648) {

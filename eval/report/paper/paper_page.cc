@@ -114,8 +114,7 @@ std::string version_html(const PaperLayout& layout, const LayoutVersion& version
     html += "<details><summary>Other systems under our harness</summary>\n" +
             table_html(layout, version, folded, "Table " + layout.number + ", other systems") +
             "</details>\n";
-  for (const std::string& note : version.notes)
-    html += "<p class=\"note\">" + html_escaped(note) + "</p>\n";
+  for (const std::string& note : version.notes) html += "<p class=\"note\">" + html_escaped(note) + "</p>\n";
   if (version.is_incomplete && !for_print)
     html += fmt::format("<details><summary>\u2013 not measured here</summary><p>run: {}</p></details>\n",
                         html_escaped(layout.missing));

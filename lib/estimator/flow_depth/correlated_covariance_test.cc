@@ -1,6 +1,6 @@
+#include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <gtest/gtest.h>
 #include <map>
 #include <random>
 

@@ -1,6 +1,6 @@
+#include <gtest/gtest.h>
 #include <Eigen/Dense>
 #include <cmath>
-#include <gtest/gtest.h>
 #include <random>
 
 #include "sextant/estimator/flow_depth/correlated_weights.h"

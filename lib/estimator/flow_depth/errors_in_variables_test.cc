@@ -1,8 +1,8 @@
 // Tests of the prior of weakly observable directions, from matrices alone. Tests of complete estimates:
 // joint_flow_depth_test.cc.
 
-#include <Eigen/Dense>
 #include <gtest/gtest.h>
+#include <Eigen/Dense>
 
 #include "sextant/estimator/flow_depth/errors_in_variables.h"
 

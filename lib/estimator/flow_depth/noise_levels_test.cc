@@ -1,5 +1,5 @@
-#include <cmath>
 #include <gtest/gtest.h>
+#include <cmath>
 #include <random>
 
 #include "sextant/estimator/flow_depth/noise_levels.h"

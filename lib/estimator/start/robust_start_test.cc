@@ -1,5 +1,5 @@
-#include <algorithm>
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <opencv2/calib3d.hpp>
 #include <random>
 
