@@ -64,7 +64,7 @@ TEST(CaseDiagnosis, NoFalseAlarmAtTheNoiseOfTableII) {
   third_party.name = "joint_flow_of_others";
   add_estimator(third_party);
   int n_cases = 0, n_alarms = 0;
-  for (const char* source : {"synthetic:s18@0-8", "synthetic:s01-turn@0-8", "synthetic:city@0-8"}) {
+  for (const char* source : {"synthetic:s18", "synthetic:s01-turn", "synthetic:city@0-24"}) {
     RunConfig config;
     config.sources = {SourceSpec::parse(source)};
     config.estimator = ours.name;
