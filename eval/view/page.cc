@@ -45,6 +45,7 @@ std::string packed(const DrawnPoints& drawn) {
       values.push_back(quantised(flow, flow_steps_per_px));
     values.push_back(p.inlier ? 1 : 0);
   }
+  if (values.empty()) return "";
   std::string bytes(values.size() * sizeof(int16_t), '\0');
   std::memcpy(bytes.data(), values.data(), bytes.size());
   return base64(bytes);
