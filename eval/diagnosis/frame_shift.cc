@@ -92,9 +92,9 @@ struct ShiftFit {
   }
 };
 
-/// Standard errors that exclude chance: 4 with ten stretches, and as many more with fewer as Student's t has.
+/// Standard errors that exclude chance: 5 with ten stretches, and as many more with fewer as Student's t has.
 double standard_errors_needed(size_t n_stretches) {
-  static const double chance = student_t_cdf(-4, static_cast<int>(most_stretches) - 1);
+  static const double chance = student_t_cdf(-5, static_cast<int>(most_stretches) - 1);
   return -student_t_quantile(chance, static_cast<int>(n_stretches) - 1);
 }
 

@@ -12,8 +12,8 @@
 // (translation, rotation) of each body weighed by its own scatter. Its standard error is a jackknife over
 // stretches of frames, as errors of neighbouring frames depend on each other: ten stretches, or fewer of two
 // frames each if there are less than 20 frames. Independent noise of the reference from frame to frame is in
-// both e and d, and pulls a to 1/2. A shift is reported where a is within 0.3 of 1 and above 1/2 by four
-// standard errors; with fewer stretches by the quantile of Student's t at the same probability (8.8 with
+// both e and d, and pulls a to 1/2. A shift is reported where a is within 0.3 of 1 and above 1/2 by five
+// standard errors; with fewer stretches by the quantile of Student's t at the same probability (14 with
 // four). Steps whose changes over the shift are small against their noise, or against that of the
 // reference, do not determine a: nothing is reported, whatever the frame numbers are.
 

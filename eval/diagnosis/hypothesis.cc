@@ -10,8 +10,12 @@ constexpr size_t max_causes = 3;
 
 }  // namespace
 
-std::optional<Explanation> explain(double declared, const std::vector<Reading>& readings,
+std::optional<Explanation> explain(double declared, const std::vector<Reading>& all,
                                    const ExplanationRule& rule) {
+  std::vector<Reading> readings = all;
+  std::erase_if(readings, [&](const Reading& reading) {
+    return reading.strictness > 1 && reading.strictness * rule.times * reading.residual > declared;
+  });
   if (!(declared > rule.negligible) || readings.empty()) return std::nullopt;
   const auto least = std::ranges::min_element(readings, {}, &Reading::residual);
   const auto explains = [&](double residual) {

@@ -46,6 +46,7 @@ struct Hypothesis {
   std::function<bool(Data& data, double& fitted)> undo;
   double price = 0;  ///< the lower price wins between two hypotheses that explain the data equally well
   bool fits_number = false;  ///< undo() fits a number, and so can explain much by chance
+  double strictness = 1;     ///< factor on the times by which this hypothesis must explain the data better
 };
 
 /// Residual under a hypothesis, with the texts of the hypothesis.
@@ -53,6 +54,7 @@ struct Reading {
   std::string code, cause, remedy;
   double residual = 0;
   double price = 0;
+  double strictness = 1;
 };
 
 /// A reported hypothesis, and the other hypotheses that explain the data as well.
@@ -78,7 +80,7 @@ std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, co
     const std::optional<double> left = residual(changed);
     if (!left) continue;
     readings.push_back({hypothesis.code, fmt::format(fmt::runtime(hypothesis.cause), fitted),
-                        hypothesis.remedy, *left, hypothesis.price});
+                        hypothesis.remedy, *left, hypothesis.price, hypothesis.strictness});
   }
   return readings;
 }

@@ -400,7 +400,7 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
                   })(data, ignored) &&
                   frames.size() >= fewest_of_shift && 2 * n_known >= data.samples.size();
          },
-         price_of_lag});
+         price_of_lag, false, strictness_of_lag});
   }
   return table;
 }

@@ -38,6 +38,9 @@ inline constexpr size_t fewest_steps = 3;
 /// Price of a shift of the frame numbers: it is reported only if no other single mistake explains the data as
 /// well.
 inline constexpr double price_of_lag = 0.2;
+/// Factor on the times by which a shift must explain the data better, since six shifts of a smooth motion are
+/// tried.
+inline constexpr double strictness_of_lag = 2;
 
 enum class MotionFrame { world, body, camera };
 constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }

@@ -126,7 +126,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
            const auto other = all.given.find({key.first, key.second + lag});
            return other == all.given.end() ? std::nullopt : Result(other->second);
          }),
-         price_of_lag});
+         price_of_lag, false, strictness_of_lag});
   }
   return table;
 }
