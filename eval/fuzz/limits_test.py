@@ -18,7 +18,7 @@ import time
 import unittest
 
 import hostile_files_testing as files
-from program_testing import PROGRAM_MB, REFUSED_MB, Program, printed_faults
+from program_testing import PROGRAM_MB, REFUSED_MB, SANITIZED, Program, printed_faults
 
 MB = 1e6
 TEXT_RATIO = 20
@@ -145,6 +145,7 @@ class Memory(Limits):
         size = (run / "records.jsonl").stat().st_size / MB
         self.good("report", run, "--out", self.here / "r", "--quiet", "--jobs", 1, most_mb=PROGRAM_MB + TEXT_RATIO * size)
 
+    @unittest.skipIf(SANITIZED, "sanitizers reserve more addresses than the limit")
     def test_too_little_memory_is_bad_input(self):
         import resource
         file = self.trajectory(1_000_000)
