@@ -112,10 +112,13 @@ PoseSeries series_of(const Motions& poses, int id) {
 }
 
 /// Examines an estimated and a true path alone: paths that are wrong in the same way agree with each other.
-/// `subject` names what moves, "camera" or "object".
-std::optional<LogDiagnosis> diagnose_alone(const PoseSeries& given, const PoseSeries& truth,
+/// `subject` names what moves, "camera" or "object". With `only_both`, an estimate is not reported unless its
+/// truth is wrong in the same way.
+std::optional<LogDiagnosis> diagnose_alone(const PoseSeries& given, const PoseSeries& truth, bool only_both,
                                            const std::string& name, const std::string& subject) {
-  const auto own = explain_alone(given), of_truth = explain_alone(truth);
+  const auto of_truth = explain_alone(truth);
+  if (only_both && !of_truth) return std::nullopt;
+  const auto own = explain_alone(given);
   if (!own) return std::nullopt;
   const std::string& code = own->best.code;
   const bool both = of_truth && of_truth->best.code == code;
@@ -155,12 +158,10 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
                           "to qx,qy,qz,qw unless the camera hangs upside down"});
     return out;
   }
-  const PoseSeries true_path = series_of(of_camera(truth), 0);
-  if (explain_alone(true_path)) {
-    if (auto found = diagnose_alone(series_of(of_camera(camera), 0), true_path, both, "camera")) {
-      out.push_back(std::move(*found));
-      return out;
-    }
+  if (auto found = diagnose_alone(series_of(of_camera(camera), 0), series_of(of_camera(truth), 0),
+                                  /*only_both=*/true, both, "camera")) {
+    out.push_back(std::move(*found));
+    return out;
   }
   Motions steps;
   for (const auto& [frame, pose] : truth.poses()) {
@@ -226,7 +227,7 @@ std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions
 std::vector<LogDiagnosis> diagnose_paths(const ObjectLog& log) {
   std::vector<LogDiagnosis> out;
   for (const int id : ids_of(log.poses)) {
-    auto found = diagnose_alone(series_of(log.poses, id), series_of(log.true_poses, id),
+    auto found = diagnose_alone(series_of(log.poses, id), series_of(log.true_poses, id), /*only_both=*/false,
                                 fmt::format("{}, poses of object {}", log.estimator, id), "object");
     if (found) out.push_back(std::move(*found));
   }

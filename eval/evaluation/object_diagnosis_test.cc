@@ -361,39 +361,43 @@ TEST(DiagnosisOfLogs, RoundingOfAParkedCarIsNoMistake) {
   EXPECT_TRUE(diagnose_log(log).empty()) << diagnose_log(log)[0].text;
 }
 
-TEST(DiagnosisOfLogs, PosesAreNotCalledMotions) {
-  const Drive drive;
+/// Returns a log of format poses, whose motions are the steps between the poses.
+ObjectLog log_of_poses(const std::map<ObjectFrame, SE3>& poses,
+                       const std::map<ObjectFrame, SE3>& true_poses) {
   ObjectLog log;
   log.frame = MotionFrame::world;
   log.holds_poses_only = true;
-  for (const auto& [key, L] : drive.L) {
-    log.poses[key] = L.inverse();
-    log.true_poses[key] = L;
-    const auto before = drive.L.find({key.first, key.second - 1});
-    if (before != drive.L.end())
-      log.motions[key] = {L.inverse() * before->second, L * before->second.inverse()};
+  log.poses = poses;
+  log.true_poses = true_poses;
+  for (const auto& [key, pose] : poses) {
+    const ObjectFrame before(key.first, key.second - 1);
+    if (poses.contains(before))
+      log.motions[key] = {pose * poses.at(before).inverse(),
+                          true_poses.at(key) * true_poses.at(before).inverse()};
   }
-  const auto found = diagnose_log(log);
+  return log;
+}
+
+TEST(DiagnosisOfLogs, PosesAreNotCalledMotions) {
+  const Drive drive;
+  std::map<ObjectFrame, SE3> inverse;
+  for (const auto& [key, L] : drive.L) inverse[key] = L.inverse();
+  const auto found = diagnose_log(log_of_poses(inverse, drive.L));
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "inverse");
   EXPECT_THAT(found[0].text, HasSubstr("estimated poses of objects: the poses look inverted"));
 }
 
 TEST(DiagnosisOfLogs, PosesThatAreInverseInTruthAndEstimateAreNamedByTheirTurns) {
-  ObjectLog log;
-  log.frame = MotionFrame::world;
-  log.holds_poses_only = true;
+  std::map<ObjectFrame, SE3> poses, true_poses;
   SE3 pose = about_y(0.2, {3, 1, 12});
   for (int k = 0; k < 80; ++k) {
-    log.true_poses[{2, k}] = pose.inverse();
-    log.poses[{2, k}] =
+    true_poses[{2, k}] = pose.inverse();
+    poses[{2, k}] =
         (pose * about_y(0.002 * std::sin(4.0 * k), {0.01, 0, 0.01 * std::sin(9.0 * k)})).inverse();
-    if (k > 0)
-      log.motions[{2, k}] = {log.poses.at({2, k}) * log.poses.at({2, k - 1}).inverse(),
-                             log.true_poses.at({2, k}) * log.true_poses.at({2, k - 1}).inverse()};
     pose = pose * about_y(0.08 * std::sin(0.05 * k), {0, 0, 0.9});
   }
-  const auto found = diagnose_log(log);
+  const auto found = diagnose_log(log_of_poses(poses, true_poses));
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "inverse");
   EXPECT_THAT(found[0].text, HasSubstr("invert each pose of both"));

@@ -120,15 +120,19 @@ double percent(double before, double after) { return 100 * (1 - after / before);
 
 // ---- lever arm
 
+/// Moves the poses to the point of the body at `lever_m` in its own axes.
+PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m) {
+  for (size_t i = 0; i < poses.size(); ++i) poses.positions_m[i] += poses.rotations[i] * lever_m;
+  return poses;
+}
+
 std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const PoseSeries& estimate,
                                            const AlignmentChoice& choice, const PoseFrame& frame,
                                            const Agreement& now) {
   constexpr double shortest_m = 0.05, longest_m = 100;
   const auto l = estimate_lever_arm(reference, estimate);
   if (!l || l->norm() < shortest_m || l->norm() > longest_m) return std::nullopt;
-  PoseSeries moved = estimate;
-  for (size_t i = 0; i < moved.size(); ++i) moved.positions_m[i] += moved.rotations[i] * *l;
-  const auto then = aligned_agreement(reference, moved, choice);
+  const auto then = aligned_agreement(reference, at_lever_arm(estimate, *l), choice);
   // A longer lever arm, as of an orbit, is nearly equivalent to a translation or a scale, so it must explain
   // as much as another convention.
   constexpr double share_of_extent = 0.1;
@@ -456,14 +460,13 @@ namespace {
 /// Least sum of squared distances that another place of the world or of the body on its carrier leaves.
 double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate, AlignmentChoice choice) {
   if (!turns_world(choice.alignment)) choice.alignment = Alignment::se3;
-  PoseSeries moved = estimate;
-  const auto lever_m = estimate_lever_arm(reference, estimate);
-  for (size_t i = 0; lever_m && i < moved.size(); ++i) moved.positions_m[i] += moved.rotations[i] * *lever_m;
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& found :
-       {aligned_agreement(reference, estimate, choice), aligned_agreement(reference, moved, choice)}) {
-    if (found) least = std::min(least, found->squares);
-  }
+  const auto consider = [&](const PoseSeries& at) {
+    if (const auto found = aligned_agreement(reference, at, choice)) least = std::min(least, found->squares);
+  };
+  consider(estimate);
+  if (const auto lever_m = estimate_lever_arm(reference, estimate))
+    consider(at_lever_arm(estimate, *lever_m));
   return least;
 }
 
