@@ -36,15 +36,15 @@ double quantile_of(std::span<double> values, double p) {
   return *middle + share * (above - *middle);
 }
 
-double chi_square_quantile(int dof, double probability) {
+double approximate_chi_square_quantile(double p, int dof) {
   // Normal quantile by bisection of erfc: called a few times per estimate.
   double low = -10;
   double high = 10;
   for (int k = 0; k < 60; ++k) {
     const double x = 0.5 * (low + high);
-    (0.5 * std::erfc(-x / std::sqrt(2.0)) < probability ? low : high) = x;
+    (0.5 * std::erfc(-x / std::sqrt(2.0)) < p ? low : high) = x;
   }
-  if (dof == 2) return -2 * std::log1p(-probability);
+  if (dof == 2) return -2 * std::log1p(-p);
   const double h = 2.0 / (9.0 * dof);
   return dof * std::pow(1 - h + low * std::sqrt(h), 3);
 }

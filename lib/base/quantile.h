@@ -26,9 +26,10 @@ auto middle_of(Values& values) {
   return *middle;
 }
 
-// Quantile of the chi-square distribution by the approximation of Wilson and Hilferty (1931), or by the exact
-// formula for two degrees of freedom.
-
-double chi_square_quantile(int degrees_of_freedom, double probability);
+/// Returns the quantile `p` of the chi-square distribution with `dof` degrees of freedom for gates of
+/// residuals: by the exact formula for two degrees of freedom, otherwise by the approximation of Wilson and
+/// Hilferty (1931). With three degrees of freedom its error is below 0.7 % up to p = 0.99, and 1.8 % at
+/// p = 0.999. Tests and intervals use chi_square_quantile() of stats/tests.h, which is exact.
+double approximate_chi_square_quantile(double p, int dof);
 
 }  // namespace sextant

@@ -81,7 +81,7 @@ std::optional<MotionLikelihood> test_motion(const MotionEstimate& body, const Mo
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(of_centre.solve(Eigen::Matrix3d::Identity()));
   if (!(eigen.eigenvalues().minCoeff() > 0) || !d.allFinite()) return std::nullopt;
   const double radius = options.smallest_speed_mps * dt_s;
-  const double threshold2 = chi_square_quantile(3, 1 - options.false_alarm_rate);
+  const double threshold2 = approximate_chi_square_quantile(1 - options.false_alarm_rate, 3);
   MotionLikelihood out;
   const double distance2 =
       distance2_from_ball(eigen.eigenvectors().transpose() * d, eigen.eigenvalues(), radius);

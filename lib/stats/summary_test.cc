@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/philox.h"
+#include "sextant/base/quantile.h"
 #include "sextant/stats/summary.h"
 #include "sextant/stats/tests.h"
 
@@ -66,6 +67,15 @@ TEST(Distributions, AgreeWithScipy) {
   EXPECT_NEAR(chi_square_quantile(0.025, 600), 534.0185504659327, 1e-7);
   EXPECT_NEAR(chi_square_quantile(0.975, 600), 669.7691522164112, 1e-7);
   EXPECT_NEAR(chi_square_quantile(0.5, 3.5), 2.86058940306655, 1e-9);
+}
+
+TEST(Distributions, ApproximationOfTheChiSquareQuantileKeepsItsBounds) {
+  const auto relative_error = [](double p, int dof) {
+    return std::abs(approximate_chi_square_quantile(p, dof) / chi_square_quantile(p, dof) - 1);
+  };
+  for (const double p : {0.5, 0.9, 0.95, 0.99}) EXPECT_LT(relative_error(p, 3), 0.007) << p;
+  EXPECT_LT(relative_error(0.999, 3), 0.018);
+  for (const double p : {0.01, 0.5, 0.99, 0.9999}) EXPECT_LT(relative_error(p, 2), 1e-9) << p;
 }
 
 // scipy.stats.t.ppf, and the closed forms for one and two degrees of freedom.

@@ -118,8 +118,8 @@ void correct_depth_curr(const std::vector<DepthCurrReading>& readings, FlowDepth
 /// until the choice converges; and the kernel that suits them.
 void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& data, FlowDepthProblem& out) {
   const bool graduated = options.robust == Robust::geman_mcclure_gnc;
-  const double gate2 = chi_square_quantile(2, options.gate);
-  const double gate3 = chi_square_quantile(3, options.gate);
+  const double gate2 = approximate_chi_square_quantile(options.gate, 2);
+  const double gate3 = approximate_chi_square_quantile(options.gate, 3);
   for (size_t i = 0; i < data.size(); ++i) data.use(i, true, false);
   RoughFlowDepthData some = data.sample(choice_sample);
   for (int k = 0; k < 4; ++k) {
