@@ -60,6 +60,7 @@ struct MeasurementNoise {
   /// True if the errors are Gaussian and independent between points, i.e. without outliers, rounding, and
   /// errors that several points share or that are correlated over the image.
   bool independent_gaussian = true;
+  bool gaussian = true;  ///< true if there are neither outliers nor rounding; errors may be correlated
 
   double depth_sigma_m(double depth_m) const { return depth_m * depth_m * inverse_depth_per_m; }
   bool operator==(const MeasurementNoise&) const = default;

@@ -137,7 +137,8 @@ std::optional<MotionBound> motion_bound(const PinholeCamera& camera, const Corre
                                         const SE3& T_curr_prev, const MeasurementNoise& noise) {
   if (!(noise.flow_x_px > 0 && noise.flow_y_px > 0)) return std::nullopt;
   if (!noise.correlation.parts.empty()) {
-    if (noise.flow_outlier_share > 0 || exact.size() > most_correlated_points) return std::nullopt;
+    if (!noise.gaussian || noise.flow_outlier_share > 0 || exact.size() > most_correlated_points)
+      return std::nullopt;
     const auto covariance = inverse(correlated_information(camera, exact, T_curr_prev, noise));
     if (!covariance) return std::nullopt;
     return MotionBound{*covariance, std::nullopt};

@@ -44,8 +44,8 @@ struct MotionBound {
 
 /// Returns the bound for the noise-free points `exact`; a finite depth_curr indicates that the current frame
 /// has a depth for this point. nullopt if no noise is declared for an axis of the flow; if the errors are
-/// neither independent and Gaussian nor correlated over the image without outliers; if correlated errors have
-/// more than 600 points; and if the points do not determine the motion.
+/// not Gaussian (outliers, rounding) or if several points share them; if errors correlated over the image
+/// have more than 600 points; and if the points do not determine the motion.
 std::optional<MotionBound> motion_bound(const PinholeCamera& camera, const Correspondences& exact,
                                         const SE3& T_curr_prev, const MeasurementNoise& noise);
 

@@ -117,6 +117,9 @@ TEST(MotionBound, UsesTheFullCovarianceOfCorrelatedErrors) {
   const auto bound = motion_bound(camera, scene.exact, scene.X, correlated);
   ASSERT_TRUE(bound);
   EXPECT_FALSE(bound->both_depths);
+  MeasurementNoise rounded = correlated;
+  rounded.gaussian = false;
+  EXPECT_FALSE(motion_bound(camera, scene.exact, scene.X, rounded));
   const Measurement measure(scene, declared, false);
   const Eigen::MatrixXd J = measure.jacobian(measure.truth());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(J.rows(), J.rows());

@@ -417,7 +417,8 @@ MeasurementNoise Noise::declared(const StereoCamera& camera, int body) const {
   }
   noise.inverse_depth_per_m = std::sqrt(depth_variance);
   noise.correlation = correlation_.spatial();
-  noise.independent_gaussian = !rounded && noise.flow_outlier_share == 0 && correlation_.independent();
+  noise.gaussian = !rounded && noise.flow_outlier_share == 0;
+  noise.independent_gaussian = noise.gaussian && correlation_.independent();
   return noise;
 }
 

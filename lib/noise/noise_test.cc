@@ -317,6 +317,10 @@ TEST(Noise, DeclaresNonGaussianNoise) {
   const MeasurementNoise rounded = declared(R"({"quantisation": {"step_px": 0.5}})");
   EXPECT_NEAR(rounded.inverse_depth_per_m, 0.5 / std::sqrt(12.0) / camera.bf, 1e-15);
   EXPECT_FALSE(rounded.independent_gaussian);
+  EXPECT_FALSE(rounded.gaussian);
+  const std::string spatial = R"("correlation": {"model": "spatial", "lengths_px": [6], "shares": [0.9]})";
+  EXPECT_TRUE(declared((R"({"flow": {"epe_px": 1}, )" + spatial + "}").c_str()).gaussian);
+  EXPECT_FALSE(declared((R"({"quantisation": {"step_px": 0.5}, )" + spatial + "}").c_str()).gaussian);
 }
 
 TEST(Noise, HasACanonicalNameAndOptions) {
