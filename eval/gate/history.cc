@@ -106,14 +106,15 @@ void add_errors(const RunFolder& run, Point& point) {
   for (const auto& [key, values] : samples) point[key] = mean(values);
 }
 
-void add_times(const Side& side, const std::vector<SubjectCases>& reference, Point& point) {
+void add_times(const Side& side, const std::vector<SubjectCases>& reference, BenchmarkTime time,
+               Point& point) {
   if (!side.runs.empty()) {
     for (const auto& [name, time] : run_times(side.runs.front().subjects, reference))
       point[{name, "time"}] = time.reference_ms * time.ratio;
   }
   std::map<Key, std::vector<double>> samples;
   for (const BenchmarkFile& file : side.benchmarks) {
-    for (const auto& [name, times] : file.cpu_ns) {
+    for (const auto& [name, times] : file.times_ns(time)) {
       for (const double ns : times) samples[{name, "benchmark"}].push_back(ns / 1e6);
     }
   }
@@ -159,7 +160,7 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
     Point point;
     if (!side.runs.empty()) add_errors(side.runs.front(), point);
     const bool is_first = reference.empty() && !side.runs.empty();
-    add_times(side, is_first ? side.runs.front().subjects : reference, point);
+    add_times(side, is_first ? side.runs.front().subjects : reference, policy.speed.time, point);
     if (is_first) reference = std::move(side.runs.front().subjects);
     for (const auto& [key, value] : point) {
       auto& values = all[key];

@@ -50,6 +50,26 @@ TEST_F(Past, ChangesOfLevelAreFoundWhereTheyHappened) {
   EXPECT_THAT(series(history, "ransac/3000/30", "benchmark").changes, ElementsAre());
 }
 
+TEST_F(Past, TimesAreTheKindThatThePolicyOrTheNameRequests) {
+  const auto last = [&](const Policy& policy, const std::string& name) {
+    return series(read_history({temp_.path()}, policy), name, "benchmark").values.back().value();
+  };
+  Policy real;
+  real.speed.time = BenchmarkTime::real;
+  const std::string plain = "ransac/3000/30", named = "ransac/3000/30/real_time";
+  const double cpu_ms = last(policy_, plain);
+  EXPECT_NEAR(last(real, plain) / cpu_ms, 310.0 / 300, 1e-12);
+  for (int i = 0; i < 12; ++i) {
+    const std::filesystem::path file = temp_.path() / fmt::format("run-{}", i) / "benchmark.json";
+    Json json = Json::parse(read_file(file));
+    for (Json& entry : json["benchmarks"]) {
+      if (entry["run_name"] == plain) entry["run_name"] = named;
+    }
+    write_file(file, json.dump());
+  }
+  EXPECT_NEAR(last(policy_, named) / cpu_ms, 310.0 / 300, 1e-12);
+}
+
 TEST_F(Past, TwoPointsShowAStepOfErrorsButNotOfTimes) {
   const History history = read_history({temp_.path() / "run-7", temp_.path() / "run-8"}, policy_);
   EXPECT_THAT(series(history, "synthetic s18 joint_flow level 0.1 camera", "Et_m").changes, ElementsAre(1));

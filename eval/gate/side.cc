@@ -135,6 +135,19 @@ std::string text_of(const Json& entry, const char* key) {
 
 }  // namespace
 
+bool BenchmarkFile::measures_real_time(const std::string& benchmark, BenchmarkTime time) {
+  const auto requests = [&](const char* what) { return benchmark.find(what) != std::string::npos; };
+  return time == BenchmarkTime::real || requests("/real_time") || requests("/manual_time");
+}
+
+std::map<std::string, std::vector<double>> BenchmarkFile::times_ns(BenchmarkTime time) const {
+  std::map<std::string, std::vector<double>> times = cpu_ns;
+  for (auto& [name, values] : times) {
+    if (measures_real_time(name, time)) values = real_ns.at(name);
+  }
+  return times;
+}
+
 BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& name) {
   const Json json = parse_json(text, name);
   if (!json.is_object() || !json.contains("benchmarks") || !json["benchmarks"].is_array()) {

@@ -32,6 +32,12 @@ struct BenchmarkFile {
   /// By name of the benchmark; samples in the order of the file
   std::map<std::string, std::vector<double>> cpu_ns;
   std::map<std::string, std::vector<double>> real_ns;  ///< with the same names
+
+  /// Returns true if the time of this benchmark is its real time: `time` is real, or the name of the
+  /// benchmark requests it ("/real_time" or "/manual_time"). Otherwise its time is the CPU time.
+  static bool measures_real_time(const std::string& benchmark, BenchmarkTime time);
+  /// Returns the times of benchmarks by name, of the kind that measures_real_time() says.
+  std::map<std::string, std::vector<double>> times_ns(BenchmarkTime time) const;
 };
 
 /// Parses a file. Throws Error "NAME: ..." on anything that is not such a file, on a benchmark that failed,

@@ -32,15 +32,11 @@ bool several_programs(const std::vector<BenchmarkFile>& files) {
 Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several, const SpeedPolicy& policy) {
   Samples samples;
   for (const BenchmarkFile& file : files) {
-    for (const auto& [name, cpu] : file.cpu_ns) {
-      const bool asked =
-          name.find("/real_time") != std::string::npos || name.find("/manual_time") != std::string::npos;
-      const bool real = asked || policy.time == BenchmarkTime::real;
-      const std::vector<double>& times = real ? file.real_ns.at(name) : cpu;
+    for (const auto& [name, times] : file.times_ns(policy.time)) {
       for (const double ns : times) {
         if (ns <= 0)
           fail("{}: benchmark '{}': its {} time is 0: it measured nothing", file.path, name,
-               real ? "real" : "CPU");
+               BenchmarkFile::measures_real_time(name, policy.time) ? "real" : "CPU");
       }
       // Names of benchmarks are prefixed by their program if a side has several programs.
       std::vector<double>& all = samples[(several ? program_of(file) + ": " : "") + name].ns;
