@@ -39,7 +39,9 @@ BenchmarkPlan plan_of(const BenchmarkRequest& request, const Suite& suite, const
       std::ranges::move(sweeps, std::back_inserter(plan.sweeps));
     } catch (const Error& error) {
       if (by_name || !track.needs_data) throw;
-      plan.left_out[track.name] = "its data are not there";
+      plan.left_out[track.name] = request.data_root.empty()
+                                      ? "its data are not there"
+                                      : fmt::format("its data cannot be used: {}", error.what());
     }
   }
   if (plan.sweeps.empty()) fail("suite {}: no track of it is left to run", suite.name);

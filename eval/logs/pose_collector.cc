@@ -88,10 +88,19 @@ void RepairLog::note(const std::string& what, int64_t line) {
   if (seen.n++ == 0) seen.line = line;
 }
 
+void RepairLog::add(const RepairLog& other) {
+  for (const auto& [what, theirs] : other.seen_) {
+    Seen& seen = seen_[what];
+    if (seen.n == 0 || theirs.line < seen.line) seen.line = theirs.line;
+    seen.n += theirs.n;
+  }
+}
+
 std::vector<std::string> RepairLog::warnings(const std::string& path) const {
   std::vector<std::string> lines;
   for (const auto& [what, seen] : seen_) {
-    lines.push_back(seen.line > 0 ? fmt::format("{}:{}: {} ({} poses)", path, seen.line, what, seen.n)
+    lines.push_back(seen.line > 0 ? fmt::format("{}:{}: {} ({} {})", path, seen.line, what, seen.n,
+                                                seen.n == 1 ? "pose" : "poses")
                                   : fmt::format("{}: {}", path, what));
   }
   return lines;

@@ -126,7 +126,7 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
     PoseSeries poses;
   };
   std::vector<Step> steps;
-  log = log_;
+  log.add(log_);
   const auto add = [&](const std::string& frame, bool inverse) {
     const Edge& edge = edges_.at(frame);
     steps.push_back({inverse, edge.is_static, edge.poses});
