@@ -54,6 +54,10 @@ void add_body(const BodyResult& body, Record& record) {
   if (body.split.cells) record.values["split_nees_cells"] = *body.split.cells;
   if (body.split.sides && body.split.cells)
     record.values["split_nees"] = 0.5 * (*body.split.sides + *body.split.cells);
+  if (body.expansion) {
+    record.values["expansion_gap_m"] = body.expansion->gap_m;
+    record.values["expansion_chi2"] = body.expansion->chi2;
+  }
   record.time_ms["total"] = body.times.total_ms();
   record.time_ms["start"] = body.times.start_ms;
   record.time_ms["refine"] = body.times.refine_ms;

@@ -106,15 +106,19 @@ TEST_F(EvaluatePair, EgoErrorsOfAPureTranslation) {
   EXPECT_EQ(ego.time_ms.at("total"), 3.5);
 }
 
-TEST_F(EvaluatePair, SplitNeesIsRecorded) {
+TEST_F(EvaluatePair, ConsistencyIsRecorded) {
   result_.ego.split = {4.0, 9.0};
   result_.objects[0].split.sides = 5.0;
+  result_.objects[0].expansion = ExpansionGap{0.5, 7.0};
   const std::vector<Record> records = evaluate();
   EXPECT_EQ(records[0].values.at("split_nees_sides"), 4.0);
   EXPECT_EQ(records[0].values.at("split_nees_cells"), 9.0);
   EXPECT_EQ(records[0].values.at("split_nees"), 6.5);
   EXPECT_EQ(records[1].values.at("split_nees_sides"), 5.0);
   EXPECT_FALSE(records[1].values.contains("split_nees"));
+  EXPECT_FALSE(records[0].values.contains("expansion_chi2"));
+  EXPECT_EQ(records[1].values.at("expansion_gap_m"), 0.5);
+  EXPECT_EQ(records[1].values.at("expansion_chi2"), 7.0);
 }
 
 TEST_F(EvaluatePair, EpeIsOverInliersAgainstInducedFlow) {

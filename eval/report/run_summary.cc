@@ -247,9 +247,11 @@ struct Mean {
 }  // namespace
 
 std::string consistency_text(const std::vector<Record>& records) {
-  constexpr double far_too_large = 12;  // twice the expected value
-  constexpr std::array<const char*, 4> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees"};
-  std::map<std::string, std::array<Mean, 4>> of_body;
+  constexpr double far_too_large = 12;      // twice the expected value
+  constexpr double large_disagreement = 4;  // two standard deviations
+  constexpr std::array<const char*, 5> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees",
+                                               "expansion_chi2"};
+  std::map<std::string, std::array<Mean, keys.size()>> of_body;
   for (const Record& record : records) {
     for (size_t k = 0; k < keys.size(); ++k) {
       const auto value = record.values.find(keys[k]);
@@ -262,17 +264,25 @@ std::string consistency_text(const std::vector<Record>& records) {
   if (std::ranges::none_of(of_body, [](const auto& body) { return body.second[0].n > 0; })) return "";
   std::string text =
       "Mean NEES, 6 for right covariances: split-half (left, right; odd, even cells),\n"
-      "against the truth\n";
-  bool too_sure = false;
+      "against the truth; mean chi2 of flow's expansion against disparities, about 1\n";
+  bool too_sure = false, disagree = false;
   for (const auto& [body, means] : of_body) {
     too_sure = too_sure || means[0].sum > far_too_large * means[0].n;
-    text += fmt::format("  {:<28} {:>8} ({}; {}) {:>8}  {} pairs\n", body, means[0].text(), means[1].text(),
-                        means[2].text(), means[3].text(), std::max(means[0].n, means[3].n));
+    disagree = disagree || means[4].sum > large_disagreement * means[4].n;
+    text +=
+        fmt::format("  {:<28} {:>8} ({}; {}) {:>8} {:>8}  {} pairs\n", body, means[0].text(), means[1].text(),
+                    means[2].text(), means[3].text(), means[4].text(), std::max(means[0].n, means[3].n));
   }
   if (too_sure) {
     text +=
         "Far above 6: covariances are too small. For errors that correlate over the image give\n"
         "--set estimator.covariance=correlated, unless the estimator models that itself.\n";
+  }
+  if (disagree) {
+    text +=
+        "Far above 1: flow and disparities disagree about the motion of an object along the viewing\n"
+        "ray, and residuals do not show it. Compare the estimates of another flow\n"
+        "(--set source.flow=dis); values.expansion_gap_m has the sign and size by frame.\n";
   }
   return text;
 }

@@ -71,10 +71,10 @@ std::string summary_text(const std::vector<Record>& records, const MetricPreset&
 /// Returns {"schema","preset","aggregate","rows":[...],"classification":{...}}.
 Json summary_json(const std::vector<Record>& records, const MetricPreset& preset);
 
-// ---- Split-half consistency of the bodies (`sextant run --consistency`).
+// ---- Consistency of the bodies' estimates (`sextant run --consistency`).
 
-/// Lists by body the means of values.split_nees, of its two kinds and of values.nees, one line each; empty if
-/// no record has split_nees.
+/// Lists by body the means of values.split_nees, of its two kinds, of values.nees and of
+/// values.expansion_chi2, one line each; empty if no record has split_nees.
 std::string consistency_text(const std::vector<Record>& records);
 
 // ---- Components of a camera's step errors that are equal in every pair, or grow along the sequence. They

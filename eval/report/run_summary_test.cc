@@ -179,13 +179,17 @@ TEST(ConsistencyText, IsMeansOfBodiesAndSaysWhatToDoAboutCovariancesThatAreTooSm
   for (Record& r : records)
     r.values = {{"split_nees", 6}, {"split_nees_sides", 5}, {"split_nees_cells", 7}, {"nees", 4}};
   records[1].values["split_nees"] = 8;
+  records[2].values["expansion_chi2"] = 1.5;
   const std::string good = consistency_text(records);
   EXPECT_THAT(good, HasSubstr("ego"));
-  EXPECT_THAT(good, HasSubstr("7.00 (5.00; 7.00)     4.00  2 pairs"));
-  EXPECT_THAT(good, HasSubstr("6.00 (5.00; 7.00)     4.00  1 pairs"));
+  EXPECT_THAT(good, HasSubstr("7.00 (5.00; 7.00)     4.00        -  2 pairs"));
+  EXPECT_THAT(good, HasSubstr("6.00 (5.00; 7.00)     4.00     1.50  1 pairs"));
   EXPECT_THAT(good, Not(HasSubstr("too small")));
   records[2].values["split_nees"] = 13;
   EXPECT_THAT(consistency_text(records), HasSubstr("covariances are too small"));
+  EXPECT_THAT(consistency_text(records), Not(HasSubstr("disagree")));
+  records[2].values["expansion_chi2"] = 4.5;
+  EXPECT_THAT(consistency_text(records), HasSubstr("flow and disparities disagree"));
 }
 
 }  // namespace

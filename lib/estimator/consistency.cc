@@ -3,7 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "sextant/base/quantile.h"
 #include "sextant/estimator/flow_depth/error_model.h"
 
 namespace sextant {
@@ -55,6 +57,47 @@ SplitNees split_nees(const Problem& problem, const MotionEstimate& whole, const 
   const auto odd = [](double pixel) { return std::fmod(std::floor(pixel / cell_px), 2) != 0; };
   return {nees_of(problem, whole, estimator, [&](size_t i) { return p.u[i] < *middle; }),
           nees_of(problem, whole, estimator, [&](size_t i) { return odd(p.u[i]) == odd(p.v[i]); })};
+}
+
+std::optional<ExpansionGap> expansion_gap(const Problem& problem, const MotionEstimate& whole,
+                                          const Estimator& estimator) {
+  constexpr size_t fewest = 10;
+  std::vector<unsigned char> keep(problem.points.size());
+  for (size_t i = 0; i < keep.size(); ++i)
+    keep[i] = whole.inliers[i] != 0 && problem.points.depth_curr[i] > 0 ? 1 : 0;
+  Problem by_flow{problem.camera, problem.points.subset(keep), problem.noise};
+  Correspondences& p = by_flow.points;
+  if (p.size() < fewest) return std::nullopt;
+  const std::vector<double> measured_m = std::exchange(p.depth_curr, std::vector<double>(p.size(), NAN));
+  const StartingPoint start{whole.T_curr_prev, std::vector<unsigned char>(p.size(), 1), whole.errors};
+  const MotionEstimate flow = estimator.estimate(by_flow, start);
+  if (flow.status != Status::ok) return std::nullopt;
+
+  std::vector<double> ratios, depths_m;
+  Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();
+  Eigen::Vector2d sum_px = Eigen::Vector2d::Zero();
+  double squares_px = 0;
+  for (size_t i = 0; i < p.size(); ++i) {
+    const Eigen::Vector3d moved_m =
+        flow.T_curr_prev * problem.camera.left.backproject(p.u[i], p.v[i], p.depth[i]);
+    const Eigen::Vector2d pixel(p.u[i], p.v[i]);
+    centroid_m += moved_m / static_cast<double>(p.size());
+    sum_px += pixel;
+    squares_px += pixel.squaredNorm();
+    depths_m.push_back(moved_m.z());
+    ratios.push_back(moved_m.z() / measured_m[i]);
+  }
+  const auto n = static_cast<double>(p.size());
+  const double variance_px = squares_px / n - (sum_px / n).squaredNorm();
+  const double depth_m = middle_of(depths_m), y = middle_of(ratios) - 1;
+  Vector6d gradient = Vector6d::Zero();
+  gradient << 0, 0, 1, centroid_m.y(), -centroid_m.x(), 0;
+  gradient /= centroid_m.z();
+  const double variance = gradient.dot(flow.covariance * gradient) +
+                          common_flow_px * common_flow_px / variance_px +
+                          std::pow(common_disparity_px * depth_m / problem.camera.bf, 2);
+  const ExpansionGap gap{-y * depth_m, y * y / variance};
+  return std::isfinite(gap.chi2) && std::isfinite(gap.gap_m) ? std::optional(gap) : std::nullopt;
 }
 
 }  // namespace sextant

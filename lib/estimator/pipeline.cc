@@ -154,7 +154,9 @@ FrameResult FrameEstimator::process(const FramePair& pair) {
 
 void FrameEstimator::check_consistency(const FramePair& pair, BodyResult& body) const {
   if (body.status != Status::ok) return;
-  body.split = split_nees({pair.camera, body.points, body.noise}, body.estimate, *estimator_);
+  const Problem problem{pair.camera, body.points, body.noise};
+  body.split = split_nees(problem, body.estimate, *estimator_);
+  if (body.instance != 0) body.expansion = expansion_gap(problem, body.estimate, *estimator_);
 }
 
 BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {

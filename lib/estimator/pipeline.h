@@ -44,7 +44,7 @@ struct PipelineOptions {
       (int, min_object_points, 30, "count", "fewest points and fewest inliers of an object"),
       (bool, estimate_static_objects, false, "", "also estimate objects classified static"),
       (bool, consistency, false, "",
-       "also estimate every body from two halves of its inliers (consistency.h)"))
+       "also estimate every body from two halves of its inliers, and from its flow alone (consistency.h)"))
   void check() const;
 };
 
@@ -75,8 +75,9 @@ struct BodyResult {
   std::optional<MotionLikelihood> likelihood;  ///< if classification.test is likelihood
   /// centroid of the inliers, previous camera coordinates
   Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();
-  double speed_mps = 0;  ///< |t - (I - R) c| / dt; NaN if not estimated
-  SplitNees split;       ///< if pipeline.consistency is set
+  double speed_mps = 0;                   ///< |t - (I - R) c| / dt; NaN if not estimated
+  SplitNees split;                        ///< if pipeline.consistency is set
+  std::optional<ExpansionGap> expansion;  ///< of objects, likewise
   BodyTimes times;
 };
 

@@ -173,6 +173,12 @@ const std::vector<MetricDefinition>& table() {
        "its mean is 6 if the covariances are right"},
       {"split_nees_cells", values, "both", "split NEES, cells", "1", 2, neither,
        "the same from odd and even squares of 80 px"},
+      {"expansion_gap_m", values, "object", "expansion gap", "m", 3, neither,
+       "with `--consistency`: depth by which the current disparities put the object farther away than the "
+       "motion estimated from flow and previous depth alone"},
+      {"expansion_chi2", values, "object", "expansion chi2", "1", 2, neither,
+       "square of this gap over its variance, with errors common to the whole object of 0.12 px of the flow "
+       "and 0.16 px of the change of the disparity; its mean is 1 if flow and disparities agree"},
       {"nees", values, "both", "NEES", "1", 2, neither,
        "normalised error squared of the estimate: `e^T C⁻¹ e`, `exp(e) = X̂ X⁻¹`, C the estimator's own "
        "covariance"},

@@ -97,14 +97,15 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         lay_out(data, folder / "pairs")
-        print("| source | method | camera E_t [m] | camera E_R [deg] | moving E_v [km/h] | parked v [km/h] | split NEES of parked |\n"
-              "|---|---|---|---|---|---|---|")
+        print("| source | method | camera E_t [m] | camera E_R [deg] | moving E_v [km/h] | parked v [km/h] | split NEES of parked "
+              "| expansion chi2 of parked |\n|---|---|---|---|---|---|---|---|")
         for name, source in sources(data, folder / "pairs").items():
             for method, (estimator, options) in METHODS.items():
                 rows = records(program, source, estimator, options + PARKED, folder / "out")
                 objects = [row for row in rows if row["body"] != "ego" and row["values"].get("dynamic_gt") == 0]
                 print("|", " | ".join([name, method, mean(camera(rows, "Et_m")), mean(camera(rows, "ER_deg")), mean(moving(rows)),
-                                       mean(parked(rows)), mean(values(objects, "split_nees"))]), "|", flush=True)
+                                       mean(parked(rows)), mean(values(objects, "split_nees")),
+                                       mean(values(objects, "expansion_chi2"))]), "|", flush=True)
                 if parked(rows):
                     error[name, method] = sum(parked(rows)) / len(parked(rows))
     ours = [method for method in METHODS if method != "joint_flow"]
