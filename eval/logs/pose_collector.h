@@ -20,7 +20,7 @@ class RepairLog {
   void note(const std::string& what, int64_t line);
   /// Adds the repairs in `other`, made before or beside these.
   void add(const RepairLog& other);
-  /// Returns "PATH:LINE: WHAT (N poses)" ("(1 pose)"), or "PATH: WHAT" for repairs without a line, in order of WHAT.
+  /// Returns "PATH:LINE: WHAT (N poses)", or "PATH: WHAT" for repairs without a line, in order of WHAT.
   std::vector<std::string> warnings(const std::string& path) const;
 
  private:

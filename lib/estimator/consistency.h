@@ -36,22 +36,22 @@ SplitNees split_nees(const Problem& problem, const MotionEstimate& whole, const 
 //   y = median of z_i / z'_i - 1,   gap = -y median z_i
 //   chi2 = y^2 / (g^T C_f g + (common_flow_px / s)^2 + (common_disparity_px / d)^2)
 //
-// g = d ln(z) / d xi at the centroid, C_f the covariance of X_f. The mean of chi2 is 1 if flow and disparities
-// have no larger common errors than these; far above 1, one of the two has, for example because a network
-// draws the flow of a far car towards that of the background.
+// g = d ln(z) / d xi at the centroid, C_f the covariance of X_f. The mean of chi2 is 1 if flow and
+// disparities have no larger common errors than these; far above 1, one of the two has, for example because a
+// network draws the flow of a far car towards that of the background.
 
 /// Standard deviations of errors common to all points of a body, as static bodies of real frames show them
 /// with the flow of PWC-Net and DIS and the disparities of SGBM (scripts/maintain/real_frames.py).
 inline constexpr double common_flow_px = 0.12;
-inline constexpr double common_disparity_px = 0.16;  ///< of the change between two frames
+inline constexpr double common_disparity_px = 0.16;  ///< error of the change between two frames
 
 struct ExpansionGap {
   double gap_m = 0;  ///< depth by which the disparities put the body farther away than the flow does
   double chi2 = 0;
 };
 
-/// Returns the gap of the inliers of `whole` that have a current depth; nullopt with fewer than 10 of them, or
-/// if they give no motion without current depths.
+/// Returns the gap of the inliers of `whole` that have a current depth; nullopt with fewer than 10 of them,
+/// or if they give no motion without current depths.
 std::optional<ExpansionGap> expansion_gap(const Problem& problem, const MotionEstimate& whole,
                                           const Estimator& estimator);
 

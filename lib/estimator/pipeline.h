@@ -77,7 +77,7 @@ struct BodyResult {
   Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();
   double speed_mps = 0;                   ///< |t - (I - R) c| / dt; NaN if not estimated
   SplitNees split;                        ///< if pipeline.consistency is set
-  std::optional<ExpansionGap> expansion;  ///< of objects, likewise
+  std::optional<ExpansionGap> expansion;  ///< likewise, for objects only
   BodyTimes times;
 };
 
