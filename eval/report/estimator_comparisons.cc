@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "sextant/base/machine.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/summary.h"
 
@@ -124,9 +125,7 @@ std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& 
 std::vector<Interned> estimators_in_order(const std::vector<NoiseSweep>& sweeps) {
   std::vector<Interned> names;
   for (const NoiseSweep& sweep : sweeps) {
-    for (const Interned name : sweep.estimators) {
-      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
-    }
+    for (const Interned name : sweep.estimators) add_distinct(name, names);
   }
   return names;
 }

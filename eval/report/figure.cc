@@ -71,23 +71,9 @@ std::string without_date(std::string pdf) {
 
 constexpr const char* apostrophe = "\u2019";
 
-std::string replaced(const std::string& text, char what, const char* by) {
-  std::string out;
-  for (const char c : text) {
-    if (c == what) out += by;
-    if (c != what) out += c;
-  }
-  return out;
-}
-
 /// Returns the text on one line, with a blank in "]]>": gnuplot does not escape its '>' in an SVG, which
 /// would be invalid XML.
-std::string label_text(const std::string& text) {
-  std::string line = one_line(text);
-  for (size_t at = line.find("]]>"); at != std::string::npos; at = line.find("]]>", at))
-    line.insert(at + 2, 1, ' ');
-  return line;
-}
+std::string label_text(const std::string& text) { return replaced(one_line(text), "]]>", "]] >"); }
 
 std::string figure_csv(Table data) {
   for (std::vector<Cell>& row : data.rows) {
@@ -151,14 +137,14 @@ int open_point(size_t i) { return filled_point(i) - 1; }
 // A doubled quote, which gnuplot's manual recommends, still ends the string at its beginning or beside
 // another quote, so quotes become apostrophes.
 std::string gp_text(const std::string& text) {
-  return "'" + replaced(label_text(text), '\'', apostrophe) + "'";
+  return "'" + replaced(label_text(text), "'", apostrophe) + "'";
 }
 
-std::string gp_tic(const std::string& label) { return replaced(gp_text(label), '%', "%%"); }
+std::string gp_tic(const std::string& label) { return replaced(gp_text(label), "%", "%%"); }
 
 std::string gp_cell(const std::string& text) {
   std::string cell =
-      replaced(replaced(replaced(label_text(text), ',', ";"), '"', apostrophe), '\'', apostrophe);
+      replaced(replaced(replaced(label_text(text), ",", ";"), "\"", apostrophe), "'", apostrophe);
   const size_t first = cell.find_first_not_of(' ');  // gnuplot skips leading blanks
   return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') + 1 - first);
 }

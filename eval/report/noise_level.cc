@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "sextant/base/text.h"
 #include "sextant/eval/records/record.h"
 
 namespace sextant {
@@ -255,8 +256,7 @@ size_t NoiseLevelKey::Hash::operator()(const NoiseLevelKey& key) const {
 
 NoiseLevel& NoiseLevels::level_of(const NoiseLevelKey& key) {
   const auto [level, is_new] = levels_.try_emplace(key, key);
-  if (is_new && std::ranges::find(estimators_, key.estimator) == estimators_.end())
-    estimators_.push_back(key.estimator);
+  if (is_new) add_distinct(key.estimator, estimators_);
   return level->second;
 }
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
@@ -99,9 +100,7 @@ NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record
 
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep) {
   sweep.levels.insert(sweep.levels.end(), more.levels.begin(), more.levels.end());
-  for (const Interned name : more.estimators) {
-    if (std::ranges::find(sweep.estimators, name) == sweep.estimators.end()) sweep.estimators.push_back(name);
-  }
+  for (const Interned name : more.estimators) add_distinct(name, sweep.estimators);
   std::ranges::stable_sort(sweep.levels, [](const auto& a, const auto& b) { return a->key() < b->key(); });
 }
 

@@ -72,10 +72,7 @@ std::vector<RecordSet> record_sets(const std::vector<Record>& records) {
 std::vector<std::string> estimators_of(const RecordSet& set) {
   std::vector<std::string> names;
   for (const BodyRecords& body : set.bodies) {
-    for (const Record* record : body.records) {
-      const std::string& name = record->estimator;
-      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
-    }
+    for (const Record* record : body.records) add_distinct(record->estimator, names);
   }
   return names;
 }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "sextant/base/text.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/clustered_sample.h"
@@ -95,10 +96,7 @@ std::vector<typename Map::key_type> common_keys(const std::vector<const Map*>& m
 template <typename Item, typename Text>
 std::vector<std::string> distinct(const std::vector<const Item*>& items, Text Item::*member) {
   std::vector<std::string> values;
-  for (const Item* item : items) {
-    const std::string& value = item->*member;
-    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
-  }
+  for (const Item* item : items) add_distinct(item->*member, values);
   return values;
 }
 

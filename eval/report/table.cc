@@ -189,9 +189,7 @@ std::string to_markdown(const Table& whole) {
   if (!table.caption.empty()) text += markdown_text(table.caption) + "\n\n";
   for (size_t i = 0; i < layout.lines.size(); ++i) {
     for (size_t j = 0; j < table.columns.size(); ++j) {
-      std::string cell = markdown_text(layout.lines[i][j]);
-      for (size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2))
-        cell.insert(at, 1, '\\');
+      const std::string cell = replaced(markdown_text(layout.lines[i][j]), "|", "\\|");
       text += fmt::format("| {} ", padded(cell, layout.widths[j], table.columns[j].align));
     }
     text += "|\n";

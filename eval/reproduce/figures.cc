@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/eval/logs/trajectory_files.h"
@@ -227,9 +228,7 @@ using Paths = std::vector<const AttributionPath*>;
 std::vector<std::string> decisions_of(const Paths& paths) {
   std::vector<std::string> decisions;
   for (const AttributionPath* path : paths) {
-    for (const AttributionStep& step : path->steps) {
-      if (std::ranges::find(decisions, step.decision) == decisions.end()) decisions.push_back(step.decision);
-    }
+    for (const AttributionStep& step : path->steps) add_distinct(step.decision, decisions);
   }
   return decisions;
 }

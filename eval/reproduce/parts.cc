@@ -8,6 +8,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/names.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/run.h"
@@ -20,12 +21,6 @@ namespace sextant {
 std::span<const EmbeddedFile> plan_files();
 
 namespace {
-
-std::string replaced(std::string text, const std::string& word, const std::string& by) {
-  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + by.size()))
-    text.replace(at, word.size(), by);
-  return text;
-}
 
 Part sweep_part(const char* name, PartRole role, const char* plan, const char* needs = "",
                 const std::string& fetch = "") {

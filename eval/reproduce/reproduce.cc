@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
@@ -230,8 +231,7 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
     }
     if (!is_missing) continue;
     missing.push_back(table.number + (table.versions.front().n_measured > 0 ? " (part)" : ""));
-    const std::string command = paper().table(table.number).fetch;
-    if (std::ranges::find(fetch, command) == fetch.end()) fetch.push_back(command);
+    add_distinct(paper().table(table.number).fetch, fetch);
   }
   std::string text =
       sentence("Holds", holds) + sentence("Holds in part", partly) + sentence("Does not hold", differs);
@@ -263,10 +263,7 @@ std::string machine(const Json& run) {
 /// Returns the texts of all experiments, each distinct text once.
 std::string distinct(const std::vector<Json>& runs, const std::function<std::string(const Json&)>& say) {
   std::vector<std::string> texts;
-  for (const Json& run : runs) {
-    const std::string text = say(run);
-    if (std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
-  }
+  for (const Json& run : runs) add_distinct(say(run), texts);
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 

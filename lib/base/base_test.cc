@@ -109,6 +109,18 @@ TEST(Split, KeepsEmptyPieces) {
   EXPECT_THAT(split("abc", ','), ElementsAre("abc"));
 }
 
+TEST(Replaced, ReplacesEveryOccurrenceOnce) {
+  EXPECT_EQ(replaced("a|b||", "|", "\\|"), "a\\|b\\|\\|");
+  EXPECT_EQ(replaced("]]]>", "]]>", "]] >"), "]]] >");
+  EXPECT_EQ(replaced("none", "x", "y"), "none");
+}
+
+TEST(AddDistinct, KeepsTheOrderOfFirstAppearance) {
+  std::vector<std::string> list;
+  for (const char* text : {"b", "a", "b", "c", "a"}) add_distinct(text, list);
+  EXPECT_THAT(list, ElementsAre("b", "a", "c"));
+}
+
 TEST(Text, Utf8IsTheShortestForm) {
   EXPECT_TRUE(is_utf8(""));
   EXPECT_TRUE(is_utf8("a\u00e9\u0394\U0001F600"));

@@ -2,10 +2,12 @@
 
 // Text helpers for messages, and for untrusted text that is shown on a page or a terminal.
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace sextant {
@@ -22,6 +24,15 @@ std::string suggest(std::string_view word, std::span<const std::string> names);
 
 /// Returns the pieces of `text` between `separator`s; n separators give n + 1 pieces.
 std::vector<std::string> split(std::string_view text, char separator);
+
+/// Replaces every occurrence of `what`, which must not be empty, by `by`.
+std::string replaced(std::string text, std::string_view what, std::string_view by);
+
+/// Appends a text unless the list contains it: the texts of the list stay in order of first appearance.
+template <typename Text>
+void add_distinct(const std::type_identity_t<Text>& text, std::vector<Text>& list) {
+  if (std::ranges::find(list, text) == list.end()) list.push_back(text);
+}
 
 /// Returns `text` without leading and trailing blanks, tabs, vertical tabs, form feeds and carriage returns.
 std::string_view trimmed(std::string_view text);

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/roc_curve.h"
@@ -146,7 +147,7 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
       std::vector<std::string> estimators;
       for (const auto& [estimator, curve] : by_estimator) {
         estimators.push_back(estimator);
-        if (std::ranges::find(all, estimator) == all.end()) all.push_back(estimator);
+        add_distinct(estimator, all);
         for (const RocPoint& point : curve.points) points.push_back({sequence, estimator, point, curve.area});
       }
       panels.push_back(panel_of(sequence, in_order(estimators)));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sextant/base/text.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/paper.h"
@@ -98,7 +99,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
     std::vector<std::string> of_panel;
     for (const NoiseLevelRow& row : *sweep) {
       if (row.estimator != paper().method || row.noise.find(" (spatial ") != std::string::npos) continue;
-      if (std::ranges::find(of_panel, row.body) == of_panel.end()) of_panel.push_back(row.body);
+      add_distinct(row.body, of_panel);
       if (of_panel.size() > most_bodies) break;
       marks.push_back(
           {parameter, row.body, row.level, row.level, mean_error(row, "Et_m"), mean_error(row, "ER_deg")});
