@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sextant/eval/records/testing.h"
+#include "sextant/eval/report/noise_sweep_testing.h"
 
 namespace sextant {
 namespace {

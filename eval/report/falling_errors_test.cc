@@ -2,6 +2,7 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/eval/records/testing.h"
+#include "sextant/eval/report/noise_sweep_testing.h"
 
 namespace sextant {
 namespace {

@@ -9,6 +9,7 @@
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/noise_sweep.h"
+#include "sextant/eval/report/noise_sweep_testing.h"
 #include "sextant/eval/report/trends.h"
 
 namespace sextant {

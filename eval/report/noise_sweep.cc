@@ -23,6 +23,27 @@ void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::
   }
 }
 
+/// Returns the dotted key of the noise whose value equals the level at every level of a run.json's
+/// configuration; "" if there is none, or only one level.
+std::string swept_parameter(const Json& configuration) {
+  const Json levels = configuration.value("noise", Json());
+  if (!levels.is_array() || levels.size() < 2) return "";
+  std::optional<std::set<std::string>> candidates;
+  for (const Json& level : levels) {
+    if (!level.is_object() || !level.contains("noise") || !level["noise"].is_object()) return "";
+    std::map<std::string, double> numbers;
+    collect_numbers(level["noise"], "", numbers);
+    std::set<std::string> equal;
+    for (const auto& [key, value] : numbers) {
+      if (value == json_member<double>(level, "level", "run.json: configuration.noise", 0) &&
+          (!candidates || candidates->contains(key)))
+        equal.insert(key);
+    }
+    candidates = std::move(equal);
+  }
+  return candidates->empty() ? "" : *candidates->begin();
+}
+
 /// A sweep lists its noise by source and level; a run has one entry per source.
 std::vector<AchievedNoise> achieved_noise(const Json& run) {
   std::vector<AchievedNoise> achieved;
@@ -92,35 +113,10 @@ size_t NoiseSweep::n_levels() const {
   return distinct.size();
 }
 
-NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record>& records) {
-  NoiseLevels levels;
-  for (const Record& record : records) levels.add(record);
-  return {parameter, levels.take(), levels.estimators()};
-}
-
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep) {
   sweep.levels.insert(sweep.levels.end(), more.levels.begin(), more.levels.end());
   for (const Interned name : more.estimators) add_distinct(name, sweep.estimators);
   std::ranges::stable_sort(sweep.levels, [](const auto& a, const auto& b) { return a->key() < b->key(); });
-}
-
-std::string swept_parameter(const Json& configuration) {
-  const Json levels = configuration.value("noise", Json());
-  if (!levels.is_array() || levels.size() < 2) return "";
-  std::optional<std::set<std::string>> candidates;
-  for (const Json& level : levels) {
-    if (!level.is_object() || !level.contains("noise") || !level["noise"].is_object()) return "";
-    std::map<std::string, double> numbers;
-    collect_numbers(level["noise"], "", numbers);
-    std::set<std::string> equal;
-    for (const auto& [key, value] : numbers) {
-      if (value == json_member<double>(level, "level", "run.json: configuration.noise", 0) &&
-          (!candidates || candidates->contains(key)))
-        equal.insert(key);
-    }
-    candidates = std::move(equal);
-  }
-  return candidates->empty() ? "" : *candidates->begin();
 }
 
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders) {

@@ -33,18 +33,12 @@ struct NoiseSweep {
   size_t n_levels() const;
 };
 
-/// Makes a sweep of these records.
-NoiseSweep noise_sweep_of(const std::string& parameter, const std::vector<Record>& records);
 /// Adds the levels of `more` to `sweep`.
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
 /// Reads folders; returns one sweep for each noise parameter that they vary, in order of parameter. Throws
 /// Error on a folder without records.jsonl and summary.bin, on damaged files, and if a case occurs twice.
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders);
-
-/// Returns the dotted key of the noise whose value equals the level at every level of a run.json's
-/// configuration; "" if there is none, or only one level.
-std::string swept_parameter(const Json& configuration);
 
 /// Returns the title of an axis for the parameter: "flow noise: end-point error [px]".
 std::string parameter_title(const std::string& parameter);

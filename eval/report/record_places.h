@@ -51,28 +51,25 @@ RecordPlaces record_places(const std::vector<Record>& records, const std::filesy
 void add_records_column(const std::vector<RowRecords>& behind, const std::filesystem::path& page_folder,
                         Table& table);
 
-/// Adds the column "records" to a table with one row for each of `rows`, which have a data set and a
-/// sequence, and may have a body and a level. `row.covers(parameter, key)` returns true for the levels whose
-/// records are behind a row. Without places the table stays unchanged.
+/// Adds the column "records" to a table with one row for each of `rows`, which have a data set, a sequence
+/// and a body, and may have a level. `row.covers(parameter, key)` returns true for the levels whose records
+/// are behind a row. Without places the table stays unchanged.
 template <typename Row>
 void add_record_links(const std::vector<Row>& rows, const RecordPlaces& places,
                       const std::filesystem::path& page_folder, Table& table) {
   if (places.empty() || rows.empty()) return;
   // Both rows and levels can be numerous, so a row is only compared with the levels of its own case.
   using Case = std::tuple<std::string_view, std::string_view, std::string_view, double>;
-  constexpr bool has_body = requires(const Row& row) { row.body; };
   constexpr bool has_level = requires(const Row& row) { row.level; };
   std::map<Case, std::vector<const LevelRecords*>> by_case;
   for (const LevelRecords& level : places) {
     const NoiseLevelKey& key = level.key;
-    by_case[Case(key.dataset.str(), key.sequence.str(), has_body ? std::string_view(key.body.str()) : "",
-                 has_level ? key.level : 0.0)]
+    by_case[Case(key.dataset.str(), key.sequence.str(), key.body.str(), has_level ? key.level : 0.0)]
         .push_back(&level);
   }
   std::vector<RowRecords> behind(rows.size());
   for (size_t i = 0; i < rows.size(); ++i) {
-    Case of_row(rows[i].dataset, rows[i].sequence, "", 0.0);
-    if constexpr (has_body) std::get<2>(of_row) = rows[i].body;
+    Case of_row(rows[i].dataset, rows[i].sequence, rows[i].body, 0.0);
     if constexpr (has_level) std::get<3>(of_row) = rows[i].level;
     const auto found = by_case.find(of_row);
     if (found == by_case.end()) continue;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "sextant/base/error.h"
 #include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
@@ -45,12 +44,6 @@ std::span<const Claim> claims() {
     return claims;
   }();
   return all;
-}
-
-const Claim& find_claim(const std::string& name) {
-  const auto claim = std::ranges::find(claims(), name, &Claim::name);
-  SEXTANT_CHECK(claim != claims().end());
-  return *claim;
 }
 
 std::vector<CheckedClaim> check_claims(const Evidence& evidence) {

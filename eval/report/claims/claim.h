@@ -18,7 +18,6 @@
 
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/evidence.h"
-#include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/bootstrap.h"
 
@@ -39,11 +38,6 @@ struct ClaimResult {
   std::string records{};  ///< the experiment that measured it
 
   void set(const IntervalEstimate& estimate);
-
-  /// Returns true if the records of level `key` contribute to this result.
-  bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
-    return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator;
-  }
 };
 
 using ClaimCheck = std::function<std::vector<ClaimResult>(const Evidence&)>;
@@ -59,8 +53,6 @@ Claim paper_claim(int order, const std::string& name, ClaimCheck check);
 
 /// Returns all claims in the order of reports.
 std::span<const Claim> claims();
-/// Returns the claim called `name`; throws InternalError if there is none.
-const Claim& find_claim(const std::string& name);
 
 /// Return the verdict on "value < limit", or on "value > limit".
 Verdict is_below(double limit, double value, const std::optional<Interval>& interval);

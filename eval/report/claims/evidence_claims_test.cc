@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/tables/testing.h"
 
@@ -7,7 +9,7 @@ namespace sextant {
 namespace {
 
 std::vector<ClaimResult> check(const char* claim, const Evidence& evidence) {
-  return find_claim(claim).check(evidence);
+  return std::ranges::find(claims(), claim, &Claim::name)->check(evidence);
 }
 
 /// test_evidence() with the errors of motion_only on the sets `factor` times those of joint_flow.
