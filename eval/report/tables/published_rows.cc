@@ -127,25 +127,6 @@ std::string records_of_part(const std::string& part) {
   return part.empty() ? "" : fmt::format("parts/{}/records.jsonl", part);
 }
 
-std::vector<PaperBody> bodies_by_distance(const RecordRefs& records) {
-  std::map<int, RecordRefs> by_id;
-  for (const Record* record : records) {
-    if (has_truth(*record)) by_id[body_order(record->body)].push_back(record);
-  }
-  std::vector<std::pair<double, int>> by_distance;
-  for (const auto& [id, of_body] : by_id) {
-    if (id != 0) by_distance.emplace_back(mean(numbers_of(of_body, NumberMap::values, "distance_gt_m")), id);
-  }
-  std::ranges::sort(by_distance);
-  std::vector<PaperBody> bodies;
-  if (by_id.contains(0)) bodies.push_back({0, 0, by_id.at(0)});
-  for (const auto& [distance_m, id] : by_distance) {
-    const size_t number = bodies.empty() ? 1 : bodies.back().number + 1;
-    bodies.push_back({number, id, by_id.at(id)});
-  }
-  return bodies;
-}
-
 RecordRefs matching(const std::vector<Record>& records, const RecordFilter& filter) {
   RecordRefs found;
   for (const Record& record : records) {
@@ -163,12 +144,22 @@ std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records) {
 std::string paper_body(const std::string& printed) { return printed == "Obj" ? "Obj1" : printed; }
 
 std::map<std::string, RecordRefs> paper_bodies(const RecordRefs& records) {
-  std::map<std::string, RecordRefs> bodies;
-  for (PaperBody& body : bodies_by_distance(records)) {
-    std::erase_if(body.records, [](const Record* record) { return record->status != Status::ok; });
-    if (body.number > 0 || !body.records.empty())
-      bodies[body.number == 0 ? "Ego" : fmt::format("Obj{}", body.number)] = std::move(body.records);
+  std::map<int, RecordRefs> with_truth, estimated;  // by id; the camera has id 0
+  for (const Record* record : records) {
+    if (!has_truth(*record)) continue;
+    const int id = body_order(record->body);
+    with_truth[id].push_back(record);
+    if (record->status == Status::ok) estimated[id].push_back(record);
   }
+  std::map<std::string, RecordRefs> bodies;
+  if (estimated.contains(0)) bodies["Ego"] = estimated.at(0);
+  std::vector<std::pair<double, int>> by_distance;
+  for (const auto& [id, of_body] : with_truth) {
+    if (id != 0) by_distance.emplace_back(mean(numbers_of(of_body, NumberMap::values, "distance_gt_m")), id);
+  }
+  std::ranges::sort(by_distance);
+  for (size_t i = 0; i < by_distance.size(); ++i)
+    bodies[fmt::format("Obj{}", i + 1)] = estimated[by_distance[i].second];
   return bodies;
 }
 

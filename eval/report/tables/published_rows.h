@@ -86,15 +86,6 @@ std::string records_of_part(const std::string& part);
 
 // ---- Records of the paper's sets of frames, grouped like the paper's tables.
 
-/// A body with the paper's number: the camera is 0, objects are 1, 2, .. by mean true distance.
-struct PaperBody {
-  size_t number = 0;
-  int id = 0;  ///< 0 for the camera
-  RecordRefs records;
-};
-/// Groups the records of all objects with truth; the camera comes first if there is any.
-std::vector<PaperBody> bodies_by_distance(const RecordRefs& records);
-
 RecordRefs matching(const std::vector<Record>& records, const RecordFilter& filter);
 std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records);
 
