@@ -124,6 +124,20 @@ std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
   return pairs;
 }
 
+/// One error of one subject; families and rows are judged from these.
+struct PairedError : JudgedError {
+  Subject subject;
+  int n_seeds = 0;  ///< number of seeds with different errors
+  PairedSample cases;
+};
+
+/// Computes the change of the mean error over these samples, with ratio_of_means(). A mean below
+/// max(rules.absolute, 1e-12) is replaced by this value.
+RatioChange change_of(std::span<const PairedSample* const> samples, const MetricPolicy& rules,
+                      const AccuracyPolicy& policy) {
+  return ratio_of_means(samples, std::max(rules.absolute, 1e-12), {.alpha = policy.alpha});
+}
+
 /// With fewer seeds the signed-rank test cannot reach p = 0.05.
 constexpr size_t enough_seeds = 6;
 
@@ -254,62 +268,6 @@ void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
   }
 }
 
-}  // namespace
-
-GateVerdict AccuracyComparison::worst_verdict() const {
-  GateVerdict worst = GateVerdict::ok;
-  for (const Mismatch& f : findings) worst = f.invalidates ? GateVerdict::invalid : worst;
-  for (const FamilyRow& row : families) worst = std::min(worst, row.verdict);
-  for (const AccuracyRow& row : accuracy) worst = std::min(worst, row.verdict);
-  for (const StatusRow& row : statuses) worst = std::min(worst, row.verdict);
-  return worst;
-}
-
-void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
-                      const Policy& policy, int jobs, AccuracyComparison& out) {
-  Tally truth("data", policy.same.data), missing("cases", policy.same.cases),
-      added("new_cases", policy.same.new_cases);
-  const std::vector<PairedCases> shared = pair_up(base, fresh, policy.same, out.findings);
-  std::vector<PairedErrors> tasks;
-  for (const PairedCases& cases : shared) {
-    out.n_cases += static_cast<int>(cases.rows.size());
-    check_truth(cases, truth);
-    const StatusRow statuses = compare_statuses(cases, policy.accuracy);
-    if (policy.accuracy.judge && !statuses.example.empty()) out.statuses.push_back(statuses);
-    const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
-    check_which_errors(cases, errors, missing, added);
-    for (const auto& [name, before, after] : errors) {
-      if (before != nullptr && after != nullptr && policy.accuracy.of(name).direction != Direction::ignore)
-        tasks.push_back({cases, *before, *after});
-    }
-  }
-  truth.move_to(out.findings);
-  missing.move_to(out.findings);
-  added.move_to(out.findings);
-  if (!policy.accuracy.judge) return;
-  std::vector<size_t> sources;
-  std::map<std::pair<std::string, std::string>, size_t> known;
-  for (const PairedErrors& task : tasks) {
-    const Subject& subject = task.cases.base.subject;
-    sources.push_back(known.try_emplace({subject.dataset, subject.sequence}, known.size()).first->second);
-  }
-  std::vector<std::optional<Measured>> measured(tasks.size());
-  parallel_for(static_cast<int>(tasks.size()), jobs, [&](int task) {
-    const auto i = static_cast<size_t>(task);
-    measured[i] = measure(tasks[i], sources[i], policy.accuracy);
-  });
-  std::vector<PairedError> pooled;
-  for (std::optional<Measured>& one : measured) {
-    if (!one) continue;
-    out.accuracy.push_back(std::move(one->row));
-    if (one->error) pooled.push_back(std::move(*one->error));
-  }
-  judge_rows(policy.accuracy, out.accuracy);
-  out.families = judge_families(pooled, policy.accuracy);
-}
-
-namespace {
-
 using Members = std::vector<const PairedError*>;
 
 /// Selects the members with enough seeds; all members if none has enough.
@@ -364,17 +322,9 @@ GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
   return suspicious || row.worse > policy.inconclusive_effect ? GateVerdict::inconclusive : GateVerdict::ok;
 }
 
-}  // namespace
-
-std::string JudgedError::word() const {
-  return too_few && verdict == GateVerdict::ok ? "too few to judge" : std::string(to_string(verdict));
-}
-
-RatioChange change_of(std::span<const PairedSample* const> samples, const MetricPolicy& rules,
-                      const AccuracyPolicy& policy) {
-  return ratio_of_means(samples, std::max(rules.absolute, 1e-12), {.alpha = policy.alpha});
-}
-
+/// Judges the metrics whose minimum_effect is above 0; the exact gate judges every row separately. Returns
+/// families with the worst verdict first; families of equal verdict with the largest worsening first, or with
+/// the largest improvement first if they are improved.
 std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, const AccuracyPolicy& policy) {
   std::map<std::tuple<std::string, bool, std::string>, Members>
       families;  // key: estimator, objects or camera, metric
@@ -402,6 +352,64 @@ std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, co
     return std::pair(row.verdict, row.verdict == GateVerdict::improved ? row.worse : -row.worse);
   });
   return rows;
+}
+
+}  // namespace
+
+std::string JudgedError::word() const {
+  return too_few && verdict == GateVerdict::ok ? "too few to judge" : std::string(to_string(verdict));
+}
+
+GateVerdict AccuracyComparison::worst_verdict() const {
+  GateVerdict worst = GateVerdict::ok;
+  for (const Mismatch& f : findings) worst = f.invalidates ? GateVerdict::invalid : worst;
+  for (const FamilyRow& row : families) worst = std::min(worst, row.verdict);
+  for (const AccuracyRow& row : accuracy) worst = std::min(worst, row.verdict);
+  for (const StatusRow& row : statuses) worst = std::min(worst, row.verdict);
+  return worst;
+}
+
+void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
+                      const Policy& policy, int jobs, AccuracyComparison& out) {
+  Tally truth("data", policy.same.data), missing("cases", policy.same.cases),
+      added("new_cases", policy.same.new_cases);
+  const std::vector<PairedCases> shared = pair_up(base, fresh, policy.same, out.findings);
+  std::vector<PairedErrors> tasks;
+  for (const PairedCases& cases : shared) {
+    out.n_cases += static_cast<int>(cases.rows.size());
+    check_truth(cases, truth);
+    const StatusRow statuses = compare_statuses(cases, policy.accuracy);
+    if (policy.accuracy.judge && !statuses.example.empty()) out.statuses.push_back(statuses);
+    const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
+    check_which_errors(cases, errors, missing, added);
+    for (const auto& [name, before, after] : errors) {
+      if (before != nullptr && after != nullptr && policy.accuracy.of(name).direction != Direction::ignore)
+        tasks.push_back({cases, *before, *after});
+    }
+  }
+  truth.move_to(out.findings);
+  missing.move_to(out.findings);
+  added.move_to(out.findings);
+  if (!policy.accuracy.judge) return;
+  std::vector<size_t> sources;
+  std::map<std::pair<std::string, std::string>, size_t> known;
+  for (const PairedErrors& task : tasks) {
+    const Subject& subject = task.cases.base.subject;
+    sources.push_back(known.try_emplace({subject.dataset, subject.sequence}, known.size()).first->second);
+  }
+  std::vector<std::optional<Measured>> measured(tasks.size());
+  parallel_for(static_cast<int>(tasks.size()), jobs, [&](int task) {
+    const auto i = static_cast<size_t>(task);
+    measured[i] = measure(tasks[i], sources[i], policy.accuracy);
+  });
+  std::vector<PairedError> pooled;
+  for (std::optional<Measured>& one : measured) {
+    if (!one) continue;
+    out.accuracy.push_back(std::move(one->row));
+    if (one->error) pooled.push_back(std::move(*one->error));
+  }
+  judge_rows(policy.accuracy, out.accuracy);
+  out.families = judge_families(pooled, policy.accuracy);
 }
 
 }  // namespace sextant

@@ -76,13 +76,6 @@ struct JudgedError {
   std::string word() const;
 };
 
-/// One error of one subject; families and rows are judged from these.
-struct PairedError : JudgedError {
-  Subject subject;
-  int n_seeds = 0;  ///< number of seeds with different errors
-  PairedSample cases;
-};
-
 /// Change of one family.
 struct FamilyRow : JudgedError, RatioChange {
   std::string estimator;
@@ -92,16 +85,6 @@ struct FamilyRow : JudgedError, RatioChange {
   double worse = 0;  ///< the change, with the sign that is positive if the error got worse
   std::optional<double> p_corrected;
 };
-
-/// Judges the metrics whose minimum_effect is above 0; the exact gate judges every row separately. Returns
-/// families with the worst verdict first; families of equal verdict with the largest worsening first, or with
-/// the largest improvement first if they are improved.
-std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, const AccuracyPolicy& policy);
-
-/// Computes the change of the mean error over these samples, with ratio_of_means(). A mean below
-/// max(rules.absolute, 1e-12) is replaced by this value.
-RatioChange change_of(std::span<const PairedSample* const> samples, const MetricPolicy& rules,
-                      const AccuracyPolicy& policy);
 
 /// One case of one error on both sides, with the lines of its records.
 struct ErrorPair {

@@ -96,6 +96,30 @@ void add_percent_range(int decimals, const Find& find, Fields<Row>& fields) {
       find);
 }
 
+/// Columns that identify the subject of a row.
+Fields<Subject> subject_fields() {
+  return {{Column::text("dataset").folded(), &Subject::dataset},
+          {Column::text("sequence").folded(), &Subject::sequence},
+          {Column::text("estimator").folded(), &Subject::estimator},
+          {Column::text("noise").folded().only_in_files(), &Subject::noise},
+          {Column::number("level", 3).folded(), &Subject::level},
+          {Column::text("body"), &Subject::body}};
+}
+
+/// Returns the rows with the worst verdict first, and rows of equal verdict in the given order.
+/// `changed_only` leaves out rows whose verdict is ok, unless too_few is set.
+template <typename Row>
+std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
+  std::vector<const Row*> sorted;
+  for (const Row& row : rows) {
+    bool is_shown = !changed_only || row.verdict != GateVerdict::ok;
+    if constexpr (requires { row.too_few; }) is_shown = is_shown || row.too_few;
+    if (is_shown) sorted.push_back(&row);
+  }
+  std::ranges::stable_sort(sorted, {}, [](const Row* row) { return row->verdict; });
+  return sorted;
+}
+
 void add_part(std::string& line, int n, const std::string& text) {
   if (n > 0) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", n, text);
 }
@@ -158,15 +182,6 @@ std::string headline(const Comparison& c) {
       "{}: {}{}", to_string(c.verdict),
       parts.empty() ? largest_change(c).empty() ? "nothing changed" : "no change that counts" : parts,
       scope.empty() ? "" : fmt::format(" ({} compared)", scope));
-}
-
-Fields<Subject> subject_fields() {
-  return {{Column::text("dataset").folded(), &Subject::dataset},
-          {Column::text("sequence").folded(), &Subject::sequence},
-          {Column::text("estimator").folded(), &Subject::estimator},
-          {Column::text("noise").folded().only_in_files(), &Subject::noise},
-          {Column::number("level", 3).folded(), &Subject::level},
-          {Column::text("body"), &Subject::body}};
 }
 
 Table findings_table(const Comparison& c) {

@@ -49,21 +49,4 @@ Table speed_table(const Comparison& comparison, bool changed_only);
 /// are listed only if BASE and NEW are folders that contain records.jsonl.
 ReportDocument comparison_document(const Comparison& comparison, const std::filesystem::path& out);
 
-/// Columns that identify the subject of a row.
-Fields<Subject> subject_fields();
-
-/// Returns the rows with the worst verdict first, and rows of equal verdict in the given order.
-/// `changed_only` leaves out rows whose verdict is ok, unless too_few is set.
-template <typename Row>
-std::vector<const Row*> by_weight(const std::vector<Row>& rows, bool changed_only) {
-  std::vector<const Row*> sorted;
-  for (const Row& row : rows) {
-    bool is_shown = !changed_only || row.verdict != GateVerdict::ok;
-    if constexpr (requires { row.too_few; }) is_shown = is_shown || row.too_few;
-    if (is_shown) sorted.push_back(&row);
-  }
-  std::ranges::stable_sort(sorted, {}, [](const Row* row) { return row->verdict; });
-  return sorted;
-}
-
 }  // namespace sextant

@@ -80,6 +80,46 @@ double pooled_sigma(const std::vector<double>& a, const std::vector<double>& b) 
   return 1.4826 * mad(residuals);
 }
 
+/// Compares two samples of times (ns, above 0). `cases`: the 10 % and 90 % quantiles of the ratios case by
+/// case, which decide if there is no interval. Without `cases` the ratio decides.
+SpeedRow compare_times(const std::string& name, const std::vector<double>& base_ns,
+                       const std::vector<double>& new_ns, const SpeedPolicy& policy,
+                       const std::optional<Interval>& cases) {
+  SpeedRow row;
+  row.name = name;
+  row.n_base = static_cast<int>(base_ns.size());
+  row.n_new = static_cast<int>(new_ns.size());
+  row.base_ns = median(base_ns);
+  const std::vector<double> a = logarithms(base_ns), b = logarithms(new_ns);
+  const MannWhitneyTest test = mann_whitney_test(b, a);
+  row.ratio = std::exp(test.hodges_lehmann_shift);
+  row.cliffs_delta = test.cliffs_delta;
+  if (const auto interval = hodges_lehmann_interval(b, a, 1 - policy.alpha)) {
+    row.interval = Interval{std::exp(interval->low), std::exp(interval->high)};
+  }
+  if (row.n_base > 1 && row.n_new > 1) {
+    row.p = test.p;
+    const double n_equal =
+        2.0 / (1.0 / row.n_base + 1.0 / row.n_new);  // repetitions per side if they were distributed equally
+    const double shift = minimum_detectable_effect(std::sqrt(2.0) * pooled_sigma(a, b),
+                                                   static_cast<int>(std::lround(n_equal)), policy.alpha);
+    row.detectable = (1 + policy.minimum_effect) * std::exp(shift);
+  }
+  const double slower = 1 + policy.minimum_effect, faster = 1 / slower;
+  if (!row.interval) {
+    const Interval ratios = cases.value_or(Interval{row.ratio, row.ratio});
+    if (ratios.low > 1 + policy.unrepeated_effect) row.verdict = GateVerdict::inconclusive;
+    if (ratios.high < 1 / (1 + policy.unrepeated_effect)) row.verdict = GateVerdict::improved;
+  } else if (row.interval->low > slower) {
+    row.verdict = GateVerdict::regressed;
+  } else if (row.interval->high < faster) {
+    row.verdict = GateVerdict::improved;
+  } else if (row.ratio > slower) {
+    row.verdict = GateVerdict::inconclusive;
+  }
+  return row;
+}
+
 void compare_samples(const Samples& base, const Samples& fresh, const Policy& policy, SpeedComparison& out) {
   for (const auto& [name, sample] : base) {
     const auto other = fresh.find(name);
@@ -131,44 +171,6 @@ std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjec
     result[name] = {median(times.reference_ms), at(0.5), {at(0.1), at(0.9)}};
   }
   return result;
-}
-
-SpeedRow compare_times(const std::string& name, const std::vector<double>& base_ns,
-                       const std::vector<double>& new_ns, const SpeedPolicy& policy,
-                       const std::optional<Interval>& cases) {
-  SpeedRow row;
-  row.name = name;
-  row.n_base = static_cast<int>(base_ns.size());
-  row.n_new = static_cast<int>(new_ns.size());
-  row.base_ns = median(base_ns);
-  const std::vector<double> a = logarithms(base_ns), b = logarithms(new_ns);
-  const MannWhitneyTest test = mann_whitney_test(b, a);
-  row.ratio = std::exp(test.hodges_lehmann_shift);
-  row.cliffs_delta = test.cliffs_delta;
-  if (const auto interval = hodges_lehmann_interval(b, a, 1 - policy.alpha)) {
-    row.interval = Interval{std::exp(interval->low), std::exp(interval->high)};
-  }
-  if (row.n_base > 1 && row.n_new > 1) {
-    row.p = test.p;
-    const double n_equal =
-        2.0 / (1.0 / row.n_base + 1.0 / row.n_new);  // repetitions per side if they were distributed equally
-    const double shift = minimum_detectable_effect(std::sqrt(2.0) * pooled_sigma(a, b),
-                                                   static_cast<int>(std::lround(n_equal)), policy.alpha);
-    row.detectable = (1 + policy.minimum_effect) * std::exp(shift);
-  }
-  const double slower = 1 + policy.minimum_effect, faster = 1 / slower;
-  if (!row.interval) {
-    const Interval ratios = cases.value_or(Interval{row.ratio, row.ratio});
-    if (ratios.low > 1 + policy.unrepeated_effect) row.verdict = GateVerdict::inconclusive;
-    if (ratios.high < 1 / (1 + policy.unrepeated_effect)) row.verdict = GateVerdict::improved;
-  } else if (row.interval->low > slower) {
-    row.verdict = GateVerdict::regressed;
-  } else if (row.interval->high < faster) {
-    row.verdict = GateVerdict::improved;
-  } else if (row.ratio > slower) {
-    row.verdict = GateVerdict::inconclusive;
-  }
-  return row;
 }
 
 SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy) {

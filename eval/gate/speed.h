@@ -60,10 +60,4 @@ std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjec
 
 SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy);
 
-/// Compares two samples of times (ns, above 0). `cases`: the 10 % and 90 % quantiles of the ratios case by
-/// case, which decide if there is no interval. Without `cases` the ratio decides.
-SpeedRow compare_times(const std::string& name, const std::vector<double>& base_ns,
-                       const std::vector<double>& new_ns, const SpeedPolicy& policy,
-                       const std::optional<Interval>& cases = std::nullopt);
-
 }  // namespace sextant

@@ -168,55 +168,8 @@ std::vector<std::string> box_plots(const std::string& x, double width, const std
 
 namespace {
 
-OutputFiles drawn(const Figure& figure, bool svg_alone) {
-  // gnuplot would execute data "< cmd" and output "| cmd", so names must be plain.
-  SEXTANT_CHECK(!figure.name.empty() && plain_stem(figure.name) == figure.name &&
-                figure.name.front() != '.' && figure.name.front() != '-');
-  const ScratchFolder scratch("sextant-figure-");
-  const RemovedOnInterrupt on_interrupt(scratch.path());
-  const std::string script = figure.name + ".gp";
-  OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)},
-                       {script, complete_script(figure, svg_alone)}};
-  for (const auto& [name, bytes] : files) write_file(scratch.path() / name, bytes);
-  run_gnuplot(script, scratch.path());
-  for (const auto& [extension, end] : endings) {
-    if (svg_alone && std::string_view(extension) != ".svg") continue;
-    const fs::path picture = scratch.path() / (figure.name + extension);
-    files[figure.name + extension] = fs::exists(picture) ? read_file(picture) : "";
-    if (!ends_with(files[figure.name + extension], end)) {
-      fail(
-          "gnuplot wrote only a part of {}{}: is the disk of {} full? Free some space, or choose another "
-          "folder with TMPDIR",
-          figure.name, extension, scratch.path().parent_path().string());
-    }
-  }
-  if (!svg_alone) files[figure.name + ".pdf"] = without_date(std::move(files[figure.name + ".pdf"]));
-  return files;
-}
-
-OutputFiles all_drawn(const std::vector<Figure>& figures, int jobs, bool svg_alone, bool quiet) {
-  Progress progress("figures", static_cast<int>(figures.size()), quiet);
-  std::vector<OutputFiles> each(figures.size());
-  parallel_for(static_cast<int>(figures.size()), jobs, [&](int i) {
-    each[static_cast<size_t>(i)] = drawn(figures[static_cast<size_t>(i)], svg_alone);
-    progress.advance();
-  });
-  OutputFiles all;
-  for (OutputFiles& files : each) all.merge(files);
-  return all;
-}
-
-}  // namespace
-
-OutputFiles draw(const Figure& figure) { return drawn(figure, false); }
-OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet) {
-  return all_drawn(figures, jobs, false, quiet);
-}
-OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs) {
-  return all_drawn(figures, jobs, true, true);
-}
-
-namespace {
+// The only place that runs gnuplot: without a shell and without the user's settings, with a fixed time zone
+// and language, so that a script draws the same bytes on every machine.
 
 constexpr const char* log_name = "gnuplot.log";
 
@@ -275,8 +228,9 @@ pid_t start(const std::string& script, const std::filesystem::path& folder) {
   return id;
 }
 
-}  // namespace
-
+/// Runs the file `script` in `folder`. Throws Error with gnuplot's message if it fails, and an Error that
+/// names the package if gnuplot is missing. gnuplot does not report a full disk; callers must check the
+/// files.
 void run_gnuplot(const std::string& script, const std::filesystem::path& folder) {
   const pid_t id = start(script, folder);
   int status = 0;
@@ -289,6 +243,54 @@ void run_gnuplot(const std::string& script, const std::filesystem::path& folder)
   words = words.substr(0, 400);  // gnuplot repeats long lines to mark an error in them
   words.erase(words.find_last_not_of(' ') + 1);
   fail("gnuplot refused {}: {}", script, words);
+}
+
+OutputFiles drawn(const Figure& figure, bool svg_alone) {
+  // gnuplot would execute data "< cmd" and output "| cmd", so names must be plain.
+  SEXTANT_CHECK(!figure.name.empty() && plain_stem(figure.name) == figure.name &&
+                figure.name.front() != '.' && figure.name.front() != '-');
+  const ScratchFolder scratch("sextant-figure-");
+  const RemovedOnInterrupt on_interrupt(scratch.path());
+  const std::string script = figure.name + ".gp";
+  OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)},
+                       {script, complete_script(figure, svg_alone)}};
+  for (const auto& [name, bytes] : files) write_file(scratch.path() / name, bytes);
+  run_gnuplot(script, scratch.path());
+  for (const auto& [extension, end] : endings) {
+    if (svg_alone && std::string_view(extension) != ".svg") continue;
+    const fs::path picture = scratch.path() / (figure.name + extension);
+    files[figure.name + extension] = fs::exists(picture) ? read_file(picture) : "";
+    if (!ends_with(files[figure.name + extension], end)) {
+      fail(
+          "gnuplot wrote only a part of {}{}: is the disk of {} full? Free some space, or choose another "
+          "folder with TMPDIR",
+          figure.name, extension, scratch.path().parent_path().string());
+    }
+  }
+  if (!svg_alone) files[figure.name + ".pdf"] = without_date(std::move(files[figure.name + ".pdf"]));
+  return files;
+}
+
+OutputFiles all_drawn(const std::vector<Figure>& figures, int jobs, bool svg_alone, bool quiet) {
+  Progress progress("figures", static_cast<int>(figures.size()), quiet);
+  std::vector<OutputFiles> each(figures.size());
+  parallel_for(static_cast<int>(figures.size()), jobs, [&](int i) {
+    each[static_cast<size_t>(i)] = drawn(figures[static_cast<size_t>(i)], svg_alone);
+    progress.advance();
+  });
+  OutputFiles all;
+  for (OutputFiles& files : each) all.merge(files);
+  return all;
+}
+
+}  // namespace
+
+OutputFiles draw(const Figure& figure) { return drawn(figure, false); }
+OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet) {
+  return all_drawn(figures, jobs, false, quiet);
+}
+OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs) {
+  return all_drawn(figures, jobs, true, true);
 }
 
 }  // namespace sextant

@@ -8,7 +8,6 @@
 //            point
 //   size     in cm as printed; text 8 pt, readable at one column's width (8.8 cm)
 
-#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,13 +59,5 @@ OutputFiles draw(const Figure& figure);
 OutputFiles draw(const std::vector<Figure>& figures, int jobs, bool quiet = true);
 /// Draws only SVG, which takes a third of the time; for self-contained pages.
 OutputFiles draw_svg(const std::vector<Figure>& figures, int jobs);
-
-// ---- The only place that runs gnuplot: without a shell and without the user's settings, with a fixed time
-// zone and language, so that a script draws the same bytes on every machine.
-
-/// Runs the file `script` in `folder`. Throws Error with gnuplot's message if it fails, and an Error that
-/// names the package if gnuplot is missing. gnuplot does not report a full disk; callers must check the
-/// files.
-void run_gnuplot(const std::string& script, const std::filesystem::path& folder);
 
 }  // namespace sextant

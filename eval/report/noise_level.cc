@@ -14,6 +14,12 @@ namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
+/// Returns true for keys that differ in level and noise only, which belong to the same curve.
+bool is_same_curve(const NoiseLevelKey& a, const NoiseLevelKey& b) {
+  return a.dataset == b.dataset && a.sequence == b.sequence && body_order(a.body) == body_order(b.body) &&
+         a.estimator == b.estimator;
+}
+
 }  // namespace
 
 const std::vector<const MetricDefinition*>& compared_errors() {
@@ -44,11 +50,6 @@ bool NoiseLevelKey::operator<(const NoiseLevelKey& o) const {
   const int order = body_order(body), other = body_order(o.body);
   return std::tie(dataset, sequence, order, estimator, level, noise) <
          std::tie(o.dataset, o.sequence, other, o.estimator, o.level, o.noise);
-}
-
-bool NoiseLevelKey::is_same_curve(const NoiseLevelKey& o) const {
-  return dataset == o.dataset && sequence == o.sequence && body_order(body) == body_order(o.body) &&
-         estimator == o.estimator;
 }
 
 void NoiseLevel::add(const Record& record) {
@@ -286,7 +287,7 @@ std::vector<NoiseLevelRef> NoiseLevels::take() {
 std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevelRef> levels) {
   std::vector<std::span<const NoiseLevelRef>> curves;
   for (size_t begin = 0, end = 0; begin < levels.size(); begin = end) {
-    while (end < levels.size() && levels[end]->key().is_same_curve(levels[begin]->key())) ++end;
+    while (end < levels.size() && is_same_curve(levels[end]->key(), levels[begin]->key())) ++end;
     curves.push_back(levels.subspan(begin, end - begin));
   }
   return curves;

@@ -39,8 +39,6 @@ struct NoiseLevelKey {
   bool operator==(const NoiseLevelKey&) const = default;
   /// Orders by data set, sequence, body (camera first, objects by id), estimator, level and noise.
   bool operator<(const NoiseLevelKey& other) const;
-  /// Returns true for keys that differ in level and noise only, which belong to the same curve.
-  bool is_same_curve(const NoiseLevelKey& other) const;
 
   struct Hash {
     size_t operator()(const NoiseLevelKey& key) const;
