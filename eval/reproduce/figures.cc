@@ -172,55 +172,8 @@ void add_classification(const EvidencePart& part, Sections& sections) {
   sections.push_back({PaperPlace::ours, std::move(section)});
 }
 
-}  // namespace
-
-std::vector<PlacedSection> figure_sections(const fs::path& parts, const Evidence& evidence, int jobs) {
-  Sections sections;
-  add_showcases(parts, evidence, sections);
-  std::vector<NoiseLevelRow> all_levels;
-  std::vector<std::vector<NoiseLevelRow>> sweeps;
-  for (const EvidencePart* part : evidence.with(PartRole::noise)) {
-    const NoisePart shown = with_systems(*part, evidence);
-    std::vector<NoiseLevelRow> levels = noise_levels(shown.part.sweep, jobs);
-    add_noise_levels(parts, levels, shown, sections);
-    all_levels.insert(all_levels.end(), levels.begin(), levels.end());
-    sweeps.push_back(std::move(levels));
-  }
-  std::ranges::stable_sort(sweeps, {}, [](const std::vector<NoiseLevelRow>& rows) {
-    return rows.empty() ? SIZE_MAX : data_nearness(rows.front().dataset);
-  });
-  add_section(PaperPlace::fig_4, "fig4",
-              "Fig. 4: error against depth and flow "
-              "noise",
-              paper_noise_figures(sweeps), sections, false);
-  std::vector<RecordSet> sets;
-  for (const EvidencePart* part : evidence.with(PartRole::sets))
-    std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
-  add_section(PaperPlace::fig_5, "fig5", "Fig. 5: flow before and after the optimisation",
-              paper_epe_figures(nearest_sets(evidence)), sections, false);
-  add_section(PaperPlace::fig_5, "fig5_estimators",
-              "Fig. 5, by estimator "
-              "(ours)",
-              epe_figures(sets), sections);
-  add_section(PaperPlace::fig_6, "fig6", "Fig. 6: camera paths",
-              top_view_figures(recorded_views(parts / "recorded")), sections, false);
-  add_section(PaperPlace::ours, "attribution", "From the published code to ours (ours)",
-              attribution_figures(attribution_paths(evidence)), sections);
-  add_section(PaperPlace::ours, "distributions", "Distribution of the errors (ours)",
-              distribution_figures(sets), sections);
-  for (const EvidencePart* part : evidence.with(PartRole::classification))
-    add_classification(*part, sections);
-  add_section(PaperPlace::ours, "efficiency", "Errors against the bound (ours)",
-              efficiency_figures(all_levels), sections);
-  std::vector<Figure> speeds;
-  const std::map<std::string, double> floors = speed_floors_kmh(evidence);
-  for (const EvidencePart* part : evidence.with(PartRole::real))
-    std::ranges::move(speed_figures(part->records, floors), std::back_inserter(speeds));
-  add_section(PaperPlace::ours, "speeds", "Speed of the objects (ours)", std::move(speeds), sections);
-  return sections;
-}
-
-namespace {
+// Attribution: E_t after each decision on the way from the published code to ours. One panel per set and
+// body, one line per path; dashed lines show the values that the paper prints.
 
 using Paths = std::vector<const AttributionPath*>;
 
@@ -325,8 +278,7 @@ Figure figure_of(const std::string& kind, const Paths& paths) {
   return figure;
 }
 
-}  // namespace
-
+/// Returns one figure for each kind of data, such as scenarios or replays.
 std::vector<Figure> attribution_figures(const std::vector<AttributionPath>& paths) {
   std::vector<std::pair<std::string, Paths>>
       kinds;  // "scenario", "replay": the first word of the data's title
@@ -339,6 +291,54 @@ std::vector<Figure> attribution_figures(const std::vector<AttributionPath>& path
   std::vector<Figure> figures;
   for (const auto& [kind, of_kind] : kinds) figures.push_back(figure_of(kind, of_kind));
   return figures;
+}
+
+}  // namespace
+
+std::vector<PlacedSection> figure_sections(const fs::path& parts, const Evidence& evidence, int jobs) {
+  Sections sections;
+  add_showcases(parts, evidence, sections);
+  std::vector<NoiseLevelRow> all_levels;
+  std::vector<std::vector<NoiseLevelRow>> sweeps;
+  for (const EvidencePart* part : evidence.with(PartRole::noise)) {
+    const NoisePart shown = with_systems(*part, evidence);
+    std::vector<NoiseLevelRow> levels = noise_levels(shown.part.sweep, jobs);
+    add_noise_levels(parts, levels, shown, sections);
+    all_levels.insert(all_levels.end(), levels.begin(), levels.end());
+    sweeps.push_back(std::move(levels));
+  }
+  std::ranges::stable_sort(sweeps, {}, [](const std::vector<NoiseLevelRow>& rows) {
+    return rows.empty() ? SIZE_MAX : data_nearness(rows.front().dataset);
+  });
+  add_section(PaperPlace::fig_4, "fig4",
+              "Fig. 4: error against depth and flow "
+              "noise",
+              paper_noise_figures(sweeps), sections, false);
+  std::vector<RecordSet> sets;
+  for (const EvidencePart* part : evidence.with(PartRole::sets))
+    std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
+  add_section(PaperPlace::fig_5, "fig5", "Fig. 5: flow before and after the optimisation",
+              paper_epe_figures(nearest_sets(evidence)), sections, false);
+  add_section(PaperPlace::fig_5, "fig5_estimators",
+              "Fig. 5, by estimator "
+              "(ours)",
+              epe_figures(sets), sections);
+  add_section(PaperPlace::fig_6, "fig6", "Fig. 6: camera paths",
+              top_view_figures(recorded_views(parts / "recorded")), sections, false);
+  add_section(PaperPlace::ours, "attribution", "From the published code to ours (ours)",
+              attribution_figures(attribution_paths(evidence)), sections);
+  add_section(PaperPlace::ours, "distributions", "Distribution of the errors (ours)",
+              distribution_figures(sets), sections);
+  for (const EvidencePart* part : evidence.with(PartRole::classification))
+    add_classification(*part, sections);
+  add_section(PaperPlace::ours, "efficiency", "Errors against the bound (ours)",
+              efficiency_figures(all_levels), sections);
+  std::vector<Figure> speeds;
+  const std::map<std::string, double> floors = speed_floors_kmh(evidence);
+  for (const EvidencePart* part : evidence.with(PartRole::real))
+    std::ranges::move(speed_figures(part->records, floors), std::back_inserter(speeds));
+  add_section(PaperPlace::ours, "speeds", "Speed of the objects (ours)", std::move(speeds), sections);
+  return sections;
 }
 
 }  // namespace sextant

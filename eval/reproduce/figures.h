@@ -28,12 +28,6 @@ struct PlacedSection {
 std::vector<PlacedSection> figure_sections(const std::filesystem::path& parts, const Evidence& evidence,
                                            int jobs);
 
-// ---- Attribution: E_t after each decision on the way from the published code to ours. One panel per set and
-// body, one line per path; dashed lines show the values that the paper prints.
-
-/// Returns one figure for each kind of data, such as scenarios or replays.
-std::vector<Figure> attribution_figures(const std::vector<AttributionPath>& paths);
-
 // ---- Answer: the measured values of one table of the paper as a picture, with a line for every published
 // value on the common axis measured / published.
 //

@@ -10,7 +10,6 @@
 
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "sextant/eval/experiment/pack.h"
@@ -52,13 +51,5 @@ ReproductionReport reproduction_report(const ReproduceConfig& config);
 
 std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
                              const std::vector<PaperLayout>& tables);
-
-// ---- Provenance of a report: program, machine and inputs of its records, from the run.json of the
-// experiments. The same folders give the same lines.
-
-/// Returns the lines, (name, value), for the experiments in `parts`/<name>. A value that several experiments
-/// share is listed once.
-std::vector<std::pair<std::string, std::string>> reproduction_provenance(const std::filesystem::path& parts,
-                                                                         const Evidence& evidence);
 
 }  // namespace sextant
