@@ -17,8 +17,6 @@ const Json& paper_data() {
   return data;
 }
 
-std::string text(const Json& entry, const char* key) { return entry.value(key, std::string()); }
-
 const Json& member(const Json& object, const std::string& key) {
   const auto at = object.find(key);
   if (at == object.end()) throw InternalError("zhang2020_data.json: no '" + key + "'");
@@ -66,7 +64,8 @@ Paper::Paper(const Json& values, const Json& data)
     estimators.push_back({e.at("name"), e.at("column"), e.at("title"), e.at("colour"), e.at("point")});
   for (const Json& s : data.at("sequences")) {
     sequences_.push_back({s.at("paper"), s.at("dataset"), s.at("sequence")});
-    if (s.contains("part_of")) parts_of_recorded_.emplace_back(text(s, "sequence"), text(s, "part_of"));
+    if (s.contains("part_of"))
+      parts_of_recorded_.emplace_back(s.value("sequence", ""), s.value("part_of", ""));
   }
   for (const Json& o : data.at("objects"))
     objects_.push_back({o.at("sequence"), o.at("objects"), o.at("ids").get<std::set<int>>()});
@@ -101,14 +100,15 @@ std::string Paper::recorded_sequence(const Record& record) const {
 
 TableText Paper::table(const std::string& number) const {
   const Json& entry = member(tables_, number);
-  const std::string data = text(entry, "fetch");
-  return {text(entry, "title"), text(entry, "caption"), text(entry, "data"), data.empty() ? "" : fetch(data)};
+  const std::string data = entry.value("fetch", "");
+  return {entry.value("title", ""), entry.value("caption", ""), entry.value("data", ""),
+          data.empty() ? "" : fetch(data)};
 }
 
 Statement Paper::statement(const std::string& claim) const {
   const Json& entry = member(claims_, claim);
-  const std::string data = text(entry, "fetch");
-  return {text(entry, "statement"), text(entry, "place"), text(entry, "brief"),
+  const std::string data = entry.value("fetch", "");
+  return {entry.value("statement", ""), entry.value("place", ""), entry.value("brief", ""),
           data.empty() ? "" : fetch(data)};
 }
 
@@ -129,9 +129,9 @@ std::optional<double> published_number(const Json& table, const std::string& key
 std::string data_title(const std::string& dataset, const std::string& sequence) {
   for (const Json& entry : paper_data().at("data_titles")) {
     if (entry.at("dataset") != dataset ||
-        text(entry, "sequence") != (entry.contains("sequence") ? sequence : ""))
+        entry.value("sequence", "") != (entry.contains("sequence") ? sequence : ""))
       continue;
-    const std::string title = text(entry, "title");
+    const std::string title = entry.value("title", "");
     return fmt::format(fmt::runtime(title), sequence);
   }
   return dataset + " " + sequence;

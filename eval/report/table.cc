@@ -14,17 +14,6 @@ namespace sextant {
 
 namespace {
 
-/// Returns the number of characters of a UTF-8 text: its bytes without continuation bytes.
-size_t width_of(const std::string& text) {
-  return static_cast<size_t>(std::count_if(
-      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
-std::string padded(const std::string& text, size_t width, Align align) {
-  const std::string space(width - std::min(width, width_of(text)), ' ');
-  return align == Align::left ? text + space : space + text;
-}
-
 /// Header and rows as rounded text, with the width of each column.
 struct Layout {
   std::vector<std::vector<std::string>> lines;
@@ -334,6 +323,16 @@ FoldedTable fold_columns(const Table& table) {
   return {only_columns(table, [&](size_t j) { return !folds(j); }), shared_values};
 }
 
+size_t width_of(const std::string& text) {
+  const auto begins_character = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; };
+  return static_cast<size_t>(std::ranges::count_if(text, begins_character));
+}
+
+std::string padded(const std::string& text, size_t width, Align align) {
+  const std::string space(width - std::min(width, width_of(text)), ' ');
+  return align == Align::left ? text + space : space + text;
+}
+
 std::string wrapped(const std::string& text, size_t width, const std::string& indent) {
   std::string out;
   size_t at = 0;  // characters in the current line
@@ -341,8 +340,7 @@ std::string wrapped(const std::string& text, size_t width, const std::string& in
     if (!out.empty()) out += '\n';
     at = 0;
     for (const std::string& word : split(line, ' ')) {
-      const auto length = static_cast<size_t>(std::ranges::count_if(
-          word, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+      const size_t length = width_of(word);
       const bool is_first = at == 0;
       if (!is_first && at + 1 + length > width) {
         out += "\n" + indent;

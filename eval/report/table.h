@@ -206,6 +206,11 @@ struct FoldedTable {
 /// Removes the columns marked `fold` whose value is the same in every row.
 FoldedTable fold_columns(const Table& table);
 
+/// Returns the number of characters of a UTF-8 text.
+size_t width_of(const std::string& text);
+/// Adds blanks to a text of fewer than `width` characters.
+std::string padded(const std::string& text, size_t width, Align align);
+
 /// Breaks a text at blanks into lines of at most `width` characters if the words permit; later lines begin
 /// with `indent`.
 std::string wrapped(const std::string& text, size_t width, const std::string& indent = "");

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/tables/published_rows.h"
 
 namespace sextant {
 
@@ -85,8 +86,7 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
   of_result.add({{Column::text("stated"), &ClaimResult::stated},
                  {Column::text("verdict"), [](const ClaimResult& r) { return Cell(to_string(r.verdict)); }},
                  {Column::text("records").folded(), [](const ClaimResult& r) {
-                    return r.records.empty() ? Cell()
-                                             : Cell(fmt::format("parts/{}/records.jsonl", r.records));
+                    return r.records.empty() ? Cell() : Cell(records_of_part(r.records));
                   }}});
   Fields<ClaimRow> fields = {
       {Column::text("claim").folded().only_in_files(), [](const ClaimRow& row) { return row.claim->name; }},

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/json.h"
+#include "sextant/base/text.h"
 
 namespace sextant {
 namespace {
@@ -35,7 +36,7 @@ bool selects(const Selector& selector, const PaperRow& row) {
   });
 }
 
-Selector selector_of(const Json& entry, const char* key = "select") {
+Selector selector_of(const Json& entry, const std::string& key = "select") {
   return entry.value(key, Json::object()).get<Selector>();
 }
 
@@ -44,8 +45,6 @@ Selector joined(Selector selector, const Selector& more) {
   for (const auto& [field, value] : more) selector[field] = value;
   return selector;
 }
-
-std::string text(const Json& entry, const char* key) { return entry.value(key, std::string()); }
 
 /// Everything that a cell of one version depends on.
 struct CellContext {
@@ -65,8 +64,8 @@ struct CellContext {
   }
 };
 
-bool is_of_kind(const PaperRow& row, const Json& kind) {
-  return std::ranges::count(kind.at("datasets"), Json(row.dataset)) > 0;
+bool is_of_kind(const std::string& dataset, const Json& kind) {
+  return std::ranges::count(kind.at("datasets"), Json(dataset)) > 0;
 }
 
 struct Found {
@@ -77,17 +76,17 @@ struct Found {
 /// Finds the measured row on the nearest data; among several on the same kind, the one with most pairs.
 Found find_measured(const CellContext& context, const std::string& quantity) {
   Selector place = joined(context.place(quantity), selector_of(context.procedure));
-  const std::string suffix = text(context.procedure, "procedure");
+  const std::string suffix = context.procedure.value("procedure", "");
   if (!suffix.empty() && place.contains("estimator")) place["estimator"] += ", " + suffix;
   if (!context.system.empty()) place["estimator"] = context.system;
   for (const Json& kind : context.kinds) {
     if (context.only_kind != nullptr && &kind != context.only_kind) continue;
     Selector here = place;
     if (context.column.contains("on"))
-      here = joined(here, selector_of(context.column.at("on"), text(kind, "name").c_str()));
+      here = joined(here, selector_of(context.column.at("on"), kind.value("name", "")));
     Found found;
     for (const PaperRow& row : context.table.rows) {
-      if (!row.measured || !is_of_kind(row, kind) || !selects(here, row)) continue;
+      if (!row.measured || !is_of_kind(row.dataset, kind) || !selects(here, row)) continue;
       if (found.row == nullptr || row.measured->n_pairs > found.row->measured->n_pairs) found = {&row, &kind};
     }
     if (found.row != nullptr) return found;
@@ -104,22 +103,6 @@ std::optional<double> find_published(const CellContext& context, const std::stri
     if (row.published && selects(place, row)) return row.published;
   }
   return std::nullopt;
-}
-
-Measured scaled(Measured measured, double factor) {
-  measured.value *= factor;
-  for (std::optional<Interval>* interval : {&measured.interval, &measured.one_run}) {
-    if (*interval) *interval = Interval{(*interval)->low * factor, (*interval)->high * factor};
-  }
-  return measured;
-}
-
-/// Returns the verdict of a PaperRow with these two numbers.
-std::string plain_verdict(const std::optional<double>& published, const std::optional<Measured>& measured) {
-  PaperRow row;
-  row.published = published;
-  row.measured = measured;
-  return row.verdict();
 }
 
 /// Returns Wilson's 95 % interval of a proportion `p` of n.
@@ -140,19 +123,19 @@ void judge_rate(const CellContext& context, const std::string& quantity, LayoutV
   if (has_published) value.published_rate = *value.published / *published_total;
   if (has_measured) value.rate = value.measured->value / total.row->measured->value;
   if (!value.measured || !value.published) {
-    value.verdict = plain_verdict(value.published, value.measured);
+    value.verdict = verdict_on(value.published, value.measured);
   } else if (!has_published || !has_measured) {
     value.verdict = "not comparable";
     value.reason =
         fmt::format("{} has no detections that are {}", has_published ? "our data" : "the paper", quantity);
   } else {
     const double n = total.row->measured->value;
-    Measured rate = scaled(*value.measured, 1 / n);
+    Measured rate = value.measured->scaled(1 / n);
     const Interval sampling = wilson_interval(*value.rate, n);
     std::optional<Interval>& range = rate.one_run ? rate.one_run : rate.interval;
     range =
         range ? Interval{std::min(range->low, sampling.low), std::max(range->high, sampling.high)} : sampling;
-    value.verdict = plain_verdict(value.published_rate, rate);
+    value.verdict = verdict_on(value.published_rate, rate);
   }
 }
 
@@ -162,26 +145,26 @@ LayoutValue value_of(const CellContext& context, const std::string& quantity, co
   value.published = find_published(context, quantity);
   const Found found = find_measured(context, quantity);
   if (found.row != nullptr) {
-    value.measured = value.factor == 1 ? *found.row->measured : scaled(*found.row->measured, value.factor);
+    value.measured = found.row->measured->scaled(value.factor);
     value.estimator = found.row->estimator;
     value.data = found.row->data;
     value.dataset = found.row->dataset;
     value.records = records_of_part(found.row->records);
   }
-  const std::string rate_of = text(context.row, "rate_of");
+  const std::string rate_of = context.row.value("rate_of", "");
   const Json reasons = context.row.value("not_comparable", Json::object());
-  const std::string kind = found.kind == nullptr ? "" : text(*found.kind, "name");
-  const std::string reason = reasons.contains(kind) ? text(reasons, kind.c_str()) : text(reasons, "*");
+  const std::string kind = found.kind == nullptr ? "" : found.kind->value("name", "");
+  const std::string reason = reasons.value(reasons.contains(kind) ? kind : "*", "");
   if (!rate_of.empty()) {
     judge_rate(context, rate_of, value);
   } else if (found.row != nullptr && value.published && !reason.empty()) {
     value.verdict = "not comparable";
     value.reason = reason;
   } else {
-    value.verdict = plain_verdict(value.published, value.measured);
+    value.verdict = verdict_on(value.published, value.measured);
   }
   const bool judged = value.verdict == "within" || value.verdict == "outside";
-  const std::string words = found.kind == nullptr ? "" : text(*found.kind, "words");
+  const std::string words = found.kind == nullptr ? "" : found.kind->value("words", "");
   if (judged && !words.empty()) value.verdict += ", " + words;
   return value;
 }
@@ -230,9 +213,9 @@ std::string joined_labels(const std::vector<std::string>& labels) {
   return fmt::format("{}", fmt::join(labels, " "));
 }
 
-/// Appends `item` unless the list contains it.
-void add_distinct(const std::string& item, std::vector<std::string>& list) {
-  if (!item.empty() && std::ranges::find(list, item) == list.end()) list.push_back(item);
+/// Appends a text unless it is empty or the list contains it.
+void add_text(const std::string& text, std::vector<std::string>& list) {
+  if (!text.empty()) add_distinct(text, list);
 }
 
 /// A version of a table under construction.
@@ -251,7 +234,7 @@ struct VersionMaker {
     if (system != nullptr) {
       row.is_ours = true;
       row.in_terminal = system->value("terminal", false);
-      const std::string title = text(*system, "title");
+      const std::string title = system->value("title", "");
       if (!title.empty()) {
         row.labels =
             row.labels.size() > 1 ? std::vector{title, row.name} : std::vector{row.name + ", " + title};
@@ -262,7 +245,7 @@ struct VersionMaker {
     for (size_t j = 0; j < columns.size(); ++j) {
       const bool has = system == nullptr || !system->contains("columns") ||
                        std::ranges::count(system->at("columns"), Json(j)) > 0;
-      const std::string estimator = system == nullptr ? "" : text(*system, "estimator");
+      const std::string estimator = system == nullptr ? "" : system->value("estimator", "");
       const CellContext context{table, kinds, only_kind, procedure, columns[j], entry, estimator};
       row.cells.push_back(has ? cell_of(context, entry.at("labels").back()) : LayoutCell());
     }
@@ -271,7 +254,7 @@ struct VersionMaker {
   }
 
   LayoutVersion version() const {
-    LayoutVersion version{.procedure = text(procedure, "title")};
+    LayoutVersion version{.procedure = procedure.value("title", "")};
     for (const Json& entry : layout.at("rows")) version.rows.push_back(row_of(entry, nullptr));
     for (const LayoutRow& row : version.rows) {
       for (const auto& cell : row.cells)
@@ -287,7 +270,7 @@ struct VersionMaker {
         if (measured) version.rows.push_back(std::move(row));
         any |= measured;
       }
-      if (any) add_distinct(text(system, "note"), version.notes);
+      if (any) add_text(system.value("note", ""), version.notes);
     }
     return version;
   }
@@ -299,13 +282,12 @@ void describe(const Json& kinds, LayoutVersion& version) {
   for (const LayoutRow& row : version.rows) {
     for (const auto& cell : row.cells) {
       for (const LayoutValue& value : cell) {
-        add_distinct(value.reason, reasons);
+        add_text(value.reason, reasons);
         version.is_incomplete |= !row.is_ours && value.published && !value.measured;
         if (row.is_ours || !value.measured) continue;
-        add_distinct(value.data, data);
+        add_text(value.data, data);
         for (const Json& kind : kinds)
-          if (std::ranges::count(kind.at("datasets"), Json(value.dataset)) > 0)
-            add_distinct(text(kind, "title"), titles);
+          if (is_of_kind(value.dataset, kind)) add_text(kind.value("title", ""), titles);
       }
     }
   }
@@ -325,13 +307,15 @@ bool shows_the_same(const LayoutVersion& a, const LayoutVersion& b) {
 }
 
 PaperLayout layout_of(const Json& entry, const Json& kinds, const PublishedTable& table) {
-  PaperLayout layout{.name = text(entry, "name"), .number = table.number, .title = text(entry, "title")};
+  PaperLayout layout{
+      .name = entry.value("name", ""), .number = table.number, .title = entry.value("title", "")};
   layout.missing = measuring_line(paper().table(table.number).fetch);
   for (const Json& line : entry.at("header")) {
     auto& groups = layout.header.emplace_back();
-    for (const Json& group : line) groups.push_back({text(group, "text"), group.value("span", size_t(1))});
+    for (const Json& group : line)
+      groups.push_back({group.value("text", ""), group.value("span", size_t(1))});
   }
-  for (const Json& column : entry.at("columns")) layout.columns.push_back(text(column, "name"));
+  for (const Json& column : entry.at("columns")) layout.columns.push_back(column.value("name", ""));
   for (const Json& procedure : entry.at("procedures")) {
     std::vector<const Json*> choices = {nullptr};
     for (const Json& kind : kinds) choices.push_back(&kind);
@@ -354,18 +338,16 @@ PaperLayout layout_of(const Json& entry, const Json& kinds, const PublishedTable
 
 size_t data_nearness(const std::string& dataset) {
   const Json& kinds = layout_data().at("data");
-  return static_cast<size_t>(
-      std::ranges::find_if(
-          kinds,
-          [&](const Json& kind) { return std::ranges::count(kind.at("datasets"), Json(dataset)) > 0; }) -
-      kinds.begin());
+  const auto nearest =
+      std::ranges::find_if(kinds, [&](const Json& kind) { return is_of_kind(dataset, kind); });
+  return static_cast<size_t>(nearest - kinds.begin());
 }
 
 std::vector<PaperLayout> paper_layouts(std::span<const PublishedTable> tables) {
   const Json& data = layout_data();
   std::vector<PaperLayout> layouts;
   for (const Json& entry : data.at("tables")) {
-    const auto table = std::ranges::find(tables, text(entry, "number"), &PublishedTable::number);
+    const auto table = std::ranges::find(tables, entry.value("number", ""), &PublishedTable::number);
     SEXTANT_CHECK(table != tables.end());
     layouts.push_back(layout_of(entry, data.at("data"), *table));
   }

@@ -39,16 +39,6 @@ std::string published_number_of(const LayoutRow& row, const LayoutCell& cell) {
 bool is_best(const LayoutCell& cell) { return !cell.empty() && cell.front().best; }
 bool is_best_published(const LayoutCell& cell) { return !cell.empty() && cell.front().best_published; }
 
-/// Number of characters, not bytes.
-size_t width_of(const std::string& text) {
-  return static_cast<size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-std::string padded(const std::string& text, size_t width, bool left) {
-  const std::string blanks(width - std::min(width, width_of(text)), ' ');
-  return left ? text + blanks : blanks + text;
-}
-
 size_t n_labels(const PaperLayout& layout) { return layout.versions.front().rows.front().labels.size(); }
 
 /// Lines of the header with one text per column; the text of a group is in its first column.
@@ -133,8 +123,10 @@ std::string text_of(const PaperLayout& layout, const LayoutVersion& version, boo
   const auto add = [&](const Line& line) {
     if (line.empty()) return void(text += rule + "\n");
     std::string shown;
-    for (size_t j = 0; j < line.size(); ++j)
-      shown += (j > 0 ? gap : "") + padded(line[j], widths[j], j < n_labels(layout));
+    for (size_t j = 0; j < line.size(); ++j) {
+      const Align align = j < n_labels(layout) ? Align::left : Align::right;
+      shown += (j > 0 ? gap : "") + padded(line[j], widths[j], align);
+    }
     text += shown.substr(0, shown.find_last_not_of(' ') + 1) + "\n";
   };
   for (const Line& line : header) add(line);

@@ -22,13 +22,6 @@ constexpr std::array<FlowQuantity, 4> flow_quantities = {{
     {"epe_y_px", "EPE y [px]", NumberMap::errors, "epe_measured_y_px", 1},
 }};
 
-void scale(double factor, Measured& m) {
-  m.value *= factor;
-  for (std::optional<Interval>* interval : {&m.interval, &m.one_run}) {
-    if (*interval) *interval = Interval{(*interval)->low * factor, (*interval)->high * factor};
-  }
-}
-
 /// Level at which the noise has the standard deviations of Table II.
 constexpr double level_of_table_2 = 1;
 
@@ -53,7 +46,7 @@ void add_flow_rows(const Json& published, const RecordRefs& records, const Recor
       PaperRow row{.body = columns[i].get<std::string>(), .quantity = q.title};
       row.published = value.get<double>();
       if (body != bodies.end()) row.measured = measure_mean(body->second, q.map, q.key);
-      if (row.measured) scale(q.factor, *row.measured);
+      if (row.measured) row.measured = row.measured->scaled(q.factor);
       if (!records.empty()) row.data = data_title(filter);
       row.dataset = filter.dataset;
       row.records = part;

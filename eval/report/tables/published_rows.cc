@@ -75,7 +75,16 @@ Measured measure_by_seed(const std::vector<double>& by_seed, int n_pairs) {
   return measured;
 }
 
-std::string PaperRow::verdict() const {
+Measured Measured::scaled(double factor) const {
+  Measured out = *this;
+  out.value *= factor;
+  for (std::optional<Interval>* range : {&out.interval, &out.one_run}) {
+    if (*range) *range = Interval{(*range)->low * factor, (*range)->high * factor};
+  }
+  return out;
+}
+
+std::string verdict_on(const std::optional<double>& published, const std::optional<Measured>& measured) {
   if (!measured) return "not measured here";
   if (!published) return "";
   const std::optional<Interval>& range = measured->one_run ? measured->one_run : measured->interval;

@@ -31,7 +31,13 @@ struct Measured : IntervalEstimate {
   std::optional<Interval> one_run;
   int n_pairs = 0;
   int n_seeds = 0;
+
+  /// Returns this value with its intervals, multiplied by `factor`.
+  Measured scaled(double factor) const;
 };
+
+/// Returns the verdict on a published value: "within", "outside", "undecided", "not measured here" or "".
+std::string verdict_on(const std::optional<double>& published, const std::optional<Measured>& measured);
 
 /// One published value with its reproduction.
 struct PaperRow {
@@ -49,8 +55,7 @@ struct PaperRow {
   /// Values of additional columns of this table, by key
   std::map<std::string, std::optional<double>> more{};
 
-  /// "within", "outside", "undecided", "not measured here" or "".
-  std::string verdict() const;
+  std::string verdict() const { return verdict_on(published, measured); }
   bool is_missing() const { return !measured && published; }
 };
 
