@@ -236,11 +236,24 @@ bool is_too_small(const AccuracyRow& row, const MetricPolicy& rules) {
   return !row.is_changed() || std::abs(row.difference) <= rules.minimum_effect * std::abs(row.base);
 }
 
+/// Returns true if the corrected p-value of a row proves its change.
+template <typename Row>
+bool is_significant(const Row& row, const AccuracyPolicy& policy) {
+  return row.p_corrected && *row.p_corrected <= policy.alpha;
+}
+
+/// Removes the p-values of a row if its verdict `regressed` or `improved` does not follow from them.
+template <typename Row>
+void remove_unused_p(const AccuracyPolicy& policy, Row& row) {
+  const bool decided = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
+  if (decided && !is_significant(row, policy)) row.p = row.p_corrected = std::nullopt;
+}
+
 GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
   const MetricPolicy rules = policy.of(row.metric);
   if (is_too_small(row, rules) || row.too_few) return GateVerdict::ok;
   const bool exact = rules.minimum_effect == 0;
-  const bool evidence = row.p_corrected && *row.p_corrected <= policy.alpha;
+  const bool evidence = is_significant(row, policy);
   if (worsening(row, rules) > 0) {
     if (evidence || (exact && row.n_better == 0)) return GateVerdict::regressed;
     return exact ? GateVerdict::inconclusive : GateVerdict::ok;
@@ -262,9 +275,7 @@ void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
   for (AccuracyRow& row : rows) {
     row.verdict = judge(row, policy);
     row.too_few = row.too_few && !is_too_small(row, policy.of(row.metric));
-    const bool by_cases = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
-    if (by_cases && !(row.p_corrected && *row.p_corrected <= policy.alpha))
-      row.p = row.p_corrected = std::nullopt;
+    remove_unused_p(policy, row);
   }
 }
 
@@ -309,7 +320,7 @@ FamilyRow pool(const Members& all, const AccuracyPolicy& policy) {
 }
 
 GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
-  const bool evidence = row.p_corrected && *row.p_corrected <= policy.alpha;
+  const bool evidence = is_significant(row, policy);
   if (!row.is_changed() || std::abs(row.worse) <= policy.of(row.metric).minimum_effect)
     return GateVerdict::ok;
   const int n_for = row.worse > 0 ? row.n_worse : row.n_better,
@@ -343,10 +354,7 @@ std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, co
   }
   for (FamilyRow& row : rows) {
     row.verdict = judge(row, policy);
-    // A verdict that does not follow from p is shown without p.
-    const bool decided = row.verdict == GateVerdict::regressed || row.verdict == GateVerdict::improved;
-    if (decided && !(row.p_corrected && *row.p_corrected <= policy.alpha))
-      row.p = row.p_corrected = std::nullopt;
+    remove_unused_p(policy, row);
   }
   std::ranges::stable_sort(rows, {}, [](const FamilyRow& row) {
     return std::pair(row.verdict, row.verdict == GateVerdict::improved ? row.worse : -row.worse);

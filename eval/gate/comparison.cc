@@ -307,9 +307,9 @@ namespace {
 
 constexpr size_t most_shown = 40;
 
-void add(const char* name, const char* heading, Table table, ReportDocument& document) {
+void add(const char* name, Table table, ReportDocument& document) {
   if (table.rows.empty()) return;
-  ReportSection section{std::string(name) + "-section", heading};
+  ReportSection section{std::string(name) + "-section", table.title};
   section.tables = {{name, std::move(table), {"dataset", "sequence", "estimator"}}};
   document.sections.push_back(std::move(section));
 }
@@ -402,18 +402,16 @@ ReportDocument comparison_document(const Comparison& c, const fs::path& out) {
   document.title = fmt::format("{}: {} against {}", to_string(c.verdict), c.fresh, c.base);
   const std::string largest = largest_change(c);
   document.abstract = (largest.empty() ? "" : largest + ". ") + headline(c) + ".";
-  add("findings", "Differences besides the numbers", findings_table(c), document);
-  add("families", "Errors, pooled over sources and bodies", family_table(c, /*changed_only=*/false),
-      document);
+  add("findings", findings_table(c), document);
+  add("families", family_table(c, /*changed_only=*/false), document);
   ReportSection frames = frames_section(c, out);
   if (!frames.tables.empty()) document.sections.push_back(std::move(frames));
-  add("statuses", "Cases lost and gained", with_records(c, out, status_table(c), "n_lost", "n_gained"),
-      document);
-  add("accuracy", "Errors, case by case",
+  add("statuses", with_records(c, out, status_table(c), "n_lost", "n_gained"), document);
+  add("accuracy",
       with_records(c, out, accuracy_table(c, /*changed_only=*/false), "base", "difference_percent"),
       document);
-  add("speed", "Times",
-      with_records(c, out, speed_table(c, /*changed_only=*/false), "base_us", "change_percent"), document);
+  add("speed", with_records(c, out, speed_table(c, /*changed_only=*/false), "base_us", "change_percent"),
+      document);
   document.provenance = {{"BASE", c.base},
                          {"NEW", c.fresh},
                          {"page by", fmt::format("sextant {}, commit {}", version(), git_commit())}};
