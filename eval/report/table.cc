@@ -366,17 +366,17 @@ namespace {
 constexpr size_t column_width = 6;   // columns that fit into one column of a paper
 constexpr size_t small_columns = 9;  // tables with this many columns span both columns in smaller letters
 
-constexpr std::array<std::pair<const char*, const char*>, 10> ascii_signs = {{{"\\", "\\textbackslash{}"},
-                                                                              {"&", "\\&"},
-                                                                              {"%", "\\%"},
-                                                                              {"$", "\\$"},
-                                                                              {"#", "\\#"},
-                                                                              {"_", "\\_"},
-                                                                              {"{", "\\{"},
-                                                                              {"}", "\\}"},
-                                                                              {"~", "\\textasciitilde{}"},
-                                                                              {"^", "\\textasciicircum{}"}}};
-constexpr std::array<std::pair<const char*, const char*>, 21> unicode_signs = {
+constexpr std::array<LatexSign, 10> ascii_signs = {{{"\\", "\\textbackslash{}"},
+                                                    {"&", "\\&"},
+                                                    {"%", "\\%"},
+                                                    {"$", "\\$"},
+                                                    {"#", "\\#"},
+                                                    {"_", "\\_"},
+                                                    {"{", "\\{"},
+                                                    {"}", "\\}"},
+                                                    {"~", "\\textasciitilde{}"},
+                                                    {"^", "\\textasciicircum{}"}}};
+constexpr std::array<LatexSign, 21> unicode_signs = {
     {{"±", "$\\pm$"},     {"×", "$\\times$"}, {"·", "$\\cdot$"},  {"≤", "$\\leq$"},   {"≥", "$\\geq$"},
      {"≈", "$\\approx$"}, {"−", "$-$"},       {"–", "--"},        {"—", "---"},       {"°", "$^{\\circ}$"},
      {"²", "$^2$"},       {"³", "$^3$"},      {"δ", "$\\delta$"}, {"Δ", "$\\Delta$"}, {"σ", "$\\sigma$"},
@@ -389,11 +389,12 @@ size_t utf8_length(char first) {
   return byte >= 0xF0U ? 4 : byte >= 0xE0U ? 3 : 2;
 }
 
-std::string latex_sign(const std::string& sign) {
-  for (const auto& [from, to] : ascii_signs)
-    if (sign == from) return to;
-  for (const auto& [from, to] : unicode_signs)
-    if (sign == from) return to;
+std::string latex_sign(const std::string& sign, std::span<const LatexSign> own) {
+  using Signs = std::span<const LatexSign>;
+  for (const Signs signs : {own, Signs(ascii_signs), Signs(unicode_signs)}) {
+    for (const auto& [from, to] : signs)
+      if (sign == from) return to;
+  }
   if (sign == "<" || sign == ">") return "$" + sign + "$";
   if (sign == "|") return "\\textbar{}";
   if (sign == "\"") return "\\textquotedbl{}";
@@ -423,12 +424,12 @@ std::string first_in_row(const std::string& text) {
 
 }  // namespace
 
-std::string latex_escaped(const std::string& text) {
+std::string latex_escaped(const std::string& text, std::span<const LatexSign> own) {
   std::string out;
   const std::string line = one_line(text);
   for (size_t i = 0; i < line.size();) {
     const size_t n = utf8_length(line[i]);
-    out += latex_sign(line.substr(i, n));
+    out += latex_sign(line.substr(i, n), own);
     i += n;
   }
   // E_t, E_R, E_v and delta_d are symbols.

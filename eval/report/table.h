@@ -7,8 +7,10 @@
 #include <concepts>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -226,8 +228,10 @@ Table with_columns(const Table& table, const std::vector<std::string>& keys);
 /// Returns the table as LaTeX, with the label "tab:<name>".
 std::string to_latex(const Table& table, const std::string& name);
 
+/// A character, and what stands for it in LaTeX.
+using LatexSign = std::pair<const char*, const char*>;
 /// Escapes special characters; formats E_t, E_R, E_v as symbols, and Greek letters and signs outside ASCII as
-/// commands. An unknown character becomes "?".
-std::string latex_escaped(const std::string& text);
+/// commands. An unknown character becomes "?". The signs in `own` have priority.
+std::string latex_escaped(const std::string& text, std::span<const LatexSign> own = {});
 
 }  // namespace sextant

@@ -147,26 +147,11 @@ std::string emphasised(const std::string& text, bool best, const char* begin, co
 
 // ---- LaTeX
 
+/// latex_escaped() with the signs of the verdicts, which need the package amssymb.
 std::string latex_text(const std::string& text) {
-  std::string out;
-  static const std::pair<const char*, const char*> signs[] = {
+  static constexpr LatexSign signs[] = {
       {"\u2713", "$\\checkmark$"}, {"\u2717", "$\\times$"}, {"\u2260", "$\\neq$"}};
-  for (size_t i = 0; i < text.size();) {
-    const auto* sign =
-        std::ranges::find_if(signs, [&](const auto& s) { return text.compare(i, 3, s.first) == 0; });
-    if (sign != std::end(signs)) {
-      out += sign->second;
-      i += 3;
-      continue;
-    }
-    size_t end = i + 1;
-    while (end < text.size() &&
-           std::ranges::none_of(signs, [&](const auto& s) { return text.compare(end, 3, s.first) == 0; }))
-      ++end;
-    out += latex_escaped(text.substr(i, end - i));
-    i = end;
-  }
-  return out;
+  return latex_escaped(text, signs);
 }
 
 std::string latex_header(const PaperLayout& layout) {
@@ -239,36 +224,32 @@ struct FlatValue {
 
 const Fields<FlatValue>& value_fields() {
   using V = FlatValue;
-  static const Fields<V> fields = [] {
+  const auto text = [](std::string LayoutValue::*member) {
+    return [member](const V& v) { return (v.value->*member).empty() ? Cell() : Cell(v.value->*member); };
+  };
+  static const Fields<V> fields = [&] {
     Fields<V> f = {{Column::text("published"), [](const V& v) { return v.value->published; }}};
     Fields<Measured> m = {{Column::text("measured"), &Measured::value}};
     m.add_range({Column::text("low"), Column::text("high")}, &Measured::interval);
     m.add_range({Column::text("run_low"), Column::text("run_high")}, &Measured::one_run);
     m.add({{Column::text("pairs"), &Measured::n_pairs}, {Column::text("seeds"), &Measured::n_seeds}});
     f.add(m, [](const V& v) { return v.value->measured; });
-    f.add({{Column::text("verdict"), [](const V& v) { return v.value->verdict; }},
-           {Column::text("reason"), [](const V& v) { return v.value->reason; }},
+    f.add({{Column::text("verdict"), text(&LayoutValue::verdict)},
+           {Column::text("reason"), text(&LayoutValue::reason)},
            {Column::text("rate"), [](const V& v) { return v.value->rate; }},
            {Column::text("published_rate"), [](const V& v) { return v.value->published_rate; }},
-           {Column::text("rate_of"), [](const V& v) { return v.value->rate_of; }},
+           {Column::text("rate_of"), text(&LayoutValue::rate_of)},
            {Column::text("factor"), [](const V& v) { return v.value->factor; }},
-           {Column::text("estimator"), [](const V& v) { return v.value->estimator; }},
-           {Column::text("data"), [](const V& v) { return v.value->data; }},
-           {Column::text("records"), [](const V& v) { return v.value->records; }}});
+           {Column::text("estimator"), text(&LayoutValue::estimator)},
+           {Column::text("data"), text(&LayoutValue::data)},
+           {Column::text("records"), text(&LayoutValue::records)}});
     return f;
   }();
   return fields;
 }
 
 Json json_of(const FlatValue& value) {
-  Json object = Json::object();
-  for (const Field<FlatValue>& field : value_fields()) {
-    const Cell cell = field.of(value);
-    if (const auto* number = std::get_if<double>(&cell)) object[field.column.key] = *number;
-    if (const auto* text = std::get_if<std::string>(&cell); text != nullptr && !text->empty())
-      object[field.column.key] = *text;
-  }
-  return object;
+  return rows_to_json(table_of("", "", value_fields(), std::vector{value})).front();
 }
 
 Json json_of(const PaperLayout& layout, const LayoutVersion& version) {
