@@ -1,6 +1,9 @@
 #include "sextant/eval/report/html/html.h"
 
+#include <openssl/evp.h>
+
 #include <algorithm>
+#include <climits>
 #include <optional>
 #include <set>
 #include <span>
@@ -316,17 +319,13 @@ std::string page_html(const ReportDocument& document, Page page, const OutputFil
   const bool is_report = page == Page::report, has_explorers = has_explorer(document, page);
   static const Fragment no_lead;
   const Fragment& lead = is_report ? document.lead : no_lead;
-  std::string html = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
-      "<title>{0}</title>\n<style>\n{1}{4}</style>\n</head>\n<body>\n"
-      "<header>\n<h1>{0}</h1>\n{2}</header>\n{3}",
-      html_escaped(is_report ? document.title : document.title + ": details"),
-      std::string(page_file("page.css")).append(has_explorers ? page_file("explorer.css") : ""),
-      paragraph(is_report ? document.abstract : document.details_abstract, "abstract"),
-      contents(document, page), lead.style);
+  const std::string title = is_report ? document.title : document.title + ": details";
+  std::string style(page_file("page.css"));
+  if (has_explorers) style += page_file("explorer.css");
+  std::string html = page_head(title, style + lead.style, /*has_scripts=*/true);
+  html += fmt::format("<header>\n<h1>{}</h1>\n{}</header>\n{}", html_escaped(title),
+                      paragraph(is_report ? document.abstract : document.details_abstract, "abstract"),
+                      contents(document, page));
   html += "<main>\n" + lead.html;
   if (is_report) html += summary(linked_verdicts(document), drawn);
   for (const ReportSection& section : document.sections) {
@@ -344,6 +343,16 @@ std::string page_html(const ReportDocument& document, Page page, const OutputFil
 }
 
 }  // namespace
+
+std::string page_head(const std::string& title, const std::string& style, bool has_scripts) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
+      "style-src 'unsafe-inline'{}\">\n"
+      "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
+      has_scripts ? "; script-src 'unsafe-inline'" : "", html_escaped(title), style);
+}
 
 std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
   return page_html(document, Page::report, drawn);
@@ -372,16 +381,10 @@ std::string html_escaped(const std::string& text) {
 }
 
 std::string base64(const std::string& bytes) {
-  constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t n = std::min<size_t>(3, bytes.size() - i);
-    uint32_t bits = 0;
-    for (size_t k = 0; k < 3; ++k)
-      bits = (bits << 8U) | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (size_t k = 0; k < 4; ++k) out.push_back(k <= n ? digits[(bits >> (18U - 6U * k)) & 63U] : '=');
-  }
+  SEXTANT_CHECK(bytes.size() <= INT_MAX);
+  std::string out((bytes.size() + 2) / 3 * 4, '\0');  // OpenSSL writes a zero after the last digit as well
+  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data()),
+                  reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
   return out;
 }
 

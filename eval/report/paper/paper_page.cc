@@ -182,15 +182,10 @@ std::string paper_page(const std::string& title, const std::string& answer,
                     html_escaped(figure.caption), base64(svg->second), figure.width_cm));
   }
   std::ranges::stable_sort(places, {}, &std::pair<PaperPlace, std::string>::first);
-  std::string html = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'\">\n"
-      "<title>{0}</title>\n<style>\n{1}{2}</style>\n</head>\n<body>\n<h1>{0}</h1>\n<p>{3}</p>\n<p "
-      "class=\"note\">{4}.</p>\n<main>\n",
-      html_escaped(title), paper_file("paper.css"), paper_file("print.css"), html_escaped(answer),
-      verdict_signs);
+  const std::string style = std::string(paper_file("paper.css")).append(paper_file("print.css"));
+  std::string html = page_head(title, style, /*has_scripts=*/false);
+  html += fmt::format("<h1>{}</h1>\n<p>{}</p>\n<p class=\"note\">{}.</p>\n<main>\n", html_escaped(title),
+                      html_escaped(answer), verdict_signs);
   for (const auto& [place, part] : places) html += part;
   return html + "</main>\n</body>\n</html>\n";
 }
