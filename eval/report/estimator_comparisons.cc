@@ -24,6 +24,30 @@ struct Level {
 };
 using RowPairs = std::vector<std::pair<size_t, size_t>>;
 
+/// Tests the differences (second - first) of all pairs; labels[i] is the cluster of differences[i].
+ErrorComparison test_differences(const std::vector<double>& differences, const std::vector<uint64_t>& labels,
+                                 double mean_first, bool identical, const BootstrapOptions& options) {
+  ErrorComparison out{compare_pairs(differences, labels, options), mean_first, identical};
+  if (identical) out.p = 1;
+  if (out.n_clusters < 2) out.p.reset();
+  return out;
+}
+
+/// Makes the row of two levels; its errors and the parameter are added by the caller.
+ComparisonRow row_without_errors(const NoiseLevel& first, const NoiseLevel& second, int n_pairs) {
+  const NoiseLevelKey& key = first.key();
+  return {.dataset = key.dataset,
+          .sequence = key.sequence,
+          .body = key.body,
+          .noise = key.noise,
+          .first = key.estimator,
+          .second = second.key().estimator,
+          .level = key.level,
+          .n_pairs = n_pairs,
+          .n_only_first = static_cast<int>(first.n_with_error()) - n_pairs,
+          .n_only_second = static_cast<int>(second.n_with_error()) - n_pairs};
+}
+
 /// Compares one error over the pairs in which both records have it; nullopt if there are none.
 std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& first,
                                        const NoiseLevel& second, size_t error, ClusterBy by,
@@ -39,11 +63,9 @@ std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& 
     labels.push_back(by == ClusterBy::seeds ? seed : static_cast<uint64_t>(frame));
   }
   if (differences.empty()) return std::nullopt;
-  ErrorComparison out{compare_pairs(differences, labels, options), mean(of_first)};
-  out.identical = std::ranges::all_of(differences, [](double d) { return std::abs(d) <= identical_below; });
-  if (out.identical) out.p = 1;
-  if (out.n_clusters < 2) out.p.reset();
-  return out;
+  const auto is_rounding = [](double d) { return std::abs(d) <= identical_below; };
+  return test_differences(differences, labels, mean(of_first), std::ranges::all_of(differences, is_rounding),
+                          options);
 }
 
 /// Compares levels of summaries. The mean difference of a seed stands for each of its pairs, which does not
@@ -64,35 +86,27 @@ std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& 
     of_first.add(first);
   }
   if (differences.empty()) return std::nullopt;
-  ErrorComparison out{compare_pairs(differences, labels, options), of_first.mean()};
-  out.identical = identical;
-  if (out.identical) out.p = 1;
-  if (out.n_clusters < 2) out.p.reset();
-  return out;
+  return test_differences(differences, labels, of_first.mean(), identical, options);
 }
 
 /// Compares two levels of summaries. Returns nullopt if no pair was estimated by both, if the estimated pairs
 /// differ, or if one level has records instead of summaries.
 std::optional<ComparisonRow> compare_summed(const NoiseLevel& first, const NoiseLevel& second,
                                             const BootstrapOptions& options) {
-  const NoiseLevelKey& key = first.key();
-  ComparisonRow row{.dataset = key.dataset,
-                    .sequence = key.sequence,
-                    .body = key.body,
-                    .noise = key.noise,
-                    .level = key.level};
   if (!first.is_summed() || !second.is_summed()) return std::nullopt;
+  std::map<std::string, ErrorComparison> errors;
+  int n_pairs = 0;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
     const auto seeds = first.paired_sums(second, e);
     if (!seeds) return std::nullopt;
-    if (auto c = compare(*seeds, options)) row.errors.emplace(compared_errors()[e]->name, std::move(*c));
+    if (auto c = compare(*seeds, options)) errors.emplace(compared_errors()[e]->name, std::move(*c));
     size_t n = 0;
     for (const NoiseLevel::SeedSums& seed : *seeds) n += static_cast<size_t>(seed.first.n);
-    row.n_pairs = std::max(row.n_pairs, static_cast<int>(n));
+    n_pairs = std::max(n_pairs, static_cast<int>(n));
   }
-  if (row.n_pairs == 0) return std::nullopt;
-  row.n_only_first = static_cast<int>(first.n_with_error()) - row.n_pairs;
-  row.n_only_second = static_cast<int>(second.n_with_error()) - row.n_pairs;
+  if (n_pairs == 0) return std::nullopt;
+  ComparisonRow row = row_without_errors(first, second, n_pairs);
+  row.errors = std::move(errors);
   return row;
 }
 
@@ -101,16 +115,7 @@ std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& 
                                      const BootstrapOptions& options) {
   const RowPairs pairs = first.pairs(second);
   if (pairs.empty()) return std::nullopt;
-  const NoiseLevelKey& key = first.key();
-  const auto n = static_cast<int>(pairs.size());
-  ComparisonRow row{.dataset = key.dataset,
-                    .sequence = key.sequence,
-                    .body = key.body,
-                    .noise = key.noise,
-                    .level = key.level,
-                    .n_pairs = n,
-                    .n_only_first = static_cast<int>(first.n_with_error()) - n,
-                    .n_only_second = static_cast<int>(second.n_with_error()) - n};
+  ComparisonRow row = row_without_errors(first, second, static_cast<int>(pairs.size()));
   // The pairs are sorted, so there is one seed if the first and the last pair have the same.
   const bool one_seed = first.case_of(pairs.front().first).first == first.case_of(pairs.back().first).first;
   const ClusterBy by = one_seed ? ClusterBy::frames : ClusterBy::seeds;
@@ -196,8 +201,6 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
           ++left_out[static_cast<size_t>(i)];
         if (!row) continue;
         row->parameter = level.sweep->parameter;
-        row->first = names[a];
-        row->second = names[b];
         of_level[static_cast<size_t>(i)].push_back(std::move(*row));
       }
     }
