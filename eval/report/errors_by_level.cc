@@ -80,9 +80,9 @@ Fields<LimitSummary> limit_fields() {
 
 namespace {
 
-NoiseLevelRow summarize_level(const NoiseLevel& level, const BootstrapOptions& options) {
-  const NoiseLevelKey& key = level.key();
-  NoiseLevelRow row{{}, key.dataset, key.sequence, key.body, key.estimator, key.noise, key.level};
+NoiseLevelRow summarize_level(const std::string& parameter, const NoiseLevel& level,
+                              const BootstrapOptions& options) {
+  NoiseLevelRow row{CurveKey::of(parameter, level.key()), level.key().noise, level.key().level};
   row.n_seeds = static_cast<int>(level.n_seeds());
   row.n_truth = static_cast<int>(level.n_truth());
   row.n_estimated = static_cast<int>(level.n_estimated());
@@ -133,8 +133,7 @@ std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const
   std::vector<NoiseLevelRow> all(sweep.levels.size());
   parallel_for(static_cast<int>(all.size()), jobs, [&](int i) {
     const auto at = static_cast<size_t>(i);
-    all[at] = summarize_level(*sweep.levels[at], options);
-    all[at].parameter = sweep.parameter;
+    all[at] = summarize_level(sweep.parameter, *sweep.levels[at], options);
   });
   std::erase_if(all, [](const NoiseLevelRow& row) { return row.n_truth == 0; });
   return all;
@@ -142,15 +141,12 @@ std::vector<NoiseLevelRow> noise_levels(const NoiseSweep& sweep, int jobs, const
 
 Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
   using Row = NoiseLevelRow;
-  Fields<Row> fields = {{Column::text("parameter").folded(), &Row::parameter},
-                        {Column::text("dataset").folded(), &Row::dataset},
-                        {Column::text("sequence").folded(), &Row::sequence},
-                        {Column::text("body"), &Row::body},
-                        {Column::text("estimator").folded(), &Row::estimator},
-                        {Column::number("level", 3), &Row::level},
-                        {Column::count("n_seeds", "seeds"), &Row::n_seeds},
-                        {Column::number("coverage_percent", "coverage [%]", 1),
-                         [](const Row& row) { return 100.0 * row.n_estimated / row.n_truth; }}};
+  Fields<Row> fields;
+  fields.add(CurveKey::fields(), [](const Row& row) { return &row; });
+  fields.add({{Column::number("level", 3), &Row::level},
+              {Column::count("n_seeds", "seeds"), &Row::n_seeds},
+              {Column::number("coverage_percent", "coverage [%]", 1),
+               [](const Row& row) { return 100.0 * row.n_estimated / row.n_truth; }}});
   for (const MetricDefinition* error : compared_errors()) {
     fields.add(statistic_fields(*error),
                [name = error->name](const Row& row) { return find_in(row.errors, name); });

@@ -64,8 +64,8 @@ Fields<LimitSummary> limit_fields();
 // ---- errors
 
 /// One row of the noise table.
-struct NoiseLevelRow {
-  std::string parameter, dataset, sequence, body, estimator, noise;
+struct NoiseLevelRow : CurveKey {
+  std::string noise;
   double level = 0;
   int n_seeds = 0;
   int n_truth = 0;
@@ -77,8 +77,7 @@ struct NoiseLevelRow {
 
   /// Returns true if the records of level `key`, in a sweep of the parameter `swept`, contribute to this row.
   bool covers(const std::string& swept, const NoiseLevelKey& key) const {
-    return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
-           key.estimator == estimator && key.level == level && key.noise == noise;
+    return CurveKey::covers(swept, key) && key.level == level && key.noise == noise;
   }
 };
 

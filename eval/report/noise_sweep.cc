@@ -113,6 +113,23 @@ size_t NoiseSweep::n_levels() const {
   return distinct.size();
 }
 
+CurveKey CurveKey::of(const std::string& parameter, const NoiseLevelKey& level) {
+  return {parameter, level.dataset, level.sequence, level.body, level.estimator};
+}
+
+bool CurveKey::covers(const std::string& swept, const NoiseLevelKey& key) const {
+  return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
+         key.estimator == estimator;
+}
+
+Fields<CurveKey> CurveKey::fields() {
+  return {{Column::text("parameter").folded(), &CurveKey::parameter},
+          {Column::text("dataset").folded(), &CurveKey::dataset},
+          {Column::text("sequence").folded(), &CurveKey::sequence},
+          {Column::text("body"), &CurveKey::body},
+          {Column::text("estimator").folded(), &CurveKey::estimator}};
+}
+
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep) {
   sweep.levels.insert(sweep.levels.end(), more.levels.begin(), more.levels.end());
   for (const Interned name : more.estimators) add_distinct(name, sweep.estimators);

@@ -33,6 +33,19 @@ struct NoiseSweep {
   size_t n_levels() const;
 };
 
+/// A curve: one body of a sequence under one estimator, over the levels of a sweep. Rows of tables derive
+/// from it.
+struct CurveKey {
+  std::string parameter;  ///< NoiseSweep::parameter; "" if nothing is swept
+  std::string dataset, sequence, body, estimator;
+
+  static CurveKey of(const std::string& parameter, const NoiseLevelKey& level);
+  /// Returns true if the level `key`, in a sweep of the parameter `swept`, belongs to this curve.
+  bool covers(const std::string& swept, const NoiseLevelKey& key) const;
+  /// Returns the columns that identify a curve.
+  static Fields<CurveKey> fields();
+};
+
 /// Adds the levels of `more` to `sweep`.
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 

@@ -93,8 +93,8 @@ std::vector<typename Map::key_type> common_keys(const std::vector<const Map*>& m
 }
 
 /// Returns the values of one member, each once, in order of first appearance.
-template <typename Item, typename Text>
-std::vector<std::string> distinct(const std::vector<const Item*>& items, Text Item::*member) {
+template <typename Item, typename Member>
+std::vector<std::string> distinct(const std::vector<const Item*>& items, Member member) {
   std::vector<std::string> values;
   for (const Item* item : items) add_distinct(item->*member, values);
   return values;

@@ -16,9 +16,7 @@ namespace sextant {
 namespace {
 
 BodySummary summarize_body(const RecordRefs& records, const MetricPreset& preset) {
-  const Record& first = *records.front();
-  BodySummary row{first.dataset, first.sequence, first.estimator, first.body,
-                  static_cast<int>(records.size())};
+  BodySummary row{CurveKey::of("", NoiseLevelKey::of(*records.front())), static_cast<int>(records.size())};
   RecordRefs estimated;
   for (const Record* record : records) {
     if (!has_truth(*record)) continue;

@@ -17,19 +17,15 @@
 #include <vector>
 
 #include "sextant/eval/records/record.h"
-#include "sextant/eval/report/noise_level.h"
+#include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/metrics/definitions.h"
 #include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
 
-/// One row of the summary.
-struct BodySummary {
-  std::string dataset;
-  std::string sequence;
-  std::string estimator;
-  std::string body;
+/// One row of the summary. Its records may have several noise levels, but it has no swept parameter.
+struct BodySummary : CurveKey {
   int n_pairs = 0;  ///< number of records of this body
   int n_truth = 0;
   int n_estimated = 0;
@@ -38,12 +34,6 @@ struct BodySummary {
   /// take "Et_m" of an object from Et_body_m.
   std::map<std::string, double> metrics;
   std::string other;  ///< "gated(distance) 3, lost 1"
-
-  /// Returns true if the records of level `key` contribute to this row.
-  bool covers(const std::string& /*swept*/, const NoiseLevelKey& key) const {
-    return key.dataset == dataset && key.sequence == sequence && key.estimator == estimator &&
-           key.body == body;
-  }
 };
 
 /// Returns rows in order of data set, sequence and estimator; the camera first, then objects by id.

@@ -93,16 +93,15 @@ ErrorTrend trend_of(const Levels& levels, const BootstrapOptions& options) {
   return trend;
 }
 
-TrendRow row_of(std::span<const NoiseLevelRef> curve, const BootstrapOptions& options) {
+TrendRow row_of(const std::string& parameter, std::span<const NoiseLevelRef> curve,
+                const BootstrapOptions& options) {
   const ClusterBy by = clusters_of(curve);
   std::vector<Levels> of_errors;
   for (size_t e = 0; e < compared_errors().size(); ++e) of_errors.push_back(levels_of(curve, e, by));
   const std::map<double, Labels> by_level = labels_of(of_errors);
   const Labels kept = complete_clusters(by_level);
-  TrendRow row;
+  TrendRow row{CurveKey::of(parameter, curve.front()->key())};
   if (kept.empty()) return row;
-  const NoiseLevelKey& key = curve.front()->key();
-  row = {{}, key.dataset, key.sequence, key.body, key.estimator};
   row.n_levels = static_cast<int>(by_level.size());
   row.n_clusters = static_cast<int>(kept.size());
   row.lowest = by_level.begin()->first;
@@ -153,8 +152,7 @@ std::vector<TrendRow> noise_trends(const std::vector<NoiseSweep>& sweeps, int jo
   std::vector<TrendRow> rows(curves.size());
   parallel_for(static_cast<int>(curves.size()), jobs, [&](int i) {
     const auto& [sweep, curve] = curves[static_cast<size_t>(i)];
-    rows[static_cast<size_t>(i)] = row_of(curve, options);
-    rows[static_cast<size_t>(i)].parameter = sweep->parameter;
+    rows[static_cast<size_t>(i)] = row_of(sweep->parameter, curve, options);
   });
   std::erase_if(rows, [](const TrendRow& row) { return row.n_levels < 2; });
   std::vector<ErrorTrend*> family;
@@ -167,14 +165,11 @@ std::vector<TrendRow> noise_trends(const std::vector<NoiseSweep>& sweeps, int jo
 
 Table trend_table(const std::vector<TrendRow>& rows) {
   using Row = TrendRow;
-  Fields<Row> fields = {{Column::text("parameter").folded(), &Row::parameter},
-                        {Column::text("dataset").folded(), &Row::dataset},
-                        {Column::text("sequence").folded(), &Row::sequence},
-                        {Column::text("body"), &Row::body},
-                        {Column::text("estimator").folded(), &Row::estimator},
-                        {Column::number("lowest", "from", 2).folded(), &Row::lowest},
-                        {Column::number("highest", "to", 2).folded(), &Row::highest},
-                        {Column::count("n_clusters", "clusters").folded(), &Row::n_clusters}};
+  Fields<Row> fields;
+  fields.add(CurveKey::fields(), [](const Row& row) { return &row; });
+  fields.add({{Column::number("lowest", "from", 2).folded(), &Row::lowest},
+              {Column::number("highest", "to", 2).folded(), &Row::highest},
+              {Column::count("n_clusters", "clusters").folded(), &Row::n_clusters}});
   for (const MetricDefinition* error : compared_errors()) {
     fields.add(trend_fields(*error),
                [name = error->name](const Row& row) { return find_in(row.errors, name); });
@@ -236,8 +231,7 @@ std::vector<FallingError> falling_errors(const std::vector<NoiseSweep>& sweeps) 
       if (low.key().level == high.key().level || !low.has(error) || !high.has(error)) continue;
       const FallingError::Mean all = {high.n_estimated(), mean_of(low, error), mean_of(high, error)};
       if (!(all.highest < least_fall * all.lowest)) continue;
-      rows.push_back({sweep.parameter, low.key().dataset.str(), low.key().sequence.str(),
-                      low.key().body.str(), low.key().estimator.str(), low.key().level, high.key().level, all,
+      rows.push_back({CurveKey::of(sweep.parameter, low.key()), low.key().level, high.key().level, all,
                       low.n_estimated(), common_mean(low, high, error)});
     }
   }

@@ -33,18 +33,11 @@ struct ErrorTrend {
   std::optional<double> p_corrected;
 };
 
-struct TrendRow {
-  std::string parameter, dataset, sequence, body, estimator;
+struct TrendRow : CurveKey {
   double lowest = 0, highest = 0;  ///< level
   int n_levels = 0;
   int n_clusters = 0;
   std::map<std::string, ErrorTrend> errors;  ///< by name; the `compared` errors known at two levels or more
-
-  /// Returns true if the records of level `key`, in a sweep of the parameter `swept`, contribute to this row.
-  bool covers(const std::string& swept, const NoiseLevelKey& key) const {
-    return swept == parameter && key.dataset == dataset && key.sequence == sequence && key.body == body &&
-           key.estimator == estimator;
-  }
 };
 
 /// Returns rows in order of sweep, data set, sequence, body (camera first) and estimator.
@@ -61,8 +54,7 @@ Table trend_table(const std::vector<TrendRow>& rows);
 //   coverage   on these pairs the error does not fall
 //   selection  it falls on these pairs as well: the estimate is made of other points, or the fall is chance
 
-struct FallingError {
-  std::string parameter, dataset, sequence, body, estimator;
+struct FallingError : CurveKey {
   double lowest = 0, highest = 0;  ///< levels
   struct Mean {
     size_t n = 0;  ///< pairs
