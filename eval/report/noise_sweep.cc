@@ -178,34 +178,31 @@ std::string parameter_title(const std::string& parameter) {
 
 namespace {
 
-/// Returns the number at a path of keys, if there is one.
-std::optional<double> number_at(const Json& json, std::initializer_list<const char*> path) {
-  const Json* at = &json;
-  for (const char* key : path) {
-    if (!at->is_object() || !at->contains(key)) return std::nullopt;
-    at = &(*at)[key];
-  }
-  return at->is_number() ? std::optional<double>(at->get<double>()) : std::nullopt;
+/// Returns the number at a JSON pointer such as "/depth/n", if there is one.
+std::optional<double> number_at(const Json& json, const char* path) {
+  const Json::json_pointer pointer(path);
+  if (!json.contains(pointer) || !json.at(pointer).is_number()) return std::nullopt;
+  return json.at(pointer).get<double>();
 }
 
 void add_depth(const AchievedNoise& entry, AchievedNoiseRow row, std::vector<AchievedNoiseRow>& rows) {
-  const auto requested = number_at(entry.noise, {"requested", "depth", "delta_d_px"});
-  const auto achieved = number_at(entry.noise, {"depth", "normalised_sigma"});
+  const auto requested = number_at(entry.noise, "/requested/depth/delta_d_px");
+  const auto achieved = number_at(entry.noise, "/depth/normalised_sigma");
   if (!requested || !achieved) return;
   row.channel = "depth";
   row.requested_px = *requested;
   row.achieved_px = *achieved * *requested;
-  row.n = number_at(entry.noise, {"depth", "n"}).value_or(0);
-  row.neighbours = number_at(entry.noise, {"neighbours", "depth", "correlation"});
-  row.share_invalidated = number_at(entry.noise, {"depth", "share_invalidated"});
+  row.n = number_at(entry.noise, "/depth/n").value_or(0);
+  row.neighbours = number_at(entry.noise, "/neighbours/depth/correlation");
+  row.share_invalidated = number_at(entry.noise, "/depth/share_invalidated");
   rows.push_back(row);
 }
 
 void add_flow(const AchievedNoise& entry, const std::string& body, const Json& flow, AchievedNoiseRow row,
               std::vector<AchievedNoiseRow>& rows) {
   row.body = body;
-  row.n = number_at(flow, {"n"}).value_or(0);
-  row.outlier_share = number_at(flow, {"outlier_share"});
+  row.n = number_at(flow, "/n").value_or(0);
+  row.outlier_share = number_at(flow, "/outlier_share");
   const auto add = [&](const char* channel, std::optional<double> requested, std::optional<double> achieved) {
     if (!requested || !achieved) return;
     row.channel = channel;
@@ -213,10 +210,10 @@ void add_flow(const AchievedNoise& entry, const std::string& body, const Json& f
     row.achieved_px = *achieved;
     rows.push_back(row);
   };
-  add("flow EPE", number_at(flow, {"requested_epe_px"}), number_at(flow, {"epe_px"}));
-  add("flow y", number_at(flow, {"y", "requested_sigma_px"}), number_at(flow, {"y", "sigma_px"}));
-  row.neighbours = number_at(entry.noise, {"neighbours", "flow_x", "correlation"});
-  add("flow x", number_at(flow, {"x", "requested_sigma_px"}), number_at(flow, {"x", "sigma_px"}));
+  add("flow EPE", number_at(flow, "/requested_epe_px"), number_at(flow, "/epe_px"));
+  add("flow y", number_at(flow, "/y/requested_sigma_px"), number_at(flow, "/y/sigma_px"));
+  row.neighbours = number_at(entry.noise, "/neighbours/flow_x/correlation");
+  add("flow x", number_at(flow, "/x/requested_sigma_px"), number_at(flow, "/x/sigma_px"));
 }
 
 }  // namespace

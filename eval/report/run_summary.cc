@@ -234,42 +234,33 @@ Json summary_json(const std::vector<Record>& records, const MetricPreset& preset
   return json;
 }
 
-namespace {
-
-struct Mean {
-  double sum = 0;
-  int n = 0;
-  std::string text() const { return n == 0 ? "-" : fmt::format("{:.2f}", sum / n); }
-};
-
-}  // namespace
-
 std::string consistency_text(const std::vector<Record>& records) {
   constexpr double far_too_large = 12;      // twice the expected value
   constexpr double large_disagreement = 4;  // two standard deviations
   constexpr std::array<const char*, 5> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees",
                                                "expansion_chi2"};
-  std::map<std::string, std::array<Mean, keys.size()>> of_body;
+  std::map<std::string, std::array<Moments, keys.size()>> of_body;
   for (const Record& record : records) {
     for (size_t k = 0; k < keys.size(); ++k) {
-      const auto value = record.values.find(keys[k]);
-      if (value == record.values.end()) continue;
-      Mean& mean = of_body[fmt::format("{} {} {}", record.dataset, record.sequence, record.body)][k];
-      mean.sum += value->second;
-      ++mean.n;
+      if (const auto value = find_number(record.values, keys[k]))
+        of_body[fmt::format("{} {} {}", record.dataset, record.sequence, record.body)][k].add(*value);
     }
   }
   if (std::ranges::none_of(of_body, [](const auto& body) { return body.second[0].n > 0; })) return "";
   std::string text =
       "Mean NEES, 6 for right covariances: split-half (left, right; odd, even cells),\n"
       "against the truth; mean chi2 of flow's expansion against disparities, about 1\n";
+  const auto mean_text = [](const Moments& numbers) {
+    return numbers.n == 0 ? "-" : fmt::format("{:.2f}", numbers.mean());
+  };
   bool too_sure = false, disagree = false;
-  for (const auto& [body, means] : of_body) {
-    too_sure = too_sure || means[0].sum > far_too_large * means[0].n;
-    disagree = disagree || means[4].sum > large_disagreement * means[4].n;
-    text +=
-        fmt::format("  {:<28} {:>8} ({}; {}) {:>8} {:>8}  {} pairs\n", body, means[0].text(), means[1].text(),
-                    means[2].text(), means[3].text(), means[4].text(), std::max(means[0].n, means[3].n));
+  for (const auto& [body, numbers] : of_body) {
+    const auto& [split, sides, cells, truth, expansion] = numbers;
+    too_sure = too_sure || split.x > far_too_large * split.n;
+    disagree = disagree || expansion.x > large_disagreement * expansion.n;
+    text += fmt::format("  {:<28} {:>8} ({}; {}) {:>8} {:>8}  {:.0f} pairs\n", body, mean_text(split),
+                        mean_text(sides), mean_text(cells), mean_text(truth), mean_text(expansion),
+                        std::max(split.n, truth.n));
   }
   if (too_sure) {
     text +=
