@@ -13,25 +13,23 @@
 
 namespace sextant {
 
-enum class PartKind {
-  sweep,             ///< a plan, run from correspondence caches
-  recorded,          ///< recorded trajectories of other systems against the truth
-  recorded_objects,  ///< recorded object logs of other systems against the truth
-  timing,            ///< run times: one thread, decoded sources, no correspondence cache
-  showcase,          ///< a run with paths, and the picture of its last frame pair
-  stored,            ///< errors of published systems, measured once and stored in results/systems
-};
-
-/// One experiment.
+/// One experiment. What is run follows from its fields:
+///   `beside` given          errors of published systems, measured once and stored in results/systems
+///   role recorded           recorded trajectories of other systems against the truth
+///   role recorded_objects   recorded object logs of other systems against the truth
+///   role timing             run times: one thread, decoded sources, no correspondence cache
+///   role showcase           a run with paths, and the picture of its last frame pair
+///   otherwise               a sweep from correspondence caches
 struct Part {
   std::string name;
   PartRole role = PartRole::sets;
-  PartKind kind = PartKind::sweep;
   std::string title;
   std::string needs;     ///< folder below the data root that it needs; empty: the data come with the program
   std::string fetch;     ///< command that obtains these data
   std::string plan;      ///< JSON; empty for recorded and stored experiments
-  std::string beside{};  ///< `stored`: an earlier experiment whose records have the truth of the same frames
+  std::string beside{};  ///< earlier experiment whose records have the truth of the same frames
+
+  bool is_stored() const { return !beside.empty(); }
 };
 
 /// Returns the experiments in the order in which they run: first those on the embedded scenarios, and each

@@ -39,7 +39,7 @@ class ReproduceTest : public testing::Test {
   }
 
   Part sweep_part(const std::string& name, PartRole role, const std::string& seeds) const {
-    Part part{name, role, PartKind::sweep, "part " + name, "", "", ""};
+    Part part{name, role, "part " + name, "", "", ""};
     part.plan =
         "{\"sources\":[\"" + source_ + "\"],\"estimators\":[\"joint_flow\"],\"seeds\":" + seeds +
         (role == PartRole::noise ? R"(,"noise":{"parameter":"depth.delta_d_px","levels":[0.1,0.2]}})" : "}");
@@ -328,7 +328,7 @@ INSTANTIATE_TEST_SUITE_P(All, StoredParts,
                          testing::Values("systems_sets", "systems_depth", "systems_demo", "systems_run"));
 
 TEST_F(ReproduceTest, ShowsPublishedSystemsBesideOurs) {
-  Part part{"systems_demo", PartRole::real, PartKind::stored, "published systems", "", "", "", "demo"};
+  Part part{"systems_demo", PartRole::real, "published systems", "", "", "", "demo"};
   config_.parts.insert(config_.parts.begin() + 1, part);
   run_parts(config_);
   const OutputFiles files = report();
@@ -337,7 +337,7 @@ TEST_F(ReproduceTest, ShowsPublishedSystemsBesideOurs) {
 }
 
 TEST_F(ReproduceTest, FollowsTheTruthOfThePartBesideAStoredOne) {
-  Part part{"systems_demo", PartRole::real, PartKind::stored, "published systems", "", "", "", "demo"};
+  Part part{"systems_demo", PartRole::real, "published systems", "", "", "", "demo"};
   config_.parts.insert(config_.parts.begin() + 1, part);
   run_parts(config_);
   const std::string before = read_file(part_file("systems_demo"));
@@ -354,7 +354,7 @@ TEST_F(ReproduceTest, FollowsTheTruthOfThePartBesideAStoredOne) {
 TEST_F(ReproduceTest, ShowsPublishedSystemsInTheNoiseFigure) {
   source_ = "synthetic:s18@0-2";
   config_.parts = {sweep_part("depth", PartRole::noise, "2"),
-                   {"systems_depth", PartRole::systems_noise, PartKind::stored, "", "", "", "", "depth"}};
+                   {"systems_depth", PartRole::systems_noise, "", "", "", "", "depth"}};
   run_parts(config_);
   const OutputFiles files = report();
   EXPECT_THAT(files.at("tables/fig_4_depth.csv"), HasSubstr("VDO_SLAM 9d33024.front"));

@@ -28,9 +28,9 @@ constexpr const char* stamp_name = "part.json";
 
 Json stamp_of(const Part& part, const ReproduceConfig& config) {
   Json stamp = {{"program", program_id()}, {"plan", part.plan}};
-  if (part.kind == PartKind::recorded) stamp["inputs"] = recorded_inputs(config.data_root);
-  if (part.kind == PartKind::recorded_objects) stamp["inputs"] = recorded_object_inputs(config.data_root);
-  if (part.kind == PartKind::stored) {
+  if (part.role == PartRole::recorded) stamp["inputs"] = recorded_inputs(config.data_root);
+  if (part.role == PartRole::recorded_objects) stamp["inputs"] = recorded_object_inputs(config.data_root);
+  if (part.is_stored()) {
     const fs::path truth = config.out / "parts" / part.beside / "records.jsonl";
     stamp["truth"] = fs::exists(truth) ? sha256(read_file(truth)) : "";
   }
@@ -100,19 +100,19 @@ OutputFiles time_estimators(const Part& part, const ReproduceConfig& config) {
 }
 
 void run_part(const Part& part, const ReproduceConfig& config, const fs::path& folder) {
-  switch (part.kind) {
-    case PartKind::sweep:
-      return run_sweep_part(part, config, folder);
-    case PartKind::recorded:
+  if (part.is_stored())
+    return write_output_folder(folder, stored_files(part.name, config.out / "parts" / part.beside));
+  switch (part.role) {
+    case PartRole::recorded:
       return run_whole_part(folder, [&] { return evaluate_recorded(config.data_root); });
-    case PartKind::recorded_objects:
+    case PartRole::recorded_objects:
       return run_whole_part(folder, [&] { return evaluate_recorded_objects(config.data_root); });
-    case PartKind::timing:
+    case PartRole::timing:
       return run_whole_part(folder, [&] { return time_estimators(part, config); });
-    case PartKind::showcase:
+    case PartRole::showcase:
       return run_whole_part(folder, [&] { return make_showcase_part(part, config); });
-    case PartKind::stored:
-      return write_output_folder(folder, stored_files(part.name, config.out / "parts" / part.beside));
+    default:
+      return run_sweep_part(part, config, folder);
   }
 }
 
