@@ -79,20 +79,26 @@ std::vector<CurveOfBody> nearest_bodies(const std::vector<std::span<const NoiseL
   return bodies;
 }
 
-std::vector<FigureOfPaper> figures_of_sweep(const NoiseSweep& sweep, const std::string& parameter) {
-  std::vector<FigureOfPaper> figures;
-  if (sweep.parameter != parameter) return figures;
+/// Returns the figures with the curves of a sweep for which `is_drawn(curve)` is true.
+template <typename IsDrawn>
+std::vector<FigureOfPaper> figures_with(const NoiseSweep& sweep, const IsDrawn& is_drawn) {
   std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::span<const NoiseLevelRef>>>
       by_figure;
   for (const auto& curve : curves_of(sweep.levels)) {
     const NoiseLevelKey& key = curve.front()->key();
-    const auto in_figure = [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); };
-    if (std::ranges::any_of(curve, in_figure))
-      by_figure[{key.dataset, key.sequence, key.estimator}].push_back(curve);
+    if (is_drawn(curve)) by_figure[{key.dataset, key.sequence, key.estimator}].push_back(curve);
   }
+  std::vector<FigureOfPaper> figures;
   for (const auto& [key, curves] : by_figure)
     figures.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), nearest_bodies(curves)});
   return figures;
+}
+
+/// Returns the figures of a sweep of this parameter, with the curves that have E_t at some level.
+std::vector<FigureOfPaper> figures_of_sweep(const NoiseSweep& sweep, const std::string& parameter) {
+  if (sweep.parameter != parameter) return {};
+  const auto has_Et = [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); };
+  return figures_with(sweep, [&](const auto& curve) { return std::ranges::any_of(curve, has_Et); });
 }
 
 ClaimResult result_for(const FigureOfPaper& figure, const std::string& subject, const std::string& quantity,
@@ -313,34 +319,26 @@ std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve
   });
 }
 
-using Group = std::tuple<Interned, Interned, Interned>;  // dataset, sequence, estimator
+/// Returns true if a level of the curve has noise with and without correlation.
+bool has_both_noises(std::span<const NoiseLevelRef> curve) {
+  return std::ranges::any_of(curve, [&](const auto& level) {
+    return is_correlated(*level) && independent_of(*level, curve) != nullptr;
+  });
+}
 
 std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   std::vector<const EvidencePart*> parts = evidence.with(PartRole::noise_correlated);
   std::ranges::move(evidence.with(PartRole::noise), std::back_inserter(parts));
   for (const EvidencePart* part : parts) {
-    std::map<Group, std::vector<std::span<const NoiseLevelRef>>> groups;
-    for (const auto& curve : curves_of(part->sweep.levels)) {
-      const NoiseLevelKey& key = curve.front()->key();
-      const bool has_both = std::ranges::any_of(curve, [&](const auto& level) {
-        return is_correlated(*level) && independent_of(*level, curve) != nullptr;
-      });
-      if (has_both) groups[{key.dataset, key.sequence, key.estimator}].push_back(curve);
-    }
-    for (const auto& [group, curves] : groups) {
-      for (const auto& [subject, curve] : nearest_bodies(curves)) {
+    for (const FigureOfPaper& figure : figures_with(part->sweep, has_both_noises)) {
+      for (const auto& [subject, curve] : figure.bodies) {
         for (const char* key : {"Et_m", "ER_deg"}) {
           const std::optional<IntervalEstimate> k = error_ratio(curve, compared_error(key));
           if (!k) continue;
-          ClaimResult result;
-          result.dataset = std::get<0>(group).str();
-          result.sequence = std::get<1>(group).str();
-          result.estimator = std::get<2>(group).str();
-          result.subject = subject;
-          result.quantity =
-              fmt::format("mean {}, correlated / independent noise", metric(NumberMap::errors, key).symbol);
-          result.stated = "> 1";
+          const std::string symbol = metric(NumberMap::errors, key).symbol;
+          ClaimResult result = result_for(
+              figure, subject, fmt::format("mean {}, correlated / independent noise", symbol), "> 1");
           result.set(*k);
           result.verdict = is_above(1, result.value, result.interval);
           result.records = part->name;
