@@ -14,22 +14,23 @@ void ClaimResult::set(const IntervalEstimate& estimate) {
   interval = estimate.interval;
 }
 
-Verdict is_below(double limit, double value, const std::optional<Interval>& interval) {
-  if (!interval) return Verdict::undecided;
-  if (value < limit && interval->high < limit) return Verdict::reproduced;
-  if (value > limit && interval->low > limit) return Verdict::not_reproduced;
+Verdict is_below(double limit, const ClaimResult& result) {
+  if (!result.interval) return Verdict::undecided;
+  if (result.value < limit && result.interval->high < limit) return Verdict::reproduced;
+  if (result.value > limit && result.interval->low > limit) return Verdict::not_reproduced;
   return Verdict::undecided;
 }
 
-Verdict is_above(double limit, double value, const std::optional<Interval>& interval) {
-  const std::optional<Interval> mirrored =
-      interval ? std::optional(Interval{-interval->high, -interval->low}) : std::nullopt;
-  return is_below(-limit, -value, mirrored);
+Verdict is_above(double limit, const ClaimResult& result) {
+  if (!result.interval) return Verdict::undecided;
+  if (result.value > limit && result.interval->low > limit) return Verdict::reproduced;
+  if (result.value < limit && result.interval->high < limit) return Verdict::not_reproduced;
+  return Verdict::undecided;
 }
 
-Verdict is_between(double low, double high, double value, const std::optional<Interval>& interval) {
-  const Verdict above = is_above(low, value, interval);
-  const Verdict below = is_below(high, value, interval);
+Verdict is_between(double low, double high, const ClaimResult& result) {
+  const Verdict above = is_above(low, result);
+  const Verdict below = is_below(high, result);
   if (above == Verdict::not_reproduced || below == Verdict::not_reproduced) return Verdict::not_reproduced;
   return above == below ? above : Verdict::undecided;
 }

@@ -54,11 +54,11 @@ Claim paper_claim(int order, const std::string& name, ClaimCheck check);
 /// Returns all claims in the order of reports.
 std::span<const Claim> claims();
 
-/// Return the verdict on "value < limit", or on "value > limit".
-Verdict is_below(double limit, double value, const std::optional<Interval>& interval);
-Verdict is_above(double limit, double value, const std::optional<Interval>& interval);
+/// Return the verdict on "value < limit", or on "value > limit", for the value and interval of `result`.
+Verdict is_below(double limit, const ClaimResult& result);
+Verdict is_above(double limit, const ClaimResult& result);
 /// Returns the verdict on "low <= value <= high".
-Verdict is_between(double low, double high, double value, const std::optional<Interval>& interval);
+Verdict is_between(double low, double high, const ClaimResult& result);
 
 struct CheckedClaim {
   const Claim* claim;

@@ -216,7 +216,7 @@ std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
                          fmt::format("< {}", kind.low_limit));
           result.set(cluster_estimate(means.n_clusters(),
                                       [&](std::span<const size_t> c) { return means.largest(c); }));
-          result.verdict = is_below(kind.low_limit, result.value, result.interval);
+          result.verdict = is_below(kind.low_limit, result);
           results.push_back(std::move(result));
         }
       }
@@ -234,7 +234,7 @@ std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
       ClaimResult result = result_for(figure, body.title, "slope of E_t [m/px]", "> 0");
       result.set(
           cluster_estimate(means.n_clusters(), [&](std::span<const size_t> c) { return means.slope(c); }));
-      result.verdict = is_above(0, result.value, result.interval);
+      result.verdict = is_above(0, result);
       results.push_back(std::move(result));
     }
   }
@@ -249,7 +249,7 @@ std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
     result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
       return std::min(means[2].slope(c), means[3].slope(c)) - std::max(means[0].slope(c), means[1].slope(c));
     }));
-    result.verdict = is_above(0, result.value, result.interval);
+    result.verdict = is_above(0, result);
     return result;
   });
 }
@@ -263,8 +263,7 @@ std::vector<ClaimResult> check_flow_noise_highest(const NoiseSweep& sweep) {
         result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
           return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
         }));
-        result.verdict = is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result.value,
-                                    result.interval);
+        result.verdict = is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result);
         return result;
       });
 }
@@ -340,7 +339,7 @@ std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidenc
           ClaimResult result = result_for(
               figure, subject, fmt::format("mean {}, correlated / independent noise", symbol), "> 1");
           result.set(*k);
-          result.verdict = is_above(1, result.value, result.interval);
+          result.verdict = is_above(1, result);
           result.records = part->name;
           results.push_back(std::move(result));
         }

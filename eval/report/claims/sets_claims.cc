@@ -146,7 +146,7 @@ std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
   for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
     if (sample.body != "Ego") continue;
     ClaimResult result = measured(sample, gain_title, "about 300", percent_above);
-    result.verdict = is_above(least_percent, result.value, result.interval);
+    result.verdict = is_above(least_percent, result);
     results.push_back(std::move(result));
   }
   return results;
@@ -157,7 +157,7 @@ std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
   for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
     if (sample.body == "Ego") continue;
     ClaimResult result = measured(sample, gain_title, "10 .. 20", percent_above);
-    result.verdict = is_between(10, 20, result.value, result.interval);
+    result.verdict = is_between(10, 20, result);
     results.push_back(std::move(result));
   }
   return results;
@@ -174,14 +174,14 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
     const std::string points = sample.estimator.substr(at + 1);
     ClaimResult result = measured(sample, fmt::format("{}, both {}", gain_title, points), "0", percent_above);
     result.estimator = fmt::format("{}, {}", paper().baseline, paper().method);
-    result.verdict = is_between(-none_percent, none_percent, result.value, result.interval);
+    result.verdict = is_between(-none_percent, none_percent, result);
     results.push_back(std::move(result));
   }
   for (PairedValues& sample : selection_samples(evidence)) {
     if (sample.body != "Ego") continue;
     ClaimResult result =
         measured(sample, "E_t on the inliers above that on all points [%]", "about 300", percent_above);
-    result.verdict = is_above(least_percent, result.value, result.interval);
+    result.verdict = is_above(least_percent, result);
     results.push_back(std::move(result));
   }
   return results;
@@ -197,7 +197,7 @@ std::vector<ClaimResult> check_joint_is_matched(const Evidence& evidence) {
       return 1e6 * max;
     };
     ClaimResult result = measured(sample, "largest |difference| of E_t in a pair [um]", "< 1", largest);
-    result.verdict = is_below(equal_um, result.value, result.interval);
+    result.verdict = is_below(equal_um, result);
     results.push_back(std::move(result));
   }
   return results;
@@ -217,7 +217,7 @@ std::vector<ClaimResult> check_epe_falls(const Evidence& evidence) {
       }
       if (sample.pairs.empty()) continue;
       ClaimResult result = measured(sample, "change of the mean EPE [%]", "< 0", percent_above);
-      result.verdict = is_below(0, result.value, result.interval);
+      result.verdict = is_below(0, result);
       results.push_back(std::move(result));
     }
   });
@@ -259,7 +259,7 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
       };
       ClaimResult result =
           measured(sample, "wrong decisions [%], " + noise, fmt::format("<= {:.1f}", stated), share);
-      result.verdict = is_below(stated, result.value, result.interval);
+      result.verdict = is_below(stated, result);
       results.push_back(std::move(result));
     }
   }
