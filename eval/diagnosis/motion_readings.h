@@ -47,6 +47,14 @@ constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
 
 /// Object id and frame k (the current one of a motion).
 using ObjectFrame = std::pair<int, int>;
+/// Returns the same object in the frame before.
+inline ObjectFrame previous(ObjectFrame key) { return {key.first, key.second - 1}; }
+
+/// Returns the pose or motion of an object in a frame; nullopt if it is not known.
+inline std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
+  const auto it = poses.find(key);
+  return it == poses.end() ? std::nullopt : std::optional(it->second);
+}
 
 /// RMS distance of an object's points from the axis of a rotation, m; it weighs rotations against
 /// translations.

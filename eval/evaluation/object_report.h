@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "sextant/eval/evaluation/object_diagnosis.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/object_figures.h"
+#include "sextant/eval/evaluation/object_plausibility.h"
 #include "sextant/eval/evaluation/trajectory_consistency.h"
 
 namespace sextant {
