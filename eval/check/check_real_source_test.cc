@@ -1,4 +1,4 @@
-// Sources of real data pass the convention checks or are near their limits; each planted mistake fails a check.
+// Sources of real data pass the convention checks; each planted mistake fails a check.
 
 #include <set>
 

@@ -77,8 +77,8 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
 /// Moves the poses to the point of the body at `lever_m` in its own axes.
 PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m);
 
-/// Warns of the explanations of the table, except `alignment`. Both series are matched and not yet aligned; the frames
-/// have already been applied.
+/// Warns of the explanations of the table, except `alignment`. Both series are matched and not yet aligned;
+/// the frames have already been applied.
 std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& reference,
                                                         const PoseSeries& estimate,
                                                         const AlignmentChoice& choice, const PoseFrame& frame,

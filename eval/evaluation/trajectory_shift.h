@@ -1,7 +1,7 @@
 #pragma once
 
-// Explanations of a trajectory's error by a shift in time, of the clock or of the frame numbers. Both have the
-// code "lag":
+// Explanations of a trajectory's error by a shift in time, of the clock or of the frame numbers. Both have
+// the code "lag":
 //
 //   shift      remedy              warned when
 //   clock      --offset            a shift of the clock explains more than half of the squared position
@@ -10,8 +10,8 @@
 //   rows       as given            a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the
 //                                  squared errors of the path or of its steps
 //
-// The evaluation also reports "lag" for a shift of one step or more that estimate_lag() finds, however much it
-// explains (ego_evaluation.cc).
+// The evaluation also reports "lag" for a shift of one step or more that estimate_lag() finds, however much
+// it explains (ego_evaluation.cc).
 
 #include <functional>
 #include <optional>
