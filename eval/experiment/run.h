@@ -15,7 +15,6 @@
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run_options.h"
-#include "sextant/eval/records/fingerprint.h"
 #include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"

@@ -4,7 +4,7 @@
 // at any case:
 //
 //   plan.json      the plan with all defaults, the shard, the content of its cache files, and the
-//                  fingerprints of external estimators (records/fingerprint.h)
+//                  fingerprints of external estimators (records/provenance.h)
 //   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records, or
 //                  {"case","bytes","sha256"} and the summary. A truncated block (kill -9, full disk) is
 //                  dropped on resuming, and its case computed again
