@@ -72,10 +72,17 @@ concept OptionStruct = requires(T t, NoVisitor v) {
   t.visit(v);
 };
 
-[[noreturn]] void wrong_type(const std::string& where, const char* expected, const Json& value);
+[[noreturn]] inline void wrong_type(const std::string& where, const char* expected, const Json& value) {
+  fail("option {}: expected {}, got {}", where, expected, json_excerpt(value));
+}
 
 /// Returns "huber, geman_mcclure_gnc or none".
-std::string either_of(std::span<const std::string_view> names);
+inline std::string either_of(std::span<const std::string_view> names) {
+  std::string text(names.front());
+  for (size_t i = 1; i < names.size(); ++i)
+    text += (i + 1 < names.size() ? ", " : " or ") + std::string(names[i]);
+  return text;
+}
 
 }  // namespace internal
 
