@@ -10,7 +10,6 @@
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/figure.h"
-#include "sextant/eval/report/tables/attribution.h"
 #include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {
