@@ -31,8 +31,6 @@ struct TopicPath {
 };
 TopicPath split_topic(const std::string& path);
 
-enum class MessageEncoding { ros1, cdr };
-
 class TopicPoses {
  public:
   /// `topic`: the topic to read, with or without its leading slash; empty: the only one with poses;
