@@ -7,7 +7,7 @@
 #include "sextant/base/progress.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/recorded_files.h"
-#include "sextant/eval/evaluation/trajectory_figures.h"
+#include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
