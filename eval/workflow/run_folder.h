@@ -22,7 +22,7 @@ struct RunRequest {
   std::string data_root;
   std::string estimator = RunConfig{}.estimator;
   std::string procedure;          ///< its options apply first, then `options`; empty: none
-  Json options = Json::object();  ///< strict tree (run_options.h); "noise" in it is merged over `noise`
+  Json options = Json::object();  ///< strict tree (run.h); "noise" in it is merged over `noise`
   std::string noise = "none";     ///< JSON, "none" or "procedure"
   bool consistency = false;       ///< also estimates every body from each half of its points (split_nees)
   double level = 0;
