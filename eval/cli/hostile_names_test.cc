@@ -12,7 +12,7 @@
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/run_summary.h"
-#include "sextant/eval/workflow/report_output.h"
+#include "sextant/eval/workflow/workflow.h"
 
 namespace sextant {
 namespace {

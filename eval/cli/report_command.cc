@@ -3,7 +3,7 @@
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/report/paper/paper_layout.h"
-#include "sextant/eval/workflow/report_output.h"
+#include "sextant/eval/workflow/workflow.h"
 
 namespace sextant {
 namespace {
