@@ -7,7 +7,6 @@
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/gate/comparison.h"
 #include "sextant/eval/gate/history.h"
-#include "sextant/eval/gate/outputs.h"
 #include "sextant/eval/gate/side.h"
 #include "sextant/eval/report/html/html.h"
 

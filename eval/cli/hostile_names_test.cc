@@ -6,7 +6,6 @@
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/testing.h"
 #include "sextant/eval/gate/comparison.h"
-#include "sextant/eval/gate/outputs.h"
 #include "sextant/eval/gate/testing.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/html/html.h"

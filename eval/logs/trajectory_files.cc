@@ -12,8 +12,7 @@
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 #include "sextant/eval/logs/trajectory_message.h"
-#include "sextant/eval/logs/trajectory_recordings.h"
-#include "sextant/eval/logs/vdo_xml.h"
+#include "sextant/eval/logs/trajectory_readers.h"
 
 namespace sextant {
 namespace {

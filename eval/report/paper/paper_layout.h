@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "sextant/base/json.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {
@@ -125,5 +126,27 @@ std::string to_csv(const PaperLayout& layout);
 /// Returns {"rows": {row name: {column name: {"published", "measured", "verdict", ...}}}} of the first
 /// version; the other versions are in "versions". A cell with two numbers contains one object for each.
 Json to_json(const PaperLayout& layout);
+
+// ---- The tables as HTML (paper_page.cc): a fragment for the page of the reproduction, and
+// paper.html with all tables and figures in the paper's order for printing on A4.
+
+/// Returns the tables with style and script. The fragment contains every version of a table; the script shows
+/// one at a time.
+Fragment paper_fragment(const std::vector<PaperLayout>& layouts);
+
+/// A figure of the printed version, with the paper's number.
+struct PrintedFigure {
+  PaperPlace place;
+  std::string caption;
+  std::string name;  ///< name of a Figure; its SVG is figures/<name>.svg in `drawn`
+  double width_cm = 0;
+};
+/// Makes paper.html. `answer` is its first paragraph. Throws InternalError if a figure is not in `drawn`.
+std::string paper_page(const std::string& title, const std::string& answer,
+                       const std::vector<PaperLayout>& layouts, const std::vector<PrintedFigure>& figures,
+                       const OutputFiles& drawn);
+
+/// Makes paper/table_1.txt, .md, .tex, .csv, .json, ... for a report folder.
+OutputFiles paper_files(const std::vector<PaperLayout>& layouts);
 
 }  // namespace sextant

@@ -1,4 +1,3 @@
-#include "sextant/eval/report/paper/paper_page.h"
 
 #include <algorithm>
 #include <regex>
