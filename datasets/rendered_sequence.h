@@ -14,6 +14,12 @@
 
 namespace sextant {
 
+namespace synthetic {
+/// Returns the key of a scenario's images in the cache: the SHA-256 of everything that determines them, and
+/// of the renderer's `version`.
+std::string content_key(const Scenario& scenario, const std::string& version);
+}  // namespace synthetic
+
 struct RenderCacheOptions {
   SEXTANT_OPTIONS(
       (std::string, cache, "auto", "folder",

@@ -1,4 +1,3 @@
-#include "sextant/datasets/synthetic/painter.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "sextant/datasets/codec/png.h"
-#include "sextant/datasets/synthetic/painter.h"
+#include "sextant/datasets/synthetic/shading.h"
 #include "sextant/datasets/synthetic/wide.h"
 
 namespace sextant::synthetic {

@@ -2,7 +2,7 @@
 
 // Frames of a synthetic scenario and their truth.
 //
-//   gray, rgb      textures filtered analytically; light: a sun with shadows, and the sky; see painter.h
+//   gray, rgb      textures filtered analytically; light: a sun with shadows, and the sky; see shading.h
 //   rgb_right      colour from the right camera, bf / fx along x
 //   depth_m        z-depth of the visible surface at the pixel centre; NaN = sky
 //   flow           displacement of this point (at the stored depth) to its position in the next frame under

@@ -142,4 +142,9 @@ class Shader {
   uint32_t targets_[NoiseTile::batch] = {};
 };
 
+/// Returns the colour image of a view (painter.cc). Textures are filtered analytically; pixels on edges of
+/// surfaces and of shadows are the mean of three samples.
+Image<Rgb> paint(const Bodies& bodies, const ShadowCasters& casters, const View& view,
+                 const PinholeCamera& camera);
+
 }  // namespace sextant::synthetic

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/datasets/synthetic/terrain.h"
 
 namespace sextant::synthetic {
 

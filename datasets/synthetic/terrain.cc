@@ -1,4 +1,4 @@
-#include "sextant/datasets/synthetic/terrain.h"
+#include "sextant/datasets/synthetic/street.h"
 
 #include <algorithm>
 #include <cmath>

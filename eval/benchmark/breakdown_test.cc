@@ -1,4 +1,4 @@
-#include "sextant/eval/benchmark/breakdown.h"
+#include "sextant/eval/benchmark/card.h"
 
 #include <gtest/gtest.h>
 

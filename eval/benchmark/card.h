@@ -10,11 +10,10 @@
 //   efficiency     RMS of the Cramer-Rao bounds of the track's metric / RMS of its errors, over pairs with a
 //                  bound
 //   ANEES          mean normalised error squared, if the estimator returns a covariance
-//   interval       95 %, bootstrap over seeds, or over frame numbers with fewer than five seeds
-//                  (breakdown.h); that of the efficiency always over seeds
-//
-// The breakdown level is defined in breakdown.h.
+//   interval       95 %, bootstrap over seeds, or over frame numbers with fewer than five seeds; that of the
+//                  efficiency always over seeds
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -22,13 +21,61 @@
 #include <vector>
 
 #include "sextant/base/json.h"
-#include "sextant/eval/benchmark/breakdown.h"
+#include "sextant/base/names.h"
 #include "sextant/eval/benchmark/suite.h"
 #include "sextant/eval/report/noise_level.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/bootstrap.h"
 
 namespace sextant {
+
+// ---- Breakdown level of a curve of errors over the noise level: the smallest level above the nominal one at
+// which the mean error is `error_ratio` times that of the nominal level, or at which coverage falls below
+// `min_coverage`.
+//
+//   between levels   error and coverage are interpolated linearly in the level
+//   interval         95 %, percentile bootstrap of the same function (stats/bootstrap.h); a cluster is a seed
+//                    with its frame pairs at all levels, or, with fewer than min_seed_clusters seeds, a frame
+//                    number with its pairs of all seeds and levels
+//   no crossing      neither happens up to the highest level: `level` is the highest level, without a cause
+//   nominal          coverage is below the limit already at the nominal level: `level` is the nominal level
+
+/// Smallest number of seeds for a bootstrap over seeds; fewer seeds are too few clusters.
+inline constexpr size_t min_seed_clusters = 5;
+
+/// Frame pairs with truth at one level.
+struct LevelCounts {
+  double level = 0;
+  struct Pair {
+    uint64_t seed = 0;
+    int frame = 0;
+    std::optional<double> error;  ///< empty if the pair was not estimated
+  };
+  std::vector<Pair> pairs{};
+
+  void add(uint64_t seed, int frame, std::optional<double> error) { pairs.push_back({seed, frame, error}); }
+};
+
+enum class BreakdownCause { none, error, coverage, nominal };
+constexpr Names<4> names_of(BreakdownCause) { return {"none", "error", "coverage", "nominal"}; }
+
+struct BreakdownLevel {
+  double nominal = 0, highest = 0;
+  BreakdownCause cause = BreakdownCause::none;
+  double level = 0;
+  std::optional<Interval> interval;  ///< an end at `highest` means at least that level
+
+  /// Formats "0.41", or "> 0.8" without a crossing.
+  std::string text() const;
+  /// Formats "[0.38, > 0.8]"; empty without an interval.
+  std::string interval_text() const;
+};
+
+/// Computes the breakdown level of a curve, given its levels in ascending order (at least one).
+BreakdownLevel breakdown_of(const std::vector<LevelCounts>& levels, double nominal, double error_ratio,
+                            double min_coverage);
+
+// ---- The card.
 
 /// One level of a curve.
 struct CurvePoint {
@@ -97,5 +144,26 @@ Card parse_card(std::string_view text, const std::string& where);
 Table breakdown_table(const std::vector<Breakdown>& rows);
 Table curve_table(const std::vector<CurvePoint>& rows);
 Table cost_table(const std::vector<Cost>& rows);
+
+// ---- Paired comparison (comparison_of_cards.cc) of an estimator with a reference, track by track: the
+// change of the mean error of the suite's metric over the frame pairs that both estimated. It is a ratio of
+// means over sequences and bodies as strata, with seeds and frames as crossed clusters
+// (stats/paired_comparison.h); p-values are corrected by Holm over all rows.
+
+struct CardComparison {
+  std::string track, body;
+  double level = 0;
+  int n_pairs = 0;            ///< frame pairs that both estimated
+  double change_percent = 0;  ///< 100 (error of the estimator / error of the reference - 1)
+  std::optional<Interval> interval_percent;
+  std::optional<double> p, p_corrected;
+};
+
+/// Compares two folders of sweeps, each with one result. Throws Error if they have no case in
+/// common.
+std::vector<CardComparison> compare_benchmarks(const Suite& suite, const std::filesystem::path& folder,
+                                               const std::filesystem::path& reference);
+
+Table comparison_table(const std::vector<CardComparison>& rows);
 
 }  // namespace sextant

@@ -1,4 +1,4 @@
-#include "sextant/eval/benchmark/comparison_of_cards.h"
+#include "sextant/eval/benchmark/card.h"
 
 #include <map>
 #include <tuple>

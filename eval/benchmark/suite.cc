@@ -128,12 +128,6 @@ Suite parse_suite(std::string_view text, const std::string& name) {
   return suite;
 }
 
-std::vector<std::string> suite_names() {
-  std::vector<std::string> names;
-  for (const EmbeddedFile& file : suite_files()) names.emplace_back(file.name);
-  return names;
-}
-
 Suite find_suite(const std::string& name) {
   if (name.ends_with(".json")) return parse_suite(read_file(name, json_file), name);
   return parse_suite(find_entry(suite_files(), name, "suite").text, name);

@@ -72,8 +72,6 @@ BodyKind kind_of(const Record& record);
 /// Parses a suite; throws Error "NAME: ..." on anything that is not a suite.
 Suite parse_suite(std::string_view text, const std::string& name);
 
-/// Returns the suites that come with the program, in alphabetical order.
-std::vector<std::string> suite_names();
 /// Reads a suite that comes with the program, or the file NAME.json. Throws Error on an unknown name,
 /// suggesting the nearest.
 Suite find_suite(const std::string& name);

@@ -10,7 +10,6 @@
 #include "sextant/base/testing.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
-#include "sextant/eval/benchmark/comparison_of_cards.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 

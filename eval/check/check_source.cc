@@ -13,7 +13,6 @@
 #include "sextant/base/progress.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/check/conventions.h"
-#include "sextant/eval/check/dense_truth.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/summary.h"
 

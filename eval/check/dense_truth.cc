@@ -1,4 +1,4 @@
-#include "sextant/eval/check/dense_truth.h"
+#include "sextant/eval/check/check_source.h"
 
 #include <vector>
 

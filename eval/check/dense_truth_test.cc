@@ -1,4 +1,4 @@
-#include "sextant/eval/check/dense_truth.h"
+#include "sextant/eval/check/check_source.h"
 
 #include "sextant/datasets/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"

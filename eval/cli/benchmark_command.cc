@@ -2,8 +2,8 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/benchmark/benchmark_run.h"
+#include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
-#include "sextant/eval/benchmark/comparison_of_cards.h"
 #include "sextant/eval/benchmark/verify.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"

@@ -2,7 +2,8 @@
 
 // Subcommands of `sextant`. How to add one:
 //   1. write eval/cli/<name>_command.cc with a function add_<name>_command(CLI::App&) that declares its flags
-//      on a new subcommand, an example in its footer, and what it does as a callback;
+//      on a new subcommand, an example in its footer, and what it does as a callback; commands about the same
+//      subject share a file (compare_command.cc: compare, baseline, trend);
 //   2. declare it here and add one line to the table in program.cc.
 // Commands contain no logic of their own: they read flags, call the layers below and print.
 

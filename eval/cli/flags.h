@@ -17,7 +17,7 @@
 #include "sextant/base/options.h"
 #include "sextant/base/text.h"
 #include "sextant/datasets/dataset.h"
-#include "sextant/eval/experiment/run_options.h"
+#include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/view/viewed_run.h"
 

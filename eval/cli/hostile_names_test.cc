@@ -6,13 +6,12 @@
 #include "sextant/base/text.h"
 #include "sextant/eval/cli/testing.h"
 #include "sextant/eval/gate/comparison.h"
-#include "sextant/eval/gate/outputs.h"
 #include "sextant/eval/gate/testing.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/run_summary.h"
-#include "sextant/eval/workflow/report_output.h"
+#include "sextant/eval/workflow/workflow.h"
 
 namespace sextant {
 namespace {

@@ -8,7 +8,7 @@
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/run_summary.h"
-#include "sextant/eval/workflow/run_folder.h"
+#include "sextant/eval/workflow/workflow.h"
 
 namespace sextant {
 namespace {

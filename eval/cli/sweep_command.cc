@@ -5,7 +5,6 @@
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/sweep.h"
-#include "sextant/eval/experiment/sweep_status.h"
 
 namespace sextant {
 namespace {

@@ -28,7 +28,7 @@
 
 #include "sextant/base/names.h"
 #include "sextant/eval/diagnosis/frame_shift.h"
-#include "sextant/eval/diagnosis/object_explanation.h"
+#include "sextant/eval/diagnosis/hypothesis.h"
 #include "sextant/geometry/se3.h"
 
 namespace sextant {
@@ -47,6 +47,14 @@ constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
 
 /// Object id and frame k (the current one of a motion).
 using ObjectFrame = std::pair<int, int>;
+/// Returns the same object in the frame before.
+inline ObjectFrame previous(ObjectFrame key) { return {key.first, key.second - 1}; }
+
+/// Returns the pose or motion of an object in a frame; nullopt if it is not known.
+inline std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
+  const auto it = poses.find(key);
+  return it == poses.end() ? std::nullopt : std::optional(it->second);
+}
 
 /// RMS distance of an object's points from the axis of a rotation, m; it weighs rotations against
 /// translations.
@@ -79,21 +87,6 @@ struct MotionData {
 
 /// Converts `motion` from the frame `from` to the frame `to`; empty if a pose that this needs is not known.
 std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at);
-
-/// Function that returns the motion of a sample in the world frame; empty if a pose that this needs is not
-/// known.
-using WorldMotion = std::function<std::optional<SE3>(const MotionSample&)>;
-
-/// Estimate the unknown poses T_world_object of objects by least squares. For each stretch of ten or more
-/// successive steps of one object, L_0 minimises the error of H_k L_{k-1} = L_{k-1} B_k, with H_k the motion
-/// in the world and B_k that in the body frame. The reference motions then give the other poses:
-///
-///   fit_poses_to_body_reference    B_k is the reference, H_k is in_world()    L_k = L_{k-1} B_k
-///   fit_poses_to_world_reference   H_k is the reference, B_k is `given`       L_k = H_k L_{k-1}
-///
-/// Samples of shorter stretches get no pose.
-void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world);
-void fit_poses_to_world_reference(MotionData& data);
 
 /// Residual over all samples of `data`, m^2; empty for fewer than three.
 std::optional<double> motion_residual(const MotionData& data);

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "sextant/eval/evaluation/run_statistics.h"
-#include "sextant/eval/evaluation/trajectory_figures.h"
+#include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/run_summary.h"

@@ -11,17 +11,7 @@
 namespace sextant {
 namespace {
 
-constexpr double fastest_mps = 100;
-constexpr double largest_step_m = 50, step_rate_hz = 10;
-
 using Motions = std::map<ObjectFrame, SE3>;
-
-ObjectFrame before(ObjectFrame key) { return {key.first, key.second - 1}; }
-
-std::optional<SE3> find(const Motions& poses, ObjectFrame key) {
-  const auto it = poses.find(key);
-  return it == poses.end() ? std::nullopt : std::optional(it->second);
-}
 
 /// Estimated motions, without those that a lost object has as the identity: they are reported by themselves.
 Motions estimates(const ObjectLog& log) {
@@ -35,18 +25,10 @@ Motions estimates(const ObjectLog& log) {
   return motions;
 }
 
-Motions true_motions(const ObjectLog& log) {
-  Motions motions = log.lost_truth;
-  for (const auto& [key, motion] : log.motions) {
-    if (motion.truth) motions.emplace(key, *motion.truth);
-  }
-  return motions;
-}
-
 /// Motion of an object between two poses of its path, converted to the frame `to`.
 std::optional<SE3> step_motion(const Motions& poses, ObjectFrame key, MotionFrame to,
                                const MotionSample& at) {
-  const auto P0 = find(poses, before(key)), P1 = find(poses, key);
+  const auto P0 = find_pose(poses, previous(key)), P1 = find_pose(poses, key);
   if (!P0 || !P1) return std::nullopt;
   return change_frame(*P1 * P0->inverse(), MotionFrame::world, to, at);
 }
@@ -59,7 +41,7 @@ MotionData motion_data(const Motions& given, MotionFrame declared, const Motions
   MotionData data{declared, {}, given};
   for (const auto& [key, motion] : given) {
     MotionSample sample{
-        key, motion, {}, find(L, before(key)), camera.pose(key.second - 1), camera.pose(key.second)};
+        key, motion, {}, find_pose(L, previous(key)), camera.pose(key.second - 1), camera.pose(key.second)};
     const std::optional<SE3> expected = reference(key, sample);
     if (!expected) continue;
     sample.reference = *expected;
@@ -88,12 +70,6 @@ bool any_allows(const std::vector<ObjectExplanation>& found, const std::string& 
 
 void append(std::vector<LogDiagnosis>& all, std::vector<LogDiagnosis> more) {
   std::ranges::move(more, std::back_inserter(all));
-}
-
-Motions of_camera(const Trajectory& camera) {
-  Motions poses;
-  for (const auto& [frame, pose] : camera.poses()) poses.emplace(ObjectFrame(0, frame), pose);
-  return poses;
 }
 
 bool holds_poses(const Trajectory& camera) {
@@ -147,7 +123,7 @@ bool begins_upside_down(const Trajectory& camera) {
 std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajectory& truth,
                                           const std::string& subject) {
   if (!holds_poses(truth)) return {};
-  const PoseData data{SharedFrame::body, of_camera(camera), of_camera(truth), {}};
+  const PoseData data{SharedFrame::body, camera_poses(camera), camera_poses(truth), {}};
   std::vector<LogDiagnosis> out = diagnoses_of(explain_poses(data), subject);
   if (!out.empty()) return out;
   const std::string both = subject + " and true camera";
@@ -158,7 +134,7 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
                           "to qx,qy,qz,qw unless the camera hangs upside down"});
     return out;
   }
-  if (auto found = diagnose_alone(series_of(of_camera(camera), 0), series_of(of_camera(truth), 0),
+  if (auto found = diagnose_alone(series_of(camera_poses(camera), 0), series_of(camera_poses(truth), 0),
                                   /*only_both=*/true, both, "camera")) {
     out.push_back(std::move(*found));
     return out;
@@ -192,9 +168,9 @@ std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Mot
   if (log.frame != MotionFrame::world) return {};
   PoseData data{SharedFrame::world, path, {}, camera.poses()};
   for (const auto& [key, H] : motions) {
-    const auto own = find(path, before(key));
-    if (own) data.reference.try_emplace(before(key), *own);
-    const auto start = find(data.reference, before(key));
+    const auto own = find_pose(path, previous(key));
+    if (own) data.reference.try_emplace(previous(key), *own);
+    const auto start = find_pose(data.reference, previous(key));
     if (start) data.reference[key] = H * *start;
   }
   return explain_poses(data);
@@ -346,9 +322,9 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
                              name + ", true poses against the true motions"));
 
   const Motions& L = log.true_poses.empty() ? log.poses : log.true_poses;
-  const std::vector<ObjectExplanation> of_estimate =
-      explain_motions(motion_data(given, log.frame, L, log.camera.empty() ? true_camera : log.camera,
-                                  [&](ObjectFrame key, const MotionSample&) { return find(truth, key); }));
+  const std::vector<ObjectExplanation> of_estimate = explain_motions(
+      motion_data(given, log.frame, L, log.camera.empty() ? true_camera : log.camera,
+                  [&](ObjectFrame key, const MotionSample&) { return find_pose(truth, key); }));
   // If the truth itself looks wrong, the estimates differ from it for that reason.
   if (of_truth.empty()) append(out, diagnoses_of(of_estimate, name + ", estimated motions"));
 
@@ -414,144 +390,6 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                            name + ", estimated poses of objects"));
   if (out.empty()) append(out, diagnoses_of(explain_by_own_poses(log, given), name + against_own_poses));
   return out;
-}
-
-namespace {
-
-/// Returns the speed of an object in a step, or a lower bound of it where its place is not known: the object
-/// is then assumed to lie within 100 m of the camera, or of the origin.
-double speed_of(const SE3& motion, MotionFrame frame, const std::optional<SE3>& T_world_object,
-                const std::optional<SE3>& T_world_camera, double rate_hz) {
-  if (frame == MotionFrame::body) return motion.translation().norm() * rate_hz;
-  if (T_world_object) return body_motion(motion, *T_world_object).translation().norm() * rate_hz;
-  constexpr double reach_m = 100;
-  const Eigen::Vector3d c = T_world_camera ? T_world_camera->translation() : Eigen::Vector3d::Zero();
-  const double by_rotation_m = 2 * std::sin(rotation_angle_rad(motion.rotation()) / 2) * reach_m;
-  return std::max(0.0, (motion * c - c).norm() - by_rotation_m) * rate_hz;
-}
-
-/// Asks for the unit of a value that is `times` the largest expected one.
-std::string ask_for_unit(double times) {
-  return fmt::format(": are the translations {}millimetres (divide them by 1000), or is --rate wrong?",
-                     times < 100 ? "centimetres (divide them by 100) or " : "");
-}
-
-}  // namespace
-
-void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<LogDiagnosis>& found) {
-  // `times` is the ratio of the value to the largest expected value.
-  const auto because = [&](double times) {
-    std::string text;
-    for (const LogDiagnosis& diagnosis : found) text += "; " + diagnosis.text;
-    return text.empty() ? ask_for_unit(times) : text;
-  };
-  for (const auto& [key, motion] : true_motions(log)) {
-    const double speed_mps = speed_of(motion, log.frame, find(log.true_poses, before(key)),
-                                      log.true_camera.pose(key.second - 1), rate_hz);
-    if (speed_mps > fastest_mps) {
-      fail(
-          "{}: the true speed of object {} at frame {} is {:.4g} m/s at {:.4g} Hz, expected at most {} m/s{}",
-          log.motion_lines.at(key), key.first, key.second, speed_mps, rate_hz, fastest_mps,
-          because(speed_mps / fastest_mps));
-    }
-  }
-  const double most_m = largest_step_m * step_rate_hz / rate_hz;
-  const auto check_steps = [&](const Motions& poses, const LogLines& lines, const char* what) {
-    for (const auto& [key, pose] : poses) {
-      const auto last = find(poses, before(key));
-      if (!last) continue;
-      const double step_m = (pose.translation() - last->translation()).norm();
-      if (step_m > most_m) {
-        fail("{}: the true {} moves {:.4g} m from frame {} to {}, expected at most {:.4g} m at {:.4g} Hz{}",
-             lines.at(key), what, step_m, key.second - 1, key.second, most_m, rate_hz,
-             because(step_m / most_m));
-      }
-    }
-  };
-  check_steps(log.true_poses, log.pose_lines, "object");
-  check_steps(of_camera(log.true_camera), log.camera_lines, "camera");
-}
-
-std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) {
-  std::map<int, std::vector<double>> speeds;
-  for (const auto& [key, motion] : log.motions) {
-    auto L = find(log.true_poses, before(key));
-    if (!L) L = find(log.poses, before(key));
-    speeds[key.first].push_back(
-        speed_of(motion.estimate, log.frame, L, log.camera.pose(key.second - 1), rate_hz));
-  }
-  std::vector<LogDiagnosis> out;
-  for (auto& [id, of_object] : speeds) {
-    const auto middle = of_object.begin() + static_cast<std::ptrdiff_t>(of_object.size() / 2);
-    std::ranges::nth_element(of_object, middle);
-    if (*middle <= fastest_mps) continue;
-    out.push_back(
-        {"speed",
-         fmt::format("{}, estimated motions of object {}: median speed {:.4g} m/s at {:.4g} Hz, expected "
-                     "at most {} m/s{}",
-                     log.estimator, id, *middle, rate_hz, fastest_mps, ask_for_unit(*middle / fastest_mps))});
-  }
-  return out;
-}
-
-std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
-  constexpr double moves_m = 0.01;
-  // Rows that were converted from another frame, or rounded, are the identity up to their last digits.
-  constexpr double rounding = 1e-6;
-  const auto is_identity = [](const SE3& T) {
-    return T.translation().norm() <= rounding && T.rotation().vec().norm() <= rounding;
-  };
-  const auto step_m = [&](ObjectFrame key, const SE3& motion) {
-    const auto L = find(log.true_poses.empty() ? log.poses : log.true_poses, before(key));
-    return log.frame == MotionFrame::world && L ? body_motion(motion, *L).translation().norm()
-                                                : motion.translation().norm();
-  };
-  std::map<int, int> moving, all;
-  for (const auto& [key, motion] : log.motions) {
-    ++all[key.first];
-    moving[key.first] += !is_identity(motion.estimate) && step_m(key, motion.estimate) > moves_m;
-  }
-  std::map<int, std::vector<int>> out;
-  for (const auto& [key, motion] : log.motions) {
-    if (!is_identity(motion.estimate)) continue;
-    // Without a known truth, an object counts as moving if it moves in most of its other steps.
-    const bool moves =
-        motion.truth ? step_m(key, *motion.truth) > moves_m : 2 * moving[key.first] > all[key.first] / 2;
-    if (moves) out[key.first].push_back(key.second);
-  }
-  return out;
-}
-
-std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
-  std::map<int, std::set<int>> known;  // steps with an estimate or truth
-  for (const auto& [key, motion] : log.motions) known[key.first].insert(key.second);
-  for (const auto& [key, motion] : log.lost_truth) known[key.first].insert(key.second);
-  for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains(before(key))) known[key.first].insert(key.second);
-  }
-  std::map<int, std::vector<int>> out;
-  for (const auto& [id, steps] : known) {
-    for (int k = *steps.begin(); k <= *steps.rbegin(); ++k) {
-      // Frames that the data set's truth lacks do not belong to the object.
-      const bool counts = !log.truth_of_source || steps.contains(k);
-      if (counts && !log.motions.contains({id, k})) out[id].push_back(k);
-    }
-  }
-  return out;
-}
-
-std::string ranges_text(const std::vector<int>& frames, size_t most) {
-  std::vector<std::string> groups;
-  for (size_t i = 0; i < frames.size();) {
-    size_t j = i;
-    while (j + 1 < frames.size() && frames[j + 1] == frames[j] + 1) ++j;
-    groups.push_back(i == j ? std::to_string(frames[i]) : fmt::format("{}-{}", frames[i], frames[j]));
-    i = j + 1;
-  }
-  if (groups.size() <= most) return fmt::format("{}", fmt::join(groups, ", "));
-  const size_t more = groups.size() - most;
-  groups.resize(most);
-  return fmt::format("{} and {} more", fmt::join(groups, ", "), more);
 }
 
 }  // namespace sextant

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/evaluation/object_diagnosis.h"
+#include "sextant/eval/evaluation/object_plausibility.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/geometry/object_motion.h"
@@ -16,11 +16,6 @@
 namespace sextant {
 
 namespace {
-
-std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
-  const auto it = poses.find(key);
-  return it == poses.end() ? std::nullopt : std::optional(it->second);
-}
 
 /// A motion in both frames; converting one to the other needs L.
 struct MotionInFrames {
@@ -105,7 +100,7 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     logged.insert(key.first);
   }
   for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains({key.first, key.second - 1})) keys.insert(key);
+    if (log.true_poses.contains(previous(key))) keys.insert(key);
   }
   for (const auto& [key, motion] : log.lost_truth) keys.insert(key);
   std::set<int> with_truth;
@@ -132,7 +127,7 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     record.body = object_body(key.first);
     const auto logged_motion = log.motions.find(key);
     const bool has_motion = logged_motion != log.motions.end();
-    auto L = find_pose(log.true_poses, {key.first, key.second - 1});
+    auto L = find_pose(log.true_poses, previous(key));
     const auto L_after = find_pose(log.true_poses, key);
     if (!L && L_after && has_motion && logged_motion->second.truth && log.frame == MotionFrame::world)
       L = logged_motion->second.truth->inverse() *

@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/object_figures.h"
+#include "sextant/eval/evaluation/object_report.h"
 
 #include "sextant/base/testing.h"
 

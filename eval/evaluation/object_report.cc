@@ -5,7 +5,6 @@
 #include <map>
 #include <set>
 
-#include "sextant/eval/evaluation/object_figures.h"
 #include "sextant/eval/evaluation/run_statistics.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"

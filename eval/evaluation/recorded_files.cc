@@ -12,6 +12,7 @@
 #include "sextant/base/options.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/evaluation/object_diagnosis.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/object_logs.h"

@@ -9,43 +9,13 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
-#include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/geometry/axes.h"
 #include "sextant/geometry/trajectory.h"
 
 namespace sextant {
 namespace {
 
-constexpr size_t fewest_poses = 10;
-constexpr double left_share = 0.5;  // share of the sum of squared errors that an explanation may leave
-
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
-
-/// Takes every k-th of the `n` poses from pose `first` on, at most 1000, which suffice for one constant. The
-/// other poses are never copied, since a trajectory may take most of the memory.
-PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
-  constexpr size_t enough = 1000;
-  const size_t every = (n + enough - 1) / enough;
-  PoseSeries out;
-  const auto keep_in = [&](auto& kept, const auto& values) {
-    for (size_t i = 0; i < n && !values.empty(); i += every) kept.push_back(values[first + i]);
-  };
-  keep_in(out.rotations, series.rotations);
-  keep_in(out.positions_m, series.positions_m);
-  keep_in(out.stamps_s, series.stamps_s);
-  keep_in(out.frames, series.frames);
-  keep_in(out.covariances, series.covariances);
-  keep_in(out.lines, series.lines);
-  return out;
-}
-
-PoseSeries thinned(const PoseSeries& series) { return thinned(series, 0, series.size()); }
-
-/// Differences between two paths.
-struct Agreement {
-  double squares = 0;    ///< sum of squared distances, m^2
-  double angle_deg = 0;  ///< mean angle between rotations
-};
 
 Agreement agreement(const PoseSeries& reference, const PoseSeries& estimate) {
   Agreement out;
@@ -90,8 +60,6 @@ void close_roll(PoseSeries& estimate, const PoseSeries& reference) {
   }
 }
 
-bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
-
 /// Aligns as chosen; returns false if the poses do not determine the alignment.
 bool try_align(PoseSeries& estimate, const PoseSeries& reference, const AlignmentChoice& choice) {
   try {
@@ -103,15 +71,6 @@ bool try_align(PoseSeries& estimate, const PoseSeries& reference, const Alignmen
   return true;
 }
 
-/// Agreement after the alignment; empty if the poses do not determine it.
-std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, const PoseSeries& all_estimate,
-                                           const AlignmentChoice& choice) {
-  const PoseSeries reference = thinned(all_reference);
-  PoseSeries estimate = thinned(all_estimate);
-  if (!try_align(estimate, reference, choice)) return std::nullopt;
-  return agreement(reference, estimate);
-}
-
 std::string numbers(const Eigen::Vector3d& v) {
   return fmt::format("{:.3f} {:.3f} {:.3f}", v[0], v[1], v[2]);
 }
@@ -119,12 +78,6 @@ std::string numbers(const Eigen::Vector3d& v) {
 double percent(double before, double after) { return 100 * (1 - after / before); }
 
 // ---- lever arm
-
-/// Moves the poses to the point of the body at `lever_m` in its own axes.
-PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m) {
-  for (size_t i = 0; i < poses.size(); ++i) poses.positions_m[i] += poses.rotations[i] * lever_m;
-  return poses;
-}
 
 std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const PoseSeries& estimate,
                                            const AlignmentChoice& choice, const PoseFrame& frame,
@@ -140,7 +93,7 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
   const Eigen::Vector3d mean = mean_position(reference);
   for (const Eigen::Vector3d& p : reference.positions_m) squares += (p - mean).squaredNorm();
   const double extent_m = std::sqrt(squares / static_cast<double>(reference.size()));
-  const double left = l->norm() < share_of_extent * extent_m ? left_share : 1 / explains_times;
+  const double left = l->norm() < share_of_extent * extent_m ? largest_left_share : 1 / explains_times;
   if (!then || then->squares > left * now.squares) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
   const Eigen::Vector3d total = T.topRightCorner<3, 1>() + T.topLeftCorner<3, 3>() * *l;
@@ -169,7 +122,7 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
   std::vector<std::pair<std::string, Eigen::Vector3d>> axes = {
       {"x", Eigen::Vector3d::UnitX()}, {"-y", -Eigen::Vector3d::UnitY()}, {"z", Eigen::Vector3d::UnitZ()}};
   std::optional<TrajectoryWarning> best;
-  double least = left_share * now.squares;
+  double least = largest_left_share * now.squares;
   for (const auto& [name, axis] : axes) {
     const auto turn = rotation_about(axis, estimate.positions_m, reference.positions_m);
     if (!turn) continue;
@@ -177,7 +130,7 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
     PoseSeries turned = estimate;
     align(turned, reference, Alignment::yaw, 0, axis);
     const Agreement then = agreement(reference, turned);
-    if (angle_deg < least_deg || then.squares > least || then.angle_deg > left_share * now.angle_deg)
+    if (angle_deg < least_deg || then.squares > least || then.angle_deg > largest_left_share * now.angle_deg)
       continue;
     least = then.squares;
     best = {"yaw",
@@ -187,24 +140,6 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
                 angle_deg, name.back(), percent(now.squares, then.squares), name)};
   }
   return best;
-}
-
-// ---- clock
-
-/// Returns the mean squared distance after `shift_s` is added to the estimate's stamps; empty if fewer than
-/// 10 poses match, or cannot be aligned.
-std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSeries& estimate, double shift_s,
-                                      const AlignmentChoice& choice) {
-  std::vector<double> times;
-  for (const double t : estimate.stamps_s) times.push_back(t + shift_s);
-  const double max_gap_s = 2 * std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
-  const InterpolatedPoses at = interpolate_poses(reference, times, max_gap_s);
-  if (at.asked.size() < fewest_poses) return std::nullopt;
-  PoseSeries matched = estimate;
-  matched.keep(at.asked);
-  const auto found = aligned_agreement(at.poses, std::move(matched), choice);
-  if (!found) return std::nullopt;
-  return found->squares / static_cast<double>(at.asked.size());
 }
 
 // ---- Conventions, by the rule of hypothesis.h.
@@ -353,67 +288,46 @@ std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const P
           std::sqrt(b->declared))};
 }
 
-// ---- Shifted rows.
-
-/// Returns the mean squared difference of the steps, m^2: of the lengths of their translations, and of their
-/// rotations in rad times a typical lever of 10 m.
-double step_squares(const PoseSeries& reference, const PoseSeries& estimate, size_t shift_r, size_t shift_e,
-                    size_t n) {
-  constexpr double lever_m = 10;
-  double sum = 0;
-  for (size_t i = 1; i < n; ++i) {
-    const RelativePose r = relative_pose(reference, shift_r + i - 1, shift_r + i);
-    const RelativePose e = relative_pose(estimate, shift_e + i - 1, shift_e + i);
-    const double angle =
-        rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(r.rotation.transpose() * e.rotation)));
-    const double length = r.translation_m.norm() - e.translation_m.norm();
-    sum += length * length + lever_m * lever_m * angle * angle;
-  }
-  return sum / static_cast<double>(n - 1);
-}
-
 }  // namespace
 
-std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
-                                                  double offset_s, const AlignmentChoice& choice) {
-  if (reference.stamps_s.empty() || estimate.stamps_s.empty() || reference.size() < fewest_poses ||
-      estimate.size() < fewest_poses)
-    return std::nullopt;
-  AlignmentChoice all = choice;
-  all.n_to_align = 0;
-  const double step = std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
-  const PoseSeries some = thinned(estimate);
-  const auto squares = [&](double shift_s) {
-    return shifted_squares(reference, some, offset_s + shift_s, all);
+PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
+  constexpr size_t enough = 1000;
+  const size_t every = (n + enough - 1) / enough;
+  PoseSeries out;
+  const auto keep_in = [&](auto& kept, const auto& values) {
+    for (size_t i = 0; i < n && !values.empty(); i += every) kept.push_back(values[first + i]);
   };
-  const auto before = squares(-step), now = squares(0), after = squares(step);
-  if (!before || !now || !after) return std::nullopt;
-  const double bend = *before - 2 * *now + *after;
-  if (!(bend > 0)) return std::nullopt;
-  const auto explains = [&](std::optional<double> then) { return then && *then <= left_share * *now; };
-  if (!explains(squares(std::clamp(0.5 * step * (*before - *after) / bend, -step, step))))
-    return std::nullopt;
-  try {  // a shift along a straight path may be drift, so the motions alone must confirm it
-    const OffsetEstimate found = estimate_offset(reference, estimate, offset_s, "");
-    const bool is_zero = found.low_s <= offset_s && offset_s <= found.high_s;
-    const double shift_s = found.offset_s - offset_s;
-    const auto then = squares(shift_s);
-    if (is_zero || !explains(then)) return std::nullopt;
-    return TrajectoryWarning{
-        "lag",
-        fmt::format("the estimate's clock is {} by {:.3g} s, which explains {:.0f} % of the squared "
-                    "errors; try --offset {:.4f}, or --estimate-offset",
-                    shift_s < 0 ? "late" : "early", std::abs(shift_s), percent(*now, *then), found.offset_s)};
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  keep_in(out.rotations, series.rotations);
+  keep_in(out.positions_m, series.positions_m);
+  keep_in(out.stamps_s, series.stamps_s);
+  keep_in(out.frames, series.frames);
+  keep_in(out.covariances, series.covariances);
+  keep_in(out.lines, series.lines);
+  return out;
+}
+
+PoseSeries thinned(const PoseSeries& series) { return thinned(series, 0, series.size()); }
+
+bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
+
+std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, const PoseSeries& all_estimate,
+                                           const AlignmentChoice& choice) {
+  const PoseSeries reference = thinned(all_reference);
+  PoseSeries estimate = thinned(all_estimate);
+  if (!try_align(estimate, reference, choice)) return std::nullopt;
+  return agreement(reference, estimate);
+}
+
+PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m) {
+  for (size_t i = 0; i < poses.size(); ++i) poses.positions_m[i] += poses.rotations[i] * lever_m;
+  return poses;
 }
 
 std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate) {
   SEXTANT_CHECK(reference.size() == estimate.size());
   constexpr double turn_rad = 0.2, least_turn_rad = 0.02, least_information = 0.03;
   const size_t n = estimate.size();
-  if (n < fewest_poses) return std::nullopt;
+  if (n < fewest_explained_poses) return std::nullopt;
   const auto turn_rms = [&](size_t k) {
     double sum = 0;
     for (size_t i = 0; i + k < n; ++i) {
@@ -453,68 +367,6 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   }
   if (!l.allFinite()) return std::nullopt;
   return l;
-}
-
-namespace {
-
-/// Least sum of squared distances that another place of the world or of the body on its carrier leaves.
-double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate, AlignmentChoice choice) {
-  if (!turns_world(choice.alignment)) choice.alignment = Alignment::se3;
-  double least = std::numeric_limits<double>::infinity();
-  const auto consider = [&](const PoseSeries& at) {
-    if (const auto found = aligned_agreement(reference, at, choice)) least = std::min(least, found->squares);
-  };
-  consider(estimate);
-  if (const auto lever_m = estimate_lever_arm(reference, estimate))
-    consider(at_lever_arm(estimate, *lever_m));
-  return least;
-}
-
-}  // namespace
-
-std::optional<TrajectoryWarning> warning_of_rows_shifted(
-    const PoseSeries& reference, const PoseSeries& estimate, const AlignmentChoice& choice,
-    const std::function<std::string(int frames)>& remedy) {
-  constexpr int most_rows = 3;
-  constexpr size_t least_poses = 20;
-  constexpr double confirmed = 1.5;
-  if (!reference.has_rotations() || !estimate.has_rotations() || estimate.size() < least_poses)
-    return std::nullopt;
-  AlignmentChoice all = choice;
-  all.n_to_align = 0;
-  const size_t n = estimate.size() - most_rows;
-  const auto shifted = [&](int k) {  // row i + k of the estimate belongs to row i
-    const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0,
-                 of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
-    const double steps = step_squares(reference, estimate, of_reference, of_estimate, n);
-    const auto found =
-        aligned_agreement(thinned(reference, of_reference, n), thinned(estimate, of_estimate, n), all);
-    return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
-  };
-  const auto [squares_0, steps_0] = shifted(0);
-  constexpr double of_path = 25;
-  const double by_place = squares_of_place(reference, estimate, all);
-  std::vector<Reading> readings;
-  for (int k = -most_rows; k <= most_rows; ++k) {
-    if (k == 0) continue;
-    const auto [squares, steps] = shifted(k);
-    const std::string cause = fmt::format("the estimate is {} by {} frame{}", k > 0 ? "late" : "early",
-                                          std::abs(k), std::abs(k) > 1 ? "s" : "");
-    const bool by_path =
-        squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
-    const bool by_steps =
-        explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
-    // Where independent errors of the poses hide the steps, the path decides, if no other place of the world
-    // or of the body explains it.
-    const bool by_path_alone =
-        squares && squares_0 && of_path * *squares <= *squares_0 && explains_times * *squares <= by_place;
-    if (by_path || by_steps || by_path_alone) readings.push_back({"lag", cause, remedy(-k), steps, 0});
-  }
-  const auto best = std::ranges::min_element(readings, {}, &Reading::residual);
-  if (best == readings.end() || !(steps_0 > 1e-12)) return std::nullopt;
-  return TrajectoryWarning{
-      "lag", fmt::format("{}: {} (RMS difference of the steps {:.3g} m read so, {:.3g} m as declared)",
-                         best->cause, best->remedy, std::sqrt(best->residual), std::sqrt(steps_0))};
 }
 
 std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all_reference,
@@ -562,7 +414,7 @@ std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_re
                                                         const PoseSeries& all_estimate,
                                                         const AlignmentChoice& choice, const PoseFrame& frame,
                                                         const PoseFrame& reference_frame) {
-  if (all_estimate.size() < fewest_poses) return {};
+  if (all_estimate.size() < fewest_explained_poses) return {};
   const bool rotations = all_reference.has_rotations() && all_estimate.has_rotations();
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   AlignmentChoice all = choice;

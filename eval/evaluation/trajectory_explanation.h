@@ -18,14 +18,10 @@
 //                                  is not questioned. Tried with the requested alignment, then with se3 and
 //                                  sim3
 //   alignment  --align             with none or origin: se3, sim3 or yaw leaves less than a tenth of the RMSE
-//   lag        --offset            a shift of the clock explains more than half of the squared position
-//                                  errors, and the interval of estimate_offset(), from the motions alone,
-//                                  does not contain 0
 //
-// "yaw" is distinct from drift: a path that turns away slowly keeps its rotation errors. "lag" is also
-// reported for a shift of one step or more that estimate_lag() finds, however much it explains.
+// "yaw" is distinct from drift: a path that turns away slowly keeps its rotation errors. Shifts of the clock
+// or of the frame numbers are explained in trajectory_shift.h.
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +39,30 @@ struct AlignmentChoice {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();  ///< needed for Alignment::yaw only
 };
 
+/// An explanation needs this many poses.
+inline constexpr size_t fewest_explained_poses = 10;
+/// Share of the sum of squared errors that an explanation may leave.
+inline constexpr double largest_left_share = 0.5;
+
+/// Differences between two paths.
+struct Agreement {
+  double squares = 0;    ///< sum of squared distances, m^2
+  double angle_deg = 0;  ///< mean angle between rotations
+};
+
+/// Takes every k-th of the `n` poses from pose `first` on, at most 1000, which suffice for one constant. The
+/// other poses are never copied, since a trajectory may take most of the memory.
+PoseSeries thinned(const PoseSeries& series, size_t first, size_t n);
+/// Overload for all poses.
+PoseSeries thinned(const PoseSeries& series);
+
+/// Returns true for an alignment that rotates the world about any axis.
+bool turns_world(Alignment alignment);
+
+/// Returns the agreement of the thinned paths after the alignment; empty if the poses do not determine it.
+std::optional<Agreement> aligned_agreement(const PoseSeries& reference, const PoseSeries& estimate,
+                                           const AlignmentChoice& choice);
+
 /// Estimates the lever arm l with T_world_camera = T_world_body [I | l], from the matched paths of the camera
 /// (reference) and of the body (estimate). It solves in least squares, with one scale s of the estimate,
 ///
@@ -54,23 +74,15 @@ struct AlignmentChoice {
 /// for fewer than 10 poses.
 std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate);
 
-/// Warns of a shift of the clocks. Takes the whole reference and the matched estimate with its own stamps;
-/// `offset_s` is the offset that was added to these stamps for the association.
-std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
-                                                  double offset_s, const AlignmentChoice& choice);
+/// Moves the poses to the point of the body at `lever_m` in its own axes.
+PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m);
 
-/// Warns of every other explanation of the table. Both series are matched and not yet aligned; the frames
-/// have already been applied.
+/// Warns of the explanations of the table, except `alignment`. Both series are matched and not yet aligned;
+/// the frames have already been applied.
 std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& reference,
                                                         const PoseSeries& estimate,
                                                         const AlignmentChoice& choice, const PoseFrame& frame,
                                                         const PoseFrame& reference_frame = {});
-
-/// Warns if a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors of the
-/// path or of its steps. `remedy` formats the advice, given the number of frames to add to the estimate's.
-std::optional<TrajectoryWarning> warning_of_rows_shifted(
-    const PoseSeries& reference, const PoseSeries& estimate, const AlignmentChoice& choice,
-    const std::function<std::string(int frames)>& remedy);
 
 /// Warns if the requested alignment leaves more than ten times the RMSE of another one.
 std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& reference,

@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/trajectory_figures.h"
+#include "sextant/eval/evaluation/trajectory_series.h"
 
 #include <algorithm>
 #include <cmath>

@@ -20,6 +20,9 @@
 
 #include "sextant/base/names.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
+#include "sextant/eval/records/output.h"
+#include "sextant/eval/report/document.h"
+#include "sextant/eval/report/figure.h"
 
 namespace sextant {
 
@@ -83,5 +86,27 @@ std::vector<size_t> thinned(const TrajectoryCurve& curve, size_t most);
 
 /// Largest distance (m) of a position from the polyline through the positions `kept`.
 double thinning_distance_m(const TrajectoryCurve& curve, const std::vector<size_t>& kept);
+
+// ---- Figures of recorded camera paths against a reference (trajectory_figures.cc): paths from above, and
+// quantities along the path.
+
+/// Approximate largest number of poses that a figure draws of one curve. All curves together have about four
+/// times as many at most, or 60 each. Longer curves are reduced by thinned(), and the caption says so.
+inline constexpr size_t drawn_poses = 900;
+
+/// Paths of all systems from above with the reference, first in the colours of the systems, then coloured by
+/// the error.
+std::vector<Figure> path_figures(const EgoCurves& curves);
+
+/// Figures along the path: the error over time and over path length; position and angles with their errors;
+/// speed.
+std::vector<Figure> along_figures(const EgoCurves& curves);
+
+/// Returns the interactive view of paths and curves for the page. It contains all poses if there are at most
+/// explored_poses, otherwise those that thinned() keeps.
+Explorer ego_explorer(const EgoCurves& curves);
+
+/// Writes curves/<name>.csv for the reference and each run: every pose, with a column for each quantity.
+OutputFiles curve_files(const EgoCurves& curves);
 
 }  // namespace sextant

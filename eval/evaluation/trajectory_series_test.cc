@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "sextant/base/testing.h"
-#include "sextant/eval/evaluation/trajectory_figures.h"
 
 namespace sextant {
 namespace {

@@ -19,7 +19,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/registry.h"
-#include "sextant/eval/records/fingerprint.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/noise/noise.h"
 

@@ -17,7 +17,7 @@
 #include "sextant/base/machine.h"
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/experiment/run_options.h"
+#include "sextant/eval/experiment/run.h"
 
 namespace sextant {
 namespace {

@@ -69,7 +69,7 @@ class PackCache {
 PackCache pack_cache(const std::string& folder);
 
 /// Returns the pairs of `source`, from the cache or by decoding, with the groups "source" and "extraction" of
-/// the option tree `options` (run_options.h).
+/// the option tree `options` (run.h).
 PackCache::Packed pack_source(const PackCache& cache, SourceSpec source, const Json& options, int jobs,
                               bool quiet);
 

@@ -4,7 +4,7 @@
 // at any case:
 //
 //   plan.json      the plan with all defaults, the shard, the content of its cache files, and the
-//                  fingerprints of external estimators (records/fingerprint.h)
+//                  fingerprints of external estimators (records/provenance.h)
 //   journal.jsonl  while it runs: per finished case one line {"case","records","sha256"} and the records, or
 //                  {"case","bytes","sha256"} and the summary. A truncated block (kill -9, full disk) is
 //                  dropped on resuming, and its case computed again
@@ -22,11 +22,16 @@
 // shards: shard I of N processes its cases_of_shard() (0..N-1 and 1..N both name all shards), and
 // merge_sweeps() restores the order.
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "sextant/base/json.h"
+#include "sextant/base/names.h"
 #include "sextant/eval/experiment/pack.h"
 #include "sextant/eval/experiment/plan.h"
 
@@ -95,5 +100,46 @@ void make_packs(const SweepConfig& config);
 /// provenance of every shard.
 SweepOutcome merge_sweeps(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
                           bool allow_mixed = false, bool quiet = true);
+
+// ---- Progress of a sweep in shards (sweep_status.cc), from the folders of its shards only: DIR/shards/NAME,
+// or DIR/NAME if there is no DIR/shards, each with the plan.json of a sweep. Nothing is written and no source
+// is read.
+
+struct ShardStatus {
+  enum class State { missing, stopped, running, done };  ///< stopped: begun, but no process writes it
+
+  uint64_t number = 0;  ///< 1..N
+  State state = State::missing;
+  uint64_t cases_done = 0;
+  double seconds = 0;  ///< from the beginning to the last case
+};
+
+constexpr Names<4> names_of(ShardStatus::State) { return {"missing", "stopped", "running", "done"}; }
+
+struct SweepStatus {
+  uint64_t n_cases = 0;  ///< number of cases in the plan; 0 until a shard has begun
+  std::vector<ShardStatus> shards;
+
+  uint64_t count(ShardStatus::State state) const;
+  uint64_t cases_done() const;
+  /// Returns the estimated time for the unfinished cases, from the time per finished case and the number of
+  /// shards running now (at least one); nullopt if no case is finished.
+  std::optional<double> remaining_s() const;
+  /// Returns the missing and stopped shards except `except`, in the format of `sbatch --array`: "3,8-9";
+  /// empty if there are none.
+  std::string to_submit(const std::set<uint64_t>& except = {}) const;
+};
+
+/// Returns the status. With `n_shards` 0 the number is taken from the shards that have begun. Throws Error if
+/// a shard has another plan or another number of shards, or is repeated, or if nothing has begun and
+/// `n_shards` is 0.
+SweepStatus sweep_status(const std::filesystem::path& folder, uint64_t n_shards);
+
+Json to_json(const SweepStatus& status);
+/// Returns a few lines for a terminal.
+std::string to_text(const SweepStatus& status);
+
+/// Returns "90 s", "12 min", "3.4 h".
+std::string duration_text(double seconds);
 
 }  // namespace sextant

@@ -11,7 +11,7 @@
 #include "sextant/base/json.h"
 #include "sextant/eval/experiment/plan.h"
 #include "sextant/eval/experiment/sweep.h"
-#include "sextant/eval/records/fingerprint.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 
@@ -53,7 +53,7 @@ void remove_sweep(const std::filesystem::path& folder);
 /// Removes temporary files of plan.json that a killed process has left. The caller holds the folder's lock.
 void remove_temporaries(const std::filesystem::path& folder);
 
-// ---- Versions of external estimators behind the cases of a sweep (records/fingerprint.h). A finished case
+// ---- Versions of external estimators behind the cases of a sweep (records/provenance.h). A finished case
 // is stale if another version than the present one computed it, or if the version is unknown. Cases of
 // Sextant's own estimators are never stale here: plan.json names the program.
 

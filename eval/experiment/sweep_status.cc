@@ -1,4 +1,4 @@
-#include "sextant/eval/experiment/sweep_status.h"
+#include "sextant/eval/experiment/sweep.h"
 
 #include <algorithm>
 #include <chrono>

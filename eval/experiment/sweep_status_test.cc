@@ -1,7 +1,5 @@
 // The status of a sweep in shards, from files of real shards.
 
-#include "sextant/eval/experiment/sweep_status.h"
-
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/experiment/sweep.h"

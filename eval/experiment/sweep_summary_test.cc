@@ -5,7 +5,6 @@
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/plan_testing.h"
 #include "sextant/eval/experiment/sweep.h"
-#include "sextant/eval/experiment/sweep_status.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/record_stream.h"

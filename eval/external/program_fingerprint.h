@@ -1,6 +1,6 @@
 #pragma once
 
-// Fingerprint of an external program (records/fingerprint.h). It depends on content only, not on location or
+// Fingerprint of an external program (records/provenance.h). It depends on content only, not on location or
 // time: equal files in another folder or on another machine give the same fingerprint. Its parts:
 //
 //   configuration    every option of CONFIG, with the changes of the plan
@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "sextant/eval/external/external_config.h"
-#include "sextant/eval/records/fingerprint.h"
+#include "sextant/eval/records/provenance.h"
 
 namespace sextant {
 

@@ -2,7 +2,6 @@
 
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/external/external_testing.h"
-#include "sextant/eval/records/fingerprint.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"

@@ -1,9 +1,6 @@
 #include "sextant/eval/fuzz/targets.h"
 
-#include <libdeflate.h>
-
 #include <cmath>
-#include <memory>
 #include <sstream>
 #include <vector>
 
@@ -39,7 +36,7 @@
 #include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/external/external_results.h"
 #include "sextant/eval/external/rescore.h"
-#include "sextant/eval/fuzz/folder.h"
+#include "sextant/eval/fuzz/input.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/side.h"
@@ -197,17 +194,6 @@ void rescore(Bytes bytes) {
 
 // ---- files of data sets
 
-void append32(std::string& out, uint32_t x) {
-  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>(x >> shift));
-}
-
-void append_chunk(std::string& out, Bytes type, Bytes body) {
-  append32(out, static_cast<uint32_t>(body.size()));
-  const std::string summed = std::string(type) + std::string(body);
-  out += summed;
-  append32(out, libdeflate_crc32(0, summed.data(), summed.size()));
-}
-
 /// Reads one image with each PNG reader. The image counts as refused if none accepts it, apart from the
 /// reader of the header.
 void read_png(Bytes png) {
@@ -231,30 +217,8 @@ void read_png(Bytes png) {
   if (taken < 2) fail("no PNG");
 }
 
-/// Reads width, height, depth, kind and size of the palette, then palette and pixels, and encodes them as a
-/// PNG: the checksums of a PNG would keep a fuzzer from reaching the decoder.
-void png_pixels(Bytes bytes) {
-  if (bytes.size() < 5) fail("too short");
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(bytes[i]); };
-  std::string header;
-  append32(header, byte(0));
-  append32(header, byte(1));
-  header += {bytes[2], bytes[3], '\0', '\0', '\0'};
-  const Bytes palette = bytes.substr(5, byte(4));
-  const Bytes pixels = bytes.substr(std::min(bytes.size(), size_t{5} + byte(4)));
-  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
-      libdeflate_alloc_compressor(1), libdeflate_free_compressor);
-  std::string data(libdeflate_zlib_compress_bound(compressor.get(), pixels.size()), '\0');
-  data.resize(
-      libdeflate_zlib_compress(compressor.get(), pixels.data(), pixels.size(), data.data(), data.size()));
-  std::string png("\x89PNG\r\n\x1a\n", 8);
-  append_chunk(png, "IHDR", header);
-  if (!palette.empty()) append_chunk(png, "PLTE", palette);
-  append_chunk(png, "IDAT", data.substr(0, data.size() / 2));
-  append_chunk(png, "IDAT", data.substr(data.size() / 2));
-  append_chunk(png, "IEND", "");
-  read_png(png);
-}
+/// Reads a PNG of these pixels: the checksums of a file would keep a fuzzer from reaching the decoder.
+void png_pixels(Bytes bytes) { read_png(png_of_pixels(bytes)); }
 
 void flo(Bytes bytes) {
   const Image<Flow> flow = decode_flo(bytes, "flo");

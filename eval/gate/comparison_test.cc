@@ -2,7 +2,6 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/gate/outputs.h"
 #include "sextant/eval/gate/testing.h"
 #include "sextant/eval/records/record_stream.h"
 

@@ -1,4 +1,4 @@
-#include "sextant/eval/gate/outputs.h"
+#include "sextant/eval/gate/comparison.h"
 
 #include <sys/wait.h>
 

@@ -9,7 +9,6 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/records/case_summary.h"
-#include "sextant/eval/records/fingerprint.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 

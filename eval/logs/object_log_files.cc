@@ -218,14 +218,13 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
       }
     });
   }
-  const auto before = [](ObjectFrame key) { return ObjectFrame(key.first, key.second - 1); };
   for (const auto& [key, pose] : log.poses) {  // only in format poses
-    const auto previous = log.poses.find(before(key));
-    if (previous != log.poses.end()) motions.emplace(key, pose * previous->second.inverse());
+    const auto start = find_pose(log.poses, previous(key));
+    if (start) motions.emplace(key, pose * start->inverse());
   }
   for (const auto& [key, pose] : log.true_poses) {
-    const auto previous = log.true_poses.find(before(key));
-    if (previous != log.true_poses.end()) truth.emplace(key, pose * previous->second.inverse());
+    const auto start = find_pose(log.true_poses, previous(key));
+    if (start) truth.emplace(key, pose * start->inverse());
   }
   for (const auto& [key, motion] : motions) log.motions[key].estimate = motion;
   for (const auto& [key, motion] : truth) {

@@ -14,6 +14,9 @@
 
 namespace sextant {
 
+/// Largest number of poses that are read from a file; 2 GB in memory.
+inline constexpr size_t most_poses_of_file = 20'000'000;
+
 /// Counts of repairs, with the first line of each.
 class RepairLog {
  public:

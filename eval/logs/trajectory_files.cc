@@ -12,8 +12,7 @@
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 #include "sextant/eval/logs/trajectory_message.h"
-#include "sextant/eval/logs/trajectory_recordings.h"
-#include "sextant/eval/logs/vdo_xml.h"
+#include "sextant/eval/logs/trajectory_readers.h"
 
 namespace sextant {
 namespace {
@@ -24,8 +23,6 @@ int frame_number(const NumberFile& file, size_t i) {
     file.fail_here("expected a frame number for value {}, got {}", i + 1, value);
   return static_cast<int>(value);
 }
-
-constexpr size_t most_poses = 20'000'000;  // 2 GB in memory
 
 /// Reader of all text formats: `add` appends one record of `n` values to the file's series.
 class TextReader {
@@ -42,9 +39,10 @@ class TextReader {
       const size_t count = file_.values().size();
       if (n == 0 && !accepts(count, file_.separator()))
         file_.fail_here("expected {}, got {} values", expected, count);
-      if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), most_poses));
-      if (result_.poses.size() == most_poses)
-        file_.fail_here("more than {} poses: cut the recording into parts, or thin it out", most_poses);
+      if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), most_poses_of_file));
+      if (result_.poses.size() == most_poses_of_file)
+        file_.fail_here("more than {} poses: cut the recording into parts, or thin it out",
+                        most_poses_of_file);
       if (n != 0 && count != n)
         file_.fail_here("expected {} values as in the lines before, got {}", n, count);
       n = count;

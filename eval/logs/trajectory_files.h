@@ -15,9 +15,9 @@
 //   vdo      frame and 16 values of T_world_camera
 //   dynosam  <m>_camera_pose_log.csv: frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,..,gt_qw; also contains the truth
 //   vdo_xml  front end of VDO-SLAM, boost serialisation; also contains the truth
-//   bag      ROS 1 bag, PATH:/TOPIC (trajectory_recordings.h)
-//   mcap     MCAP, PATH:/TOPIC (trajectory_recordings.h)
-//   rosbag2  SQLite file of a rosbag2, PATH:/TOPIC (trajectory_recordings.h)
+//   bag      ROS 1 bag, PATH:/TOPIC (trajectory_readers.h)
+//   mcap     MCAP, PATH:/TOPIC (trajectory_readers.h)
+//   rosbag2  SQLite file of a rosbag2, PATH:/TOPIC (trajectory_readers.h)
 //
 // If a header names the columns, it determines the format; requesting another one (except table) is an Error.
 // Without names, a file that fits two formats is an Error if no format is requested.

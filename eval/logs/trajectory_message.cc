@@ -197,8 +197,8 @@ StampedPose read_json_pose(std::string_view message, const std::string& where) {
 void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view message) {
   const auto number = static_cast<int64_t>(t.poses.size()) + 1;
   const std::string where = fmt::format("{}:{}", path, number);
-  if (t.poses.size() == most_poses)
-    fail("{}: more than {} poses: cut the recording into parts, or thin it out", path, most_poses);
+  if (t.poses.size() == most_poses_of_file)
+    fail("{}: more than {} poses: cut the recording into parts, or thin it out", path, most_poses_of_file);
   StampedPose pose;
   std::array<double, 36> covariance{};
   bool has_covariance = false;
@@ -248,8 +248,9 @@ void TopicPoses::add_transforms(Topic& t, const std::string& path, std::string_v
   const bool cdr = t.encoding == "cdr";
   MessageReader reader(message, cdr, where);
   for (auto n = reader.number<uint32_t>(); n > 0; --n) {
-    if (tree_.size() == most_poses)
-      fail("{}: more than {} transforms: cut the recording into parts, or thin it out", path, most_poses);
+    if (tree_.size() == most_poses_of_file)
+      fail("{}: more than {} transforms: cut the recording into parts, or thin it out", path,
+           most_poses_of_file);
     const double stamp_s = read_stamp(reader, cdr, where);
     const std::string parent(reader.text()), child(reader.text());
     double v[7];

@@ -1,4 +1,4 @@
-#include "sextant/eval/logs/trajectory_recordings.h"
+#include "sextant/eval/logs/trajectory_readers.h"
 
 #include <libdeflate.h>
 #include <sqlite3.h>

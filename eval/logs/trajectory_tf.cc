@@ -1,4 +1,4 @@
-#include "sextant/eval/logs/trajectory_tf.h"
+#include "sextant/eval/logs/trajectory_message.h"
 
 #include <fmt/ranges.h>
 

@@ -1,4 +1,4 @@
-#include "sextant/eval/logs/vdo_xml.h"
+#include "sextant/eval/logs/trajectory_readers.h"
 
 #include <algorithm>
 #include <cmath>

@@ -16,7 +16,7 @@
 #include "sextant/eval/python/array_arguments.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/run_summary.h"
-#include "sextant/eval/workflow/run_folder.h"
+#include "sextant/eval/workflow/workflow.h"
 
 namespace py = pybind11;
 

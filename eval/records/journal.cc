@@ -80,7 +80,7 @@ bool is_finished_sweep(const std::filesystem::path& folder) {
 
 Journal::Journal(std::filesystem::path path, Owners owners, const Fits& fits)
     : path_(std::move(path)), owners_(std::move(owners)) {
-  // Reading the status of a sweep (sweep_status.h) holds the lock briefly: retry for half a second.
+  // Reading the status of a sweep (sweep_status()) holds the lock briefly: retry for half a second.
   std::string holder;
   for (int tries = 0; tries < 5 && !lock_; ++tries) {
     if (tries > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -1,4 +1,4 @@
-#include "sextant/eval/reproduce/figures.h"
+#include "sextant/eval/reproduce/reproduce.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,6 @@
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/reproduce/figures.h"
 
 namespace sextant {
 

@@ -9,6 +9,7 @@
 // An experiment is run again if its plan, its inputs or the program have changed.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,9 @@
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/evidence.h"
-#include "sextant/eval/report/paper/paper_page.h"
+#include "sextant/eval/report/figure.h"
+#include "sextant/eval/report/paper/paper_layout.h"
+#include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
@@ -51,5 +54,40 @@ ReproductionReport reproduction_report(const ReproduceConfig& config);
 
 std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
                              const std::vector<PaperLayout>& tables);
+
+// ---- Figures of the reproduction (figures.cc, answer_figure.cc), as sections of its document. An experiment
+// that was not measured has no section.
+
+/// A section, and the place in the paper that it belongs to.
+struct PlacedSection {
+  PaperPlace place = PaperPlace::ours;
+  ReportSection section;
+};
+
+/// Makes the sections with figures. `parts` is DIR/parts. Records come from `evidence`; paths and pictures
+/// from the files of the experiments:
+///   recorded/<system>_<sequence>_{estimate,reference}.tum    fig. 6
+///   <showcase>/{overlay.png,tracks.csv}                      fig. 1
+std::vector<PlacedSection> figure_sections(const std::filesystem::path& parts, const Evidence& evidence,
+                                           int jobs);
+
+// ---- Answer: the measured values of one table of the paper as a picture, with a line for every published
+// value on the common axis measured / published.
+//
+//   at 1        the published value
+//   broad bar   range of 95 % of our single runs;  thin bar: 95 % interval of our mean;  point: the mean
+//   filled      our procedure;  open: the procedure of the published code, if the table has it
+//   word        verdict of the table on that row
+//
+// If a value was measured on several kinds of data, the last one in the table is drawn, which is nearest to
+// the paper's; with several noises, the first. Values of 0 cannot be drawn on the logarithmic axis, and
+// values beyond 0.02 .. 50 are drawn at its ends. The first 26 lines are drawn; the caption states how many
+// there are.
+
+/// Returns nullopt if there is no line: no published value above 0 was measured by one of the two procedures.
+std::optional<Figure> answer_figure(const std::string& name, const PublishedTable& table);
+
+/// Formats "12 of 40 comparisons: the published value lies where our single runs do; 3 not measured here".
+std::string answer_text(const std::vector<PaperRow>& rows);
 
 }  // namespace sextant

@@ -13,7 +13,7 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/workflow/report_output.h"
+#include "sextant/eval/workflow/workflow.h"
 
 namespace sextant {
 namespace {

@@ -15,10 +15,10 @@
 //
 // A field may itself be such a struct, with {} as its default. Supported leaf types: bool, int, uint64_t,
 // double, std::string, and enumerations with names (base/names.h), whose names the help lists.
-// NamedOptions<T> is an object whose keys the user chooses; the check() of the struct that contains the
-// object validates its keys, and reading replaces the whole map. SEXTANT_OPTIONS_OF(BASE, ...) continues the
-// list of a base class. If a key differs from the member's name, the struct defines visit() itself, with one
-// call v("default", other, "px", "meaning") per field.
+// std::map<std::string, T> is an object whose keys the user chooses; the check() of the struct that contains
+// the object validates its keys, and reading replaces the whole map. SEXTANT_OPTIONS_OF(BASE, ...) continues
+// the list of a base class. If a key differs from the member's name, the struct defines visit() itself, with
+// one call v("default", other, "px", "meaning") per field.
 
 #include <algorithm>
 #include <map>
@@ -56,10 +56,6 @@
 
 namespace sextant {
 
-/// Options of one kind under names chosen by the user.
-template <typename T>
-using NamedOptions = std::map<std::string, T>;
-
 namespace internal {
 
 struct NoVisitor {
@@ -72,10 +68,17 @@ concept OptionStruct = requires(T t, NoVisitor v) {
   t.visit(v);
 };
 
-[[noreturn]] void wrong_type(const std::string& where, const char* expected, const Json& value);
+[[noreturn]] inline void wrong_type(const std::string& where, const char* expected, const Json& value) {
+  fail("option {}: expected {}, got {}", where, expected, json_excerpt(value));
+}
 
 /// Returns "huber, geman_mcclure_gnc or none".
-std::string either_of(std::span<const std::string_view> names);
+inline std::string either_of(std::span<const std::string_view> names) {
+  std::string text(names.front());
+  for (size_t i = 1; i < names.size(); ++i)
+    text += (i + 1 < names.size() ? ", " : " or ") + std::string(names[i]);
+  return text;
+}
 
 }  // namespace internal
 
@@ -107,7 +110,7 @@ struct OptionHelp {
 };
 
 /// Returns every leaf option below `T`, with its value in `options`; `prefix` is the dotted path of `options`
-/// itself. NamedOptions appear once, with the key NAME and the defaults of one entry.
+/// itself. A map of options appears once, with the key NAME and the defaults of one entry.
 template <internal::OptionStruct T>
 std::vector<OptionHelp> describe_options(const T& options, const std::string& prefix = "");
 

@@ -57,7 +57,6 @@ using LaneMaskOf = typename LaneTypes<Real>::Mask;
 
 inline constexpr size_t n_lanes = LaneTypes<double>::n;
 using Lanes = LanesOf<double>;
-using LaneMask = LaneMaskOf<double>;
 
 /// Returns the sum of the lanes in double precision, added in a fixed order.
 template <typename L>
@@ -78,7 +77,6 @@ struct RigidMotionOf {
     for (int i = 0; i < 3; ++i) t[i] = static_cast<Real>(T.translation()[i]);
   }
 };
-using RigidMotion = RigidMotionOf<double>;
 
 /// Points with a depth below this value count as behind the camera (m).
 inline constexpr double min_depth_m = 1e-3;

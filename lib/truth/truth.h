@@ -34,13 +34,29 @@ class SequenceTruth {
   std::optional<double> camera_step_floor_m;
 
   /// Returns the object with this id in the frame; null if there is none.
-  const ObjectTruth* find(int frame, int id) const;
+  const ObjectTruth* find(int frame, int id) const {
+    const auto it = objects.find(frame);
+    if (it == objects.end()) return nullptr;
+    for (const ObjectTruth& object : it->second) {
+      if (object.id == id) return &object;
+    }
+    return nullptr;
+  }
 
   /// Return T_curr_prev of one rigid body, which maps its points from previous to current camera coordinates;
   /// for the background this is the inverse of the camera's own motion. nullopt if the pose of the camera, or
   /// of the object, is missing in either frame.
-  std::optional<SE3> background_motion(int prev, int curr) const;
-  std::optional<SE3> object_motion(int id, int prev, int curr) const;
+  std::optional<SE3> background_motion(int prev, int curr) const {
+    const std::optional<SE3> T_prev_curr = camera.motion(prev, curr);
+    if (!T_prev_curr) return std::nullopt;
+    return T_prev_curr->inverse();
+  }
+  std::optional<SE3> object_motion(int id, int prev, int curr) const {
+    const ObjectTruth* before = find(prev, id);
+    const ObjectTruth* after = find(curr, id);
+    if (before == nullptr || after == nullptr) return std::nullopt;
+    return after->T_camera_object * before->T_camera_object.inverse();
+  }
 };
 
 }  // namespace sextant

@@ -123,10 +123,10 @@ ENTRY_POINTS = {
     "creates a file: use base/new_file.h or write_file()": (
         re.compile(r"\bO_CREAT\b|\bstd::ofstream\b|\bfopen(?:64)?\("),
         ["base/new_file.cc", "base/files.cc", "base/file_lock.cc", "eval/records/journal.cc", "eval/report/figure.cc",
-         "eval/external/process.cc", "eval/fuzz/folder.cc"]),
+         "eval/external/process.cc", "eval/fuzz/input.cc"]),
     "makes folders, through links too: use base/new_file.h or base/file_lock.h": (
         re.compile(r"\bcreate_directories\("),
-        ["base/new_file.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/folder.cc"]),
+        ["base/new_file.cc", "datasets/layout.cc", "datasets/vdo_folder.cc", "datasets/vkitti_layout.cc", "datasets/kitti_layout.cc", "eval/external/external_case.cc", "eval/records/output.cc", "eval/fuzz/input.cc"]),
 }
 
 # Files that make tables, figures, claims and pages from typed rows.

@@ -1,4 +1,4 @@
-"""Fingerprint of a Python function used as an estimator, by content (eval/records/fingerprint.h).
+"""Fingerprint of a Python function used as an estimator, by content (eval/records/provenance.h).
 
 Its parts are named by their kind: "function mine", "global gain of mine", "file helper.py". They are collected from the function:
 

@@ -9,7 +9,7 @@
 #include "sextant/base/text.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/stats/roc_curve.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {

@@ -1,4 +1,3 @@
-#include "sextant/eval/report/html/explorer_html.h"
 
 #include <algorithm>
 #include <bit>

@@ -14,7 +14,6 @@
 #include "sextant/base/json.h"
 #include "sextant/base/names.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/report/html/explorer_html.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {

@@ -31,6 +31,15 @@ std::string_view page_file(std::string_view name);
 /// Encodes bytes as base64 (RFC 4648), with padding.
 std::string base64(const std::string& bytes);
 
+/// Makes the element of an Explorer (explorer_html.cc): its data, which page/explorer.js draws. Lists are
+/// base64 of 32-bit little-endian numbers: float32 for drawn values, int32 for frames. The JSON inside the
+/// element:
+///
+///   {"time_title", "axes": [right, up, out], "curves": [title], "note",
+///    "paths": [{"label", "is_reference", "colour", "n", "time", "frame" (null: time is the frame),
+///               "position": [x, y, z] or [], "values": [list or null of each curve], "begins": [index]}]}
+std::string explorer_html(const Explorer& explorer);
+
 // ---- All files of a report folder; document.h describes the layout.
 
 struct ReportFolderOptions {

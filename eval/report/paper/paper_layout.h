@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "sextant/base/json.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {
@@ -90,5 +92,61 @@ size_t data_nearness(const std::string& dataset);
 /// Formats a value with the decimals of its row, or with one decimal if the row has none and the value is not
 /// a whole number.
 std::string layout_number(double value, int decimals);
+
+// ---- The tables as text for a terminal, Markdown, LaTeX, CSV and JSON (renderings.cc). Text, Markdown and
+// LaTeX round to the paper's digits; CSV and JSON keep every digit. All use the same description, so they
+// cannot disagree.
+//
+//   ✓ within   ✗ outside   ≠ not comparable   ? undecided   – not measured here
+
+/// Returns the sign of a verdict; empty if there is none.
+std::string verdict_sign(const std::string& verdict);
+inline constexpr const char* verdict_signs =
+    "\u2713 within, \u2717 outside our single runs; \u2260 not comparable; ? undecided; \u2013 not "
+    "measured here";
+
+/// Return the numbers of a cell, joined by "/": ours with the sign of the verdict, and the published ones in
+/// parentheses. "" if a number of the cell is missing; if only ours are missing, cell_measured() returns a
+/// dash.
+std::string cell_measured(const LayoutRow& row, const LayoutCell& cell);
+std::string cell_published(const LayoutRow& row, const LayoutCell& cell);
+/// Lists everything that is known about the numbers of a cell, one sentence each.
+std::string cell_details(const LayoutVersion& version, const LayoutCell& cell);
+
+/// Formats text of at most 100 columns if the labels permit. With `all` it has every version and row;
+/// otherwise only the first version, without the rows whose `in_terminal` is false.
+std::string to_text(const PaperLayout& layout, bool all);
+/// Returns the lines below the tables that explain parentheses and signs.
+std::string text_legend();
+std::string to_markdown(const PaperLayout& layout);
+/// Returns a complete LaTeX document; comments enclose the part to paste into a paper.
+std::string to_latex(const PaperLayout& layout);
+/// Returns CSV with one line per number.
+std::string to_csv(const PaperLayout& layout);
+/// Returns {"rows": {row name: {column name: {"published", "measured", "verdict", ...}}}} of the first
+/// version; the other versions are in "versions". A cell with two numbers contains one object for each.
+Json to_json(const PaperLayout& layout);
+
+// ---- The tables as HTML (paper_page.cc): a fragment for the page of the reproduction, and
+// paper.html with all tables and figures in the paper's order for printing on A4.
+
+/// Returns the tables with style and script. The fragment contains every version of a table; the script shows
+/// one at a time.
+Fragment paper_fragment(const std::vector<PaperLayout>& layouts);
+
+/// A figure of the printed version, with the paper's number.
+struct PrintedFigure {
+  PaperPlace place;
+  std::string caption;
+  std::string name;  ///< name of a Figure; its SVG is figures/<name>.svg in `drawn`
+  double width_cm = 0;
+};
+/// Makes paper.html. `answer` is its first paragraph. Throws InternalError if a figure is not in `drawn`.
+std::string paper_page(const std::string& title, const std::string& answer,
+                       const std::vector<PaperLayout>& layouts, const std::vector<PrintedFigure>& figures,
+                       const OutputFiles& drawn);
+
+/// Makes paper/table_1.txt, .md, .tex, .csv, .json, ... for a report folder.
+OutputFiles paper_files(const std::vector<PaperLayout>& layouts);
 
 }  // namespace sextant

@@ -3,8 +3,6 @@
 #include "sextant/base/testing.h"
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/latex_testing.h"
-#include "sextant/eval/report/paper/paper_page.h"
-#include "sextant/eval/report/paper/renderings.h"
 #include "sextant/eval/report/tables/testing.h"
 
 namespace sextant {

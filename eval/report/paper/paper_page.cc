@@ -1,4 +1,3 @@
-#include "sextant/eval/report/paper/paper_page.h"
 
 #include <algorithm>
 #include <regex>
@@ -7,7 +6,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/names.h"
 #include "sextant/eval/report/html/html.h"
-#include "sextant/eval/report/paper/renderings.h"
+#include "sextant/eval/report/paper/paper_layout.h"
 
 namespace sextant {
 

@@ -1,4 +1,4 @@
-#include "sextant/eval/report/paper/renderings.h"
+#include "sextant/eval/report/paper/paper_layout.h"
 
 #include <algorithm>
 #include <numeric>

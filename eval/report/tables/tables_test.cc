@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/report/tables/attribution.h"
+#include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/report/tables/testing.h"
 

@@ -1,4 +1,3 @@
-#include "sextant/eval/report/tables/attribution.h"
 
 #include <algorithm>
 #include <map>

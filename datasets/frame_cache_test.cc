@@ -1,5 +1,3 @@
-#include "sextant/datasets/synthetic/frame_cache.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -7,6 +5,7 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/datasets/rendered_sequence.h"
 
 namespace sextant::synthetic {
 namespace {

@@ -1,6 +1,8 @@
 #pragma once
 
-// A folder of files as one text, for readers that need a folder:
+// How the bytes of an input become what a reader needs: a folder of files, or a valid PNG.
+//
+// A folder is one text:
 //
 //   @@ label_02/0000.txt
 //   0 1 Car ...
@@ -12,6 +14,7 @@
 // at the end of the text.
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 #include "sextant/base/new_file.h"
@@ -29,5 +32,9 @@ class FuzzFolder {
  private:
   ScratchFolder folder_{"sextant_fuzz_"};
 };
+
+/// Reads width, height, depth, kind and size of the palette (a byte each), then palette and pixels, and
+/// encodes them as a PNG with right checksums. Throws Error on fewer than five bytes.
+std::string png_of_pixels(std::string_view bytes);
 
 }  // namespace sextant

@@ -1,8 +1,10 @@
 #pragma once
 
-// Poses of a topic in a recording, or the path of a frame in its transforms (trajectory_message.h). Records
-// are read sequentially, so no index is needed. Memory: one chunk, compressed and decompressed (256 MB each
-// at most), and 104 bytes per pose.
+// Readers of trajectory files that are not lines of numbers: recordings, and the log of VDO-SLAM's front end.
+//
+// Recordings (trajectory_recordings.cc): poses of a topic in a recording, or the path of a frame in its
+// transforms (trajectory_message.h). Records are read sequentially, so no index is needed. Memory: one chunk,
+// compressed and decompressed (256 MB each at most), and 104 bytes per pose.
 //
 //   bag      ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4; a file that
 //            ends within a record is an Error
@@ -15,6 +17,7 @@
 
 #include <string>
 
+#include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 #include "sextant/eval/logs/trajectory_files.h"
 
@@ -29,5 +32,18 @@ bool is_rosbag2(std::string_view first_bytes);
 TrajectoryFile read_bag(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
 TrajectoryFile read_mcap(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
 TrajectoryFile read_rosbag2(ByteSource& bytes, const std::string& topic, const ReadRules& rules = {});
+
+// ---- The log of VDO-SLAM's front end (vdo_xml.cc): its frames in boost serialisation as XML,
+//
+//   <item><pose><R_><rot11>..<rot33></R_><t_><data><item>x</item>..</data></t_></pose><gt_pose>...</gt_pose>
+//         <timestamp>s</timestamp><frame_id>n</frame_id> ...</item>
+//
+// `pose` and `gt_pose` are T_world_camera (m). The time stamps are ignored, because they have steps of 0.05 s
+// where KITTI has 0.1 s; poses have frame numbers instead.
+
+/// Appends the estimated and the true pose of every frame to `estimate` and `truth`. Throws Error "PATH:LINE:
+/// ..." on any other content.
+void read_vdo_frontend_xml(const std::string& path, const FileKind& kind, PoseSeries& estimate,
+                           PoseSeries& truth, RepairLog& log);
 
 }  // namespace sextant
