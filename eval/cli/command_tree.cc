@@ -9,6 +9,7 @@
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/plan.h"
+#include "sextant/eval/experiment/run.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/eval/report/run_summary.h"
 
