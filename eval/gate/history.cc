@@ -109,8 +109,8 @@ void add_errors(const RunFolder& run, Point& point) {
 void add_times(const Side& side, const std::vector<SubjectCases>& reference, BenchmarkTime time,
                Point& point) {
   if (!side.runs.empty()) {
-    for (const auto& [name, time] : run_times(side.runs.front().subjects, reference))
-      point[{name, "time"}] = time.reference_ms * time.ratio;
+    for (const auto& [name, of_run] : run_times(side.runs.front().subjects, reference))
+      point[{name, "time"}] = of_run.reference_ms * of_run.ratio;
   }
   std::map<Key, std::vector<double>> samples;
   for (const BenchmarkFile& file : side.benchmarks) {
