@@ -1,8 +1,13 @@
-"""The data sets of scripts/fetch: parts, addresses, licences, and where their files go."""
+"""The data sets of scripts/fetch: parts, addresses, licences, where their files go, and the options for them."""
 
+import argparse
 import dataclasses
+import os
+import pathlib
+import re
 import typing
 
+CHECKSUMS = pathlib.Path(__file__).resolve().parent / "fetch_checksums.txt"
 VARIATIONS = "(/(clone|fog|morning|overcast|rain|sunset|(15|30)-deg-(left|right)))?"
 BY_NC_SA = """Creative Commons Attribution-NonCommercial-ShareAlike 3.0 (CC BY-NC-SA 3.0)
   https://creativecommons.org/licenses/by-nc-sa/3.0/
@@ -32,6 +37,11 @@ class Part:
     else_whole: bool = False  # True: an archive without such a folder is moved to DIR/target/folder as a whole
     required: tuple = ()  # not empty: there must be one such folder with these entries ("a|b": either one), whose content is moved to DIR
 
+    def url(self, mirror=""):
+        if mirror:
+            return f"{mirror.rstrip('/')}/{self.archive}"
+        return self.address + (self.archive if self.address.endswith("/") else "")
+
 
 @dataclasses.dataclass(frozen=True)
 class DataSet:
@@ -46,6 +56,11 @@ class DataSet:
     sequences: str = ""  # description of these entries for messages
     example: str = ""  # sequence of the hint if none is requested
     variation: str = ""  # appended to a sequence without a variation, for the hint
+
+    def listing(self, mirror=""):
+        lines = (f"  {'--' + part.name:<16} {part.kind:<6} {part.size:>9}  {part.content}\n  {'':<16} {part.url(mirror)}"
+                 for part in self.parts)
+        return "\n".join((f"{self.title}: scripts/fetch {self.name}", *lines))
 
     def complete_sequence(self, sequence):
         return sequence + self.variation if "/" not in sequence else sequence
@@ -178,3 +193,71 @@ needs a browser. Unpacked by hand, it is read as vdo:DIR in the same way.""",
 
 
 DATA_SETS = {make.__name__: make for make in (vkitti1, vkitti2, kitti_tracking, sceneflow2015, demo)}
+
+
+def arguments(description):
+    """Returns the parser of the command line."""
+    common = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    common.add_argument("--list", action="store_true", help="show the parts with their addresses, and stop")
+    common.add_argument("--text-only", action="store_true",
+                        help="the text parts (the default): true poses, objects and calibration, without images")
+    common.add_argument("--all", action="store_true", help="every part")
+    common.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where to unpack; default: the data set's "
+                        "folder in $SEXTANT_DATA, or in data/ where that is not set")
+    common.add_argument("--accept-license", "--accept-licence", action="store_true",
+                        help="accept the licence, which is always shown, without being asked")
+    common.add_argument("--archives", type=pathlib.Path, metavar="DIR",
+                        help="take archives from there that were downloaded before, named as --list shows them")
+    common.add_argument("--keep-archives", action="store_true",
+                        help="keep downloaded archives in DIR/.fetch, to unpack other sequences later")
+    common.add_argument("--mirror", metavar="URL", default=os.environ.get("SEXTANT_MIRROR", ""),
+                        help="download ARCHIVE from URL/ARCHIVE; also as SEXTANT_MIRROR")
+    common.add_argument("--checksums", type=pathlib.Path, metavar="FILE", default=CHECKSUMS,
+                        help="known sums; default scripts/fetch_checksums.txt")
+    parser = argparse.ArgumentParser(prog="scripts/fetch", description=description, allow_abbrev=False,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="show the parts of every data set, and stop")
+    names = parser.add_subparsers(dest="data_set", metavar="DATA_SET", title="data sets (each has its own --help)")
+    for name, make in DATA_SETS.items():
+        data_set = make()
+        one = names.add_parser(name, parents=[common], allow_abbrev=False, help=data_set.title,
+                               formatter_class=argparse.RawDescriptionHelpFormatter,
+                               description=f"Fetches {data_set.title}. {data_set.note}\n\n{data_set.licence}")
+        for part in data_set.parts:
+            one.add_argument(f"--{part.name}", action="append_const", dest="selected", const=part.name, default=[],
+                             help=f"{part.kind} part, {part.size}: {part.content}")
+        if data_set.pattern:
+            one.add_argument("--sequences", default="", metavar="LIST", help="unpack only these, separated by commas: "
+                             f"{data_set.sequences} (the archives are whole: this saves space, not downloading)")
+        if name == "demo":
+            one.add_argument("--ref", metavar="COMMIT", help="commit, branch or tag to take; default is one whose "
+                             "README names the sample; HEAD is the latest")
+        one.set_defaults(sequences="", ref="")
+    return parser
+
+
+def checked(parser):
+    """Returns the options of the command line; ends the program with exit code 2 if a value is wrong."""
+    options = parser.parse_args()
+    if not options.data_set:
+        if not options.list:
+            parser.error("expected a data set: " + ", ".join(DATA_SETS))
+        return options
+    data_set = DATA_SETS[options.data_set]()
+    options.sequences = [s for s in options.sequences.split(",") if s]
+    for sequence in options.sequences:
+        if not re.fullmatch(data_set.pattern, sequence):
+            parser.error(f"--sequences: '{sequence}' is none of {data_set.title}: expected {data_set.sequences}")
+    for name, pattern, expected in (("SEXTANT_FETCH_ATTEMPTS", "[1-9][0-9]*", "a number from 1"),
+                                    ("SEXTANT_FETCH_WAIT", "[0-9]+", "whole seconds")):
+        if not re.fullmatch(pattern, os.environ.get(name, "1")):
+            parser.error(f"{name}='{os.environ[name]}': expected {expected}")
+    if options.mirror and not re.match("https?://[^/]", options.mirror):
+        parser.error(f"--mirror '{options.mirror}': expected an http:// or https:// address")
+    if options.archives and not options.archives.is_dir():
+        parser.error(f"--archives '{options.archives}' is not a folder")
+    if not options.checksums.is_file():
+        parser.error(f"--checksums '{options.checksums}': no such file")
+    if options.ref and not re.fullmatch(r"[A-Za-z0-9._-]+", options.ref):
+        parser.error("--ref needs a commit, branch or tag")
+    return options
