@@ -37,71 +37,71 @@ import typing
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TOPS = ("lib", "datasets", "eval")
 
-# Folder -> the folders it may include, bottom to top. A folder may always include itself.
-_MEASUREMENT = ["base", "geometry", "measurement"]
-_ESTIMATOR = ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
-              "estimator/estimators", "estimator"]
-_DATASETS = ["datasets/codec", "datasets/channels", "datasets/synthetic", "datasets"]
-_PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/paper", "eval/report/claims", "eval/report/html"]
-LAYERS = {
-    "base": [],
-    "geometry": ["base"],
-    "measurement": ["base", "geometry"],
-    "truth": _MEASUREMENT,
-    "noise": _MEASUREMENT,
-    "estimator/points": _MEASUREMENT,
-    "estimator/solvers": _MEASUREMENT,
-    "estimator/start": _MEASUREMENT + ["estimator/solvers"],
-    "estimator/flow_depth": _MEASUREMENT + ["estimator/solvers"],
-    "estimator/estimators": _MEASUREMENT + ["estimator/solvers", "estimator/flow_depth"],
-    "estimator/reference": _MEASUREMENT + ["estimator/solvers", "estimator/flow_depth", "estimator/estimators"],
-    "estimator": _MEASUREMENT + ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
-                                 "estimator/estimators", "estimator/reference"],
-    "metrics": _MEASUREMENT + ["truth"],
-    "stats": ["base"],
-    "datasets/codec": _MEASUREMENT,
-    "datasets/channels": _MEASUREMENT + ["datasets/codec"],
-    "datasets/synthetic": _MEASUREMENT + ["truth", "datasets/codec"],
-    "datasets": _MEASUREMENT + ["truth", "datasets/codec", "datasets/channels", "datasets/synthetic"],
-    "eval/records": ["base", "stats", "metrics"],
-    "eval/diagnosis": ["base", "geometry", "stats"],
-    "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/diagnosis", "eval/report"],
-    "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records", "eval/diagnosis"],
-    "eval/profile": _MEASUREMENT + _DATASETS + ["truth", "noise", "estimator", "estimator/points", "estimator/start", "stats", "eval/records",
-                                               "eval/report", "eval/report/figures"],
-    "eval/pictures": _MEASUREMENT + _DATASETS + ["estimator", "eval/records", "eval/experiment"],
-    "eval/report": ["base", "stats", "metrics", "eval/records"],
-    "eval/report/figures": ["base", "stats", "eval/records", "eval/report"],
-    "eval/report/html": ["base", "eval/records", "eval/report"],
-    "eval/report/tables": ["base", "stats", "eval/records", "eval/report"],
-    "eval/report/paper": ["base", "stats", "eval/records", "eval/report", "eval/report/html", "eval/report/tables"],
-    "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
-    "eval/benchmark": ["base", "stats", "metrics", "datasets", "noise", "estimator", "eval/records", "eval/experiment",
-                       "eval/report", "eval/report/figures", "eval/report/html"],
-    "eval/export": ["base", "metrics", "eval/records"],
-    "eval/view": _MEASUREMENT + ["estimator", "datasets", "datasets/codec", "metrics", "stats", "eval/records", "eval/experiment",
-                                 "eval/logs", "eval/pictures", "eval/report", "eval/report/figures", "eval/report/html"],
-    "eval/gate": ["base", "stats", "metrics", "eval/records", "eval/report", "eval/report/html"],
-    "eval/logs": _MEASUREMENT + _DATASETS + ["truth", "metrics", "eval/diagnosis"],
-    "eval/evaluation": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/records", "eval/diagnosis", "eval/logs",
-                                               "eval/report", "eval/report/figures"],
-    "eval/external": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "eval/records", "eval/experiment",
-                                                              "eval/diagnosis", "eval/logs"],
-    "eval/reproduce": ["base", "datasets/codec", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
-                       "eval/report"] + _PAPER,
-    "eval/workflow": ["base", "eval/records", "eval/experiment", "eval/external", "eval/view", "eval/evaluation",
-                      "eval/report", "eval/report/paper", "eval/reproduce"] + _PAPER,
-    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check", "eval/benchmark",
-                 "eval/experiment", "eval/profile", "eval/pictures", "eval/view", "eval/export", "eval/logs",
-                 "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce",
-                 "eval/workflow"] + _PAPER,
-    "eval/python": _MEASUREMENT + ["datasets/codec", "estimator/solvers", "estimator/estimators", "estimator", "noise",
-                                   "metrics", "eval/logs", "eval/records", "eval/experiment", "eval/export", "eval/external", "eval/report",
-                                   "eval/workflow"],
-    "eval/fuzz": ["base", "noise", "estimator", "estimator/points", "datasets", "datasets/codec", "datasets/channels",
-                  "eval/records", "eval/benchmark", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",
-                  "eval/report"],
+# Groups of folders, for the table below.
+_GROUPS = {
+    "MEASUREMENT": "base geometry measurement",
+    "ESTIMATOR": "estimator/points estimator/solvers estimator/start estimator/flow_depth estimator/estimators estimator",
+    "DATASETS": "datasets/codec datasets/channels datasets/synthetic datasets",
+    "PAPER": "eval/report/figures eval/report/tables eval/report/paper eval/report/claims eval/report/html",
 }
+# Folder -> the folders it may include, bottom to top. A folder may always include itself.
+LAYERS = {
+    "base": "",
+    "geometry": "base",
+    "measurement": "base geometry",
+    "truth": "MEASUREMENT",
+    "noise": "MEASUREMENT",
+    "estimator/points": "MEASUREMENT",
+    "estimator/solvers": "MEASUREMENT",
+    "estimator/start": "MEASUREMENT estimator/solvers",
+    "estimator/flow_depth": "MEASUREMENT estimator/solvers",
+    "estimator/estimators": "MEASUREMENT estimator/solvers estimator/flow_depth",
+    "estimator/reference": "MEASUREMENT estimator/solvers estimator/flow_depth estimator/estimators",
+    "estimator": "MEASUREMENT estimator/points estimator/solvers estimator/start estimator/flow_depth estimator/estimators "
+                 "estimator/reference",
+    "metrics": "MEASUREMENT truth",
+    "stats": "base",
+    "datasets/codec": "MEASUREMENT",
+    "datasets/channels": "MEASUREMENT datasets/codec",
+    "datasets/synthetic": "MEASUREMENT truth datasets/codec",
+    "datasets": "MEASUREMENT truth datasets/codec datasets/channels datasets/synthetic",
+    "eval/records": "base stats metrics",
+    "eval/diagnosis": "base geometry stats",
+    "eval/check": "MEASUREMENT DATASETS truth metrics stats eval/diagnosis eval/report",
+    "eval/experiment": "MEASUREMENT ESTIMATOR DATASETS truth noise metrics eval/records eval/diagnosis",
+    "eval/profile": "MEASUREMENT DATASETS truth noise estimator estimator/points estimator/start stats eval/records eval/report "
+                    "eval/report/figures",
+    "eval/pictures": "MEASUREMENT DATASETS estimator eval/records eval/experiment",
+    "eval/report": "base stats metrics eval/records",
+    "eval/report/figures": "base stats eval/records eval/report",
+    "eval/report/html": "base eval/records eval/report",
+    "eval/report/tables": "base stats eval/records eval/report",
+    "eval/report/paper": "base stats eval/records eval/report eval/report/html eval/report/tables",
+    "eval/report/claims": "base stats eval/records eval/report eval/report/figures eval/report/tables",
+    "eval/benchmark": "base stats metrics datasets noise estimator eval/records eval/experiment eval/report eval/report/figures "
+                      "eval/report/html",
+    "eval/export": "base metrics eval/records",
+    "eval/view": "MEASUREMENT estimator datasets datasets/codec metrics stats eval/records eval/experiment eval/logs "
+                 "eval/pictures eval/report eval/report/figures eval/report/html",
+    "eval/gate": "base stats metrics eval/records eval/report eval/report/html",
+    "eval/logs": "MEASUREMENT DATASETS truth metrics eval/diagnosis",
+    "eval/evaluation": "MEASUREMENT DATASETS truth metrics stats eval/records eval/diagnosis eval/logs eval/report "
+                       "eval/report/figures",
+    "eval/external": "MEASUREMENT ESTIMATOR DATASETS truth noise eval/records eval/experiment eval/diagnosis eval/logs",
+    "eval/reproduce": "base datasets/codec eval/records eval/experiment eval/pictures eval/logs eval/evaluation eval/report "
+                      "PAPER",
+    "eval/workflow": "base eval/records eval/experiment eval/external eval/view eval/evaluation eval/report eval/report/paper "
+                     "eval/reproduce PAPER",
+    "eval/cli": "base geometry noise estimator datasets datasets/synthetic eval/records eval/check eval/benchmark "
+                "eval/experiment eval/profile eval/pictures eval/view eval/export eval/logs eval/evaluation eval/external "
+                "eval/gate eval/report eval/reproduce eval/workflow PAPER",
+    "eval/python": "MEASUREMENT datasets/codec estimator/solvers estimator/estimators estimator noise metrics eval/logs "
+                   "eval/records eval/experiment eval/export eval/external eval/report eval/workflow",
+    "eval/fuzz": "base noise estimator estimator/points datasets datasets/codec datasets/channels eval/records eval/benchmark "
+                 "eval/experiment eval/logs eval/evaluation eval/external eval/gate eval/report",
+}
+LAYERS = {folder: [name for word in allowed.split() for name in _GROUPS.get(word, word).split()]
+          for folder, allowed in LAYERS.items()}
 
 # Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".
 TRUTH_READERS = ["truth/*", "metrics/*", "datasets/*", "eval/check/*", "eval/experiment/*", "eval/logs/*",
