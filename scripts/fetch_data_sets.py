@@ -70,6 +70,11 @@ def hint(*commands):
     return "\n".join(("Try:", "  export SEXTANT_DATA={data}", *(f"  sextant {c}" for c in commands)))
 
 
+def parts(base, rows, *where):
+    """Returns the parts of a data set in the folder `base` of its server."""
+    return tuple(Part(name, kind, archive, base, size, content, *where) for name, kind, archive, size, content in rows)
+
+
 def vkitti1_globs(sequence):
     """<archive>/<world>/<variation>/00000.png and <archive>/<world>_<variation>....txt"""
     top = "*vkitti_1.3.1_*/"
@@ -82,17 +87,16 @@ def vkitti1_globs(sequence):
 def vkitti1():
     base = "https://download.europe.naverlabs.com/virtual-kitti-1.3.1/"
     page = "https://europe.naverlabs.com/research/computer-vision/proxy-virtual-worlds-vkitti-1/"
-    rows = (("extrinsics", "text", "extrinsicsgt.tar.gz", "1.1 MB", "camera poses"),
-            ("objects", "text", "motgt.tar.gz", "-", "object boxes, poses, moving flags"),
-            ("rgb", "image", "rgb.tar", "14 GB", "colour images"),
-            ("depth", "image", "depthgt.tar", "5.1 GB", "depth, cm"),
-            ("flow", "image", "flowgt.tar", "-", "optical flow to the next frame"),
-            ("masks", "image", "scenegt.tar", "488 MB", "instances as colours, with their tables"))
+    rows = (("extrinsics", "text", "vkitti_1.3.1_extrinsicsgt.tar.gz", "1.1 MB", "camera poses"),
+            ("objects", "text", "vkitti_1.3.1_motgt.tar.gz", "-", "object boxes, poses, moving flags"),
+            ("rgb", "image", "vkitti_1.3.1_rgb.tar", "14 GB", "colour images"),
+            ("depth", "image", "vkitti_1.3.1_depthgt.tar", "5.1 GB", "depth, cm"),
+            ("flow", "image", "vkitti_1.3.1_flowgt.tar", "-", "optical flow to the next frame"),
+            ("masks", "image", "vkitti_1.3.1_scenegt.tar", "488 MB", "instances as colours, with their tables"))
     return DataSet(
         "vkitti1", "Virtual KITTI 1.3.1", "vkitti_1.3.1", f"For the adapter vkitti1. Home page: {page}",
         f"Virtual KITTI 1.3.1: {BY_NC_SA}  {GAIDON}.\n  The terms that count: {page}",
-        tuple(Part(name, kind, f"vkitti_1.3.1_{file}", base, size, content, vkitti1_globs, "vkitti_1.3.1_*")
-              for name, kind, file, size, content in rows),
+        parts(base, rows, vkitti1_globs, "vkitti_1.3.1_*"),
         hint("data check replay-vkitti1:{out}#{sequence}      # text parts are enough",
              "data check vkitti1:{out}#{sequence}             # with rgb, depth, flow and masks",
              "run vkitti1:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti1"),
@@ -104,19 +108,17 @@ def vkitti1():
 def vkitti2():
     base = "https://download.europe.naverlabs.com/virtual_kitti_2.0.3/"
     page = "https://europe.naverlabs.com/research/computer-vision/proxy-virtual-worlds-vkitti-2/"
-    rows = (("text", "text", "textgt.tar.gz", "24 MB", "poses, calibration, boxes, track ids"),
-            ("rgb", "image", "rgb.tar", "7.5 GB", "colour images"),
-            ("depth", "image", "depth.tar", "8.1 GB", "depth, cm"),
-            ("flow", "image", "forwardFlow.tar", "31 GB", "optical flow to the next frame"),
-            ("backward-flow", "image", "backwardFlow.tar", "29 GB", "optical flow to the previous frame"),
-            ("masks", "image", "instanceSegmentation.tar", "170 MB", "instances"))
+    rows = (("text", "text", "vkitti_2.0.3_textgt.tar.gz", "24 MB", "poses, calibration, boxes, track ids"),
+            ("rgb", "image", "vkitti_2.0.3_rgb.tar", "7.5 GB", "colour images"),
+            ("depth", "image", "vkitti_2.0.3_depth.tar", "8.1 GB", "depth, cm"),
+            ("flow", "image", "vkitti_2.0.3_forwardFlow.tar", "31 GB", "optical flow to the next frame"),
+            ("backward-flow", "image", "vkitti_2.0.3_backwardFlow.tar", "29 GB", "optical flow to the previous frame"),
+            ("masks", "image", "vkitti_2.0.3_instanceSegmentation.tar", "170 MB", "instances"))
     return DataSet(
         "vkitti2", "Virtual KITTI 2.0.3", "vkitti_2.0.3", f"For the adapter vkitti2, both cameras. Home page: {page}",
         f"Virtual KITTI 2: {BY_NC_SA}  Y. Cabon, N. Murray, M. Humenberger: Virtual KITTI 2, arXiv:2001.10773, 2020, and\n"
         f"  {GAIDON}.\n  The terms that count: {page}",
-        tuple(Part(name, kind, f"vkitti_2.0.3_{file}", base, size, content,
-                   lambda sequence: [f"*{sequence or 'Scene[0-9][0-9]'}/*"], "Scene[0-9][0-9]")
-              for name, kind, file, size, content in rows),
+        parts(base, rows, lambda sequence: [f"*{sequence or 'Scene[0-9][0-9]'}/*"], "Scene[0-9][0-9]"),
         hint("data check vkitti2:{out}#{sequence}",
              "run vkitti2:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti2   # with the image parts"),
         "Scene(01|02|06|18|20)" + VARIATIONS,
@@ -149,8 +151,7 @@ def kitti_tracking():
         f"KITTI and KITTI MOTS: {BY_NC_SA}  {GEIGER}\n"
         "  P. Voigtlaender et al.: MOTS: Multi-Object Tracking and Segmentation, CVPR 2019 (the masks)"
         f"{REGISTRATION} and {page}",
-        tuple(Part(name, kind, file, base, size, content, kitti_globs, "training")
-              for name, kind, file, size, content in rows) + masks,
+        parts(base, rows, kitti_globs, "training") + masks,
         hint("data check replay-kitti:{out}#{sequence}        # text parts are enough",
              "data check kitti:{out}#{sequence}               # with --left --right",
              "run kitti:{out}#{sequence} --estimator joint_flow --out results/runs/kitti"),
@@ -165,8 +166,7 @@ def sceneflow2015():
         "sceneflow2015", "KITTI scene flow 2015 (training)", "kitti_sceneflow_2015",
         f"Home page: https://www.cvlibs.net/datasets/kitti/eval_scene_flow.php\n{REGISTER}",
         f"KITTI: {BY_NC_SA}  M. Menze, A. Geiger: Object Scene Flow for Autonomous Vehicles, CVPR 2015{REGISTRATION}",
-        tuple(Part(name, kind, file, base, size, content, lambda sequence: ["*training/*"], "training")
-              for name, kind, file, size, content in rows),
+        parts(base, rows, lambda sequence: ["*training/*"], "training"),
         "In place: {out}/training/{{image_2,image_3,flow_occ,flow_noc,disp_occ_0,disp_noc_0,disp_occ_1,disp_noc_1,"
         "calib_cam_to_cam}}\n"
         "Try:\n  sextant data check sceneflow:{out}#000002      # with --images")
