@@ -27,7 +27,6 @@ Exit codes: 0 no problem, 1 problems (one line each), 2 usage.
 
 import collections
 import os
-import pathlib
 import re
 import subprocess
 import sys
