@@ -1,8 +1,13 @@
-"""The data sets of scripts/fetch: parts, addresses, licences, and where their files go."""
+"""The data sets of scripts/fetch: parts, addresses, licences, where their files go, and the options for them."""
 
+import argparse
 import dataclasses
+import os
+import pathlib
+import re
 import typing
 
+CHECKSUMS = pathlib.Path(__file__).resolve().parent / "fetch_checksums.txt"
 VARIATIONS = "(/(clone|fog|morning|overcast|rain|sunset|(15|30)-deg-(left|right)))?"
 BY_NC_SA = """Creative Commons Attribution-NonCommercial-ShareAlike 3.0 (CC BY-NC-SA 3.0)
   https://creativecommons.org/licenses/by-nc-sa/3.0/
@@ -32,6 +37,11 @@ class Part:
     else_whole: bool = False  # True: an archive without such a folder is moved to DIR/target/folder as a whole
     required: tuple = ()  # not empty: there must be one such folder with these entries ("a|b": either one), whose content is moved to DIR
 
+    def url(self, mirror=""):
+        if mirror:
+            return f"{mirror.rstrip('/')}/{self.archive}"
+        return self.address + (self.archive if self.address.endswith("/") else "")
+
 
 @dataclasses.dataclass(frozen=True)
 class DataSet:
@@ -47,12 +57,22 @@ class DataSet:
     example: str = ""  # sequence of the hint if none is requested
     variation: str = ""  # appended to a sequence without a variation, for the hint
 
+    def listing(self, mirror=""):
+        lines = (f"  {'--' + part.name:<16} {part.kind:<6} {part.size:>9}  {part.content}\n  {'':<16} {part.url(mirror)}"
+                 for part in self.parts)
+        return "\n".join((f"{self.title}: scripts/fetch {self.name}", *lines))
+
     def complete_sequence(self, sequence):
         return sequence + self.variation if "/" not in sequence else sequence
 
 
 def hint(*commands):
     return "\n".join(("Try:", "  export SEXTANT_DATA={data}", *(f"  sextant {c}" for c in commands)))
+
+
+def parts(base, rows, *where):
+    """Returns the parts of a data set in the folder `base` of its server."""
+    return tuple(Part(name, kind, archive, base, size, content, *where) for name, kind, archive, size, content in rows)
 
 
 def vkitti1_globs(sequence):
@@ -67,17 +87,16 @@ def vkitti1_globs(sequence):
 def vkitti1():
     base = "https://download.europe.naverlabs.com/virtual-kitti-1.3.1/"
     page = "https://europe.naverlabs.com/research/computer-vision/proxy-virtual-worlds-vkitti-1/"
-    rows = (("extrinsics", "text", "extrinsicsgt.tar.gz", "1.1 MB", "camera poses"),
-            ("objects", "text", "motgt.tar.gz", "-", "object boxes, poses, moving flags"),
-            ("rgb", "image", "rgb.tar", "14 GB", "colour images"),
-            ("depth", "image", "depthgt.tar", "5.1 GB", "depth, cm"),
-            ("flow", "image", "flowgt.tar", "-", "optical flow to the next frame"),
-            ("masks", "image", "scenegt.tar", "488 MB", "instances as colours, with their tables"))
+    rows = (("extrinsics", "text", "vkitti_1.3.1_extrinsicsgt.tar.gz", "1.1 MB", "camera poses"),
+            ("objects", "text", "vkitti_1.3.1_motgt.tar.gz", "-", "object boxes, poses, moving flags"),
+            ("rgb", "image", "vkitti_1.3.1_rgb.tar", "14 GB", "colour images"),
+            ("depth", "image", "vkitti_1.3.1_depthgt.tar", "5.1 GB", "depth, cm"),
+            ("flow", "image", "vkitti_1.3.1_flowgt.tar", "-", "optical flow to the next frame"),
+            ("masks", "image", "vkitti_1.3.1_scenegt.tar", "488 MB", "instances as colours, with their tables"))
     return DataSet(
         "vkitti1", "Virtual KITTI 1.3.1", "vkitti_1.3.1", f"For the adapter vkitti1. Home page: {page}",
         f"Virtual KITTI 1.3.1: {BY_NC_SA}  {GAIDON}.\n  The terms that count: {page}",
-        tuple(Part(name, kind, f"vkitti_1.3.1_{file}", base, size, content, vkitti1_globs, "vkitti_1.3.1_*")
-              for name, kind, file, size, content in rows),
+        parts(base, rows, vkitti1_globs, "vkitti_1.3.1_*"),
         hint("data check replay-vkitti1:{out}#{sequence}      # text parts are enough",
              "data check vkitti1:{out}#{sequence}             # with rgb, depth, flow and masks",
              "run vkitti1:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti1"),
@@ -89,19 +108,17 @@ def vkitti1():
 def vkitti2():
     base = "https://download.europe.naverlabs.com/virtual_kitti_2.0.3/"
     page = "https://europe.naverlabs.com/research/computer-vision/proxy-virtual-worlds-vkitti-2/"
-    rows = (("text", "text", "textgt.tar.gz", "24 MB", "poses, calibration, boxes, track ids"),
-            ("rgb", "image", "rgb.tar", "7.5 GB", "colour images"),
-            ("depth", "image", "depth.tar", "8.1 GB", "depth, cm"),
-            ("flow", "image", "forwardFlow.tar", "31 GB", "optical flow to the next frame"),
-            ("backward-flow", "image", "backwardFlow.tar", "29 GB", "optical flow to the previous frame"),
-            ("masks", "image", "instanceSegmentation.tar", "170 MB", "instances"))
+    rows = (("text", "text", "vkitti_2.0.3_textgt.tar.gz", "24 MB", "poses, calibration, boxes, track ids"),
+            ("rgb", "image", "vkitti_2.0.3_rgb.tar", "7.5 GB", "colour images"),
+            ("depth", "image", "vkitti_2.0.3_depth.tar", "8.1 GB", "depth, cm"),
+            ("flow", "image", "vkitti_2.0.3_forwardFlow.tar", "31 GB", "optical flow to the next frame"),
+            ("backward-flow", "image", "vkitti_2.0.3_backwardFlow.tar", "29 GB", "optical flow to the previous frame"),
+            ("masks", "image", "vkitti_2.0.3_instanceSegmentation.tar", "170 MB", "instances"))
     return DataSet(
         "vkitti2", "Virtual KITTI 2.0.3", "vkitti_2.0.3", f"For the adapter vkitti2, both cameras. Home page: {page}",
         f"Virtual KITTI 2: {BY_NC_SA}  Y. Cabon, N. Murray, M. Humenberger: Virtual KITTI 2, arXiv:2001.10773, 2020, and\n"
         f"  {GAIDON}.\n  The terms that count: {page}",
-        tuple(Part(name, kind, f"vkitti_2.0.3_{file}", base, size, content,
-                   lambda sequence: [f"*{sequence or 'Scene[0-9][0-9]'}/*"], "Scene[0-9][0-9]")
-              for name, kind, file, size, content in rows),
+        parts(base, rows, lambda sequence: [f"*{sequence or 'Scene[0-9][0-9]'}/*"], "Scene[0-9][0-9]"),
         hint("data check vkitti2:{out}#{sequence}",
              "run vkitti2:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti2   # with the image parts"),
         "Scene(01|02|06|18|20)" + VARIATIONS,
@@ -134,8 +151,7 @@ def kitti_tracking():
         f"KITTI and KITTI MOTS: {BY_NC_SA}  {GEIGER}\n"
         "  P. Voigtlaender et al.: MOTS: Multi-Object Tracking and Segmentation, CVPR 2019 (the masks)"
         f"{REGISTRATION} and {page}",
-        tuple(Part(name, kind, file, base, size, content, kitti_globs, "training")
-              for name, kind, file, size, content in rows) + masks,
+        parts(base, rows, kitti_globs, "training") + masks,
         hint("data check replay-kitti:{out}#{sequence}        # text parts are enough",
              "data check kitti:{out}#{sequence}               # with --left --right",
              "run kitti:{out}#{sequence} --estimator joint_flow --out results/runs/kitti"),
@@ -150,8 +166,7 @@ def sceneflow2015():
         "sceneflow2015", "KITTI scene flow 2015 (training)", "kitti_sceneflow_2015",
         f"Home page: https://www.cvlibs.net/datasets/kitti/eval_scene_flow.php\n{REGISTER}",
         f"KITTI: {BY_NC_SA}  M. Menze, A. Geiger: Object Scene Flow for Autonomous Vehicles, CVPR 2015{REGISTRATION}",
-        tuple(Part(name, kind, file, base, size, content, lambda sequence: ["*training/*"], "training")
-              for name, kind, file, size, content in rows),
+        parts(base, rows, lambda sequence: ["*training/*"], "training"),
         "In place: {out}/training/{{image_2,image_3,flow_occ,flow_noc,disp_occ_0,disp_noc_0,disp_occ_1,disp_noc_1,"
         "calib_cam_to_cam}}\n"
         "Try:\n  sextant data check sceneflow:{out}#000002      # with --images")
@@ -178,3 +193,71 @@ needs a browser. Unpacked by hand, it is read as vdo:DIR in the same way.""",
 
 
 DATA_SETS = {make.__name__: make for make in (vkitti1, vkitti2, kitti_tracking, sceneflow2015, demo)}
+
+
+def arguments(description):
+    """Returns the parser of the command line."""
+    common = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    common.add_argument("--list", action="store_true", help="show the parts with their addresses, and stop")
+    common.add_argument("--text-only", action="store_true",
+                        help="the text parts (the default): true poses, objects and calibration, without images")
+    common.add_argument("--all", action="store_true", help="every part")
+    common.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where to unpack; default: the data set's "
+                        "folder in $SEXTANT_DATA, or in data/ where that is not set")
+    common.add_argument("--accept-license", "--accept-licence", action="store_true",
+                        help="accept the licence, which is always shown, without being asked")
+    common.add_argument("--archives", type=pathlib.Path, metavar="DIR",
+                        help="take archives from there that were downloaded before, named as --list shows them")
+    common.add_argument("--keep-archives", action="store_true",
+                        help="keep downloaded archives in DIR/.fetch, to unpack other sequences later")
+    common.add_argument("--mirror", metavar="URL", default=os.environ.get("SEXTANT_MIRROR", ""),
+                        help="download ARCHIVE from URL/ARCHIVE; also as SEXTANT_MIRROR")
+    common.add_argument("--checksums", type=pathlib.Path, metavar="FILE", default=CHECKSUMS,
+                        help="known sums; default scripts/fetch_checksums.txt")
+    parser = argparse.ArgumentParser(prog="scripts/fetch", description=description, allow_abbrev=False,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="show the parts of every data set, and stop")
+    names = parser.add_subparsers(dest="data_set", metavar="DATA_SET", title="data sets (each has its own --help)")
+    for name, make in DATA_SETS.items():
+        data_set = make()
+        one = names.add_parser(name, parents=[common], allow_abbrev=False, help=data_set.title,
+                               formatter_class=argparse.RawDescriptionHelpFormatter,
+                               description=f"Fetches {data_set.title}. {data_set.note}\n\n{data_set.licence}")
+        for part in data_set.parts:
+            one.add_argument(f"--{part.name}", action="append_const", dest="selected", const=part.name, default=[],
+                             help=f"{part.kind} part, {part.size}: {part.content}")
+        if data_set.pattern:
+            one.add_argument("--sequences", default="", metavar="LIST", help="unpack only these, separated by commas: "
+                             f"{data_set.sequences} (the archives are whole: this saves space, not downloading)")
+        if name == "demo":
+            one.add_argument("--ref", metavar="COMMIT", help="commit, branch or tag to take; default is one whose "
+                             "README names the sample; HEAD is the latest")
+        one.set_defaults(sequences="", ref="")
+    return parser
+
+
+def checked(parser):
+    """Returns the options of the command line; ends the program with exit code 2 if a value is wrong."""
+    options = parser.parse_args()
+    if not options.data_set:
+        if not options.list:
+            parser.error("expected a data set: " + ", ".join(DATA_SETS))
+        return options
+    data_set = DATA_SETS[options.data_set]()
+    options.sequences = [s for s in options.sequences.split(",") if s]
+    for sequence in options.sequences:
+        if not re.fullmatch(data_set.pattern, sequence):
+            parser.error(f"--sequences: '{sequence}' is none of {data_set.title}: expected {data_set.sequences}")
+    for name, pattern, expected in (("SEXTANT_FETCH_ATTEMPTS", "[1-9][0-9]*", "a number from 1"),
+                                    ("SEXTANT_FETCH_WAIT", "[0-9]+", "whole seconds")):
+        if not re.fullmatch(pattern, os.environ.get(name, "1")):
+            parser.error(f"{name}='{os.environ[name]}': expected {expected}")
+    if options.mirror and not re.match("https?://[^/]", options.mirror):
+        parser.error(f"--mirror '{options.mirror}': expected an http:// or https:// address")
+    if options.archives and not options.archives.is_dir():
+        parser.error(f"--archives '{options.archives}' is not a folder")
+    if not options.checksums.is_file():
+        parser.error(f"--checksums '{options.checksums}': no such file")
+    if options.ref and not re.fullmatch(r"[A-Za-z0-9._-]+", options.ref):
+        parser.error("--ref needs a commit, branch or tag")
+    return options

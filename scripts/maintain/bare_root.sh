@@ -3,6 +3,8 @@
 #
 #   need_bare_root TOOL...  ends the script with exit code 77, and the command that installs what is missing, unless debootstrap, the
 #                           TOOLs and the rights of root are available
+#   make_trial_root NAME    makes a new root for this script in the folder $trial, and removes it, or with $keep prints the folder,
+#                           when the script ends
 #   make_bare_root DIR      makes a new root in DIR from an archive that the first call stores in the cache
 #   in_root DIR COMMAND     runs a command in the root; of the environment it gets only PATH, LANG, HOME and DEBIAN_FRONTEND
 #   install_in_root DIR PACKAGE...
@@ -32,6 +34,20 @@ need_bare_root() {
     echo "skipped; a root by debootstrap needs root: sudo $(realpath --relative-to="$root" "$0")"
     exit 77
   fi
+}
+
+finish_trial() {
+  umount "$trial/tmp/ccache" 2>/dev/null || true
+  if $keep; then echo "the root: $trial"; else remove_root "$trial"; fi
+}
+
+make_trial_root() {
+  trial=$(mktemp -d)
+  trap finish_trial EXIT
+  trap 'exit 130' INT TERM
+  say "bare root of $1"
+  make_bare_root "$trial"
+  mkdir -p "$trial/tmp/home"
 }
 
 make_bare_root() {

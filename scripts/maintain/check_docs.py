@@ -17,14 +17,13 @@ Exit codes: 0 no problem, 1 problems (one line each), 2 usage.
 """
 
 import difflib
+import functools
 import os
 import pathlib
 import re
 import subprocess
 import sys
 import tempfile
-
-from check_recipes import flag_problems
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -34,13 +33,26 @@ TIME_LIMIT_S = 3000  # ends a command that hangs
 NOTICE = re.compile(r"Time: [\d.]+ s; of it .*|waiting for the correspondence cache, .*|.+ \d+/\d+(  [\d.]+/s  [\d.]+ s left| in [\d.]+ s)")
 
 
-def run(command, folder, home, sextant):
-    environment = dict(os.environ, PATH=f"{pathlib.Path(sextant).resolve().parent}:{os.environ['PATH']}", LC_ALL="C.UTF-8",
-                       SEXTANT_CACHE="", COLUMNS="200", HOME=home, TMPDIR=home)
-    environment.pop("SEXTANT_DATA", None)
-    done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, timeout=TIME_LIMIT_S)
-    return [line for line in done.stdout.splitlines() if not NOTICE.fullmatch(line)]
+def blocks(text):
+    """Yields (line number, language, content) of every fenced block."""
+    for match in BLOCK.finditer(text):
+        yield text.count("\n", 0, match.start()) + 1, match[1], match[2]
+
+
+def without_blocks(text):
+    """Returns the text with an empty line for each line of a block."""
+    return BLOCK.sub(lambda match: "\n" * match[0].count("\n"), text)
+
+
+def run(command, folder, sextant, timeout=None, **environment):
+    """Runs a command of the shell that finds `sextant` and the test programs. Returns its exit code and the lines that it prints.
+    A variable that is None is removed from the environment."""
+    programs = pathlib.Path(sextant).resolve().parent
+    environment = dict(os.environ, PATH=f"{programs}:{programs.parent / 'test'}:{os.environ['PATH']}", LC_ALL="C.UTF-8",
+                       SEXTANT_CACHE="", COLUMNS="200", **environment)
+    done = subprocess.run(["bash", "-c", command], cwd=folder, env={k: v for k, v in environment.items() if v is not None},
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=timeout)
+    return done.returncode, [line.rstrip() for line in done.stdout.splitlines()]
 
 
 def commands(block):
@@ -57,7 +69,7 @@ def commands(block):
 def fits(shown, printed):
     """Returns true if `printed` equals `shown`, in which `...` stands for any lines."""
     pattern = "".join(r"(?:.*\n)*?" if line.strip() == "..." else re.escape(line.rstrip()) + "\n" for line in shown)
-    return re.fullmatch(pattern, "".join(line.rstrip() + "\n" for line in printed)) is not None
+    return re.fullmatch(pattern, "".join(line + "\n" for line in printed)) is not None
 
 
 def console_problems(file, sextant, update):
@@ -71,12 +83,13 @@ def console_problems(file, sextant, update):
                 return match[0]
             line, out = text.count("\n", 0, match.start()) + 1, []
             for command, shown in commands(match[2]):
-                printed = run(command, folder, home, sextant)
+                printed = run(command, folder, sextant, TIME_LIMIT_S, HOME=home, TMPDIR=home, SEXTANT_DATA=None)[1]
+                printed = [line for line in printed if not NOTICE.fullmatch(line)]
                 if not fits(shown, printed):
                     difference = "\n    ".join(difflib.unified_diff(shown, printed, "shown", "printed", lineterm="", n=0))
                     found.append(f"{file.name}:{line}: `{command}` prints something else:\n    {difference}")
                 keep = any(s.strip() == "..." for s in shown)
-                out += ["$ " + command] + (shown if keep else [p.rstrip() for p in printed])
+                out += ["$ " + command] + (shown if keep else printed)
             return "```console\n" + "\n".join(out) + "\n```"
         found = []
         renewed = BLOCK.sub(block, text)
@@ -104,7 +117,7 @@ def anchors(file):
 
 def links(file):
     """Yields (line, target) of the links outside of blocks."""
-    text = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), file.read_text(encoding="utf-8"))
+    text = without_blocks(file.read_text(encoding="utf-8"))
     for match in LINK.finditer(text):
         yield text.count("\n", 0, match.start()) + 1, match[2]
 
@@ -121,13 +134,34 @@ def link_problems(file):
             yield f"{file.name}:{line}: no heading #{name} in {other.name}"
 
 
+@functools.cache
+def help_of(sextant, *command):
+    """Returns the help text of a command, None if there is no such command."""
+    shown = subprocess.run([sextant, *command, "--help"], capture_output=True, text=True)
+    return None if shown.returncode else shown.stdout
+
+
+def flag_problems(sextant, text):
+    """Yields the flags in `text` that `sextant COMMAND --help` does not list."""
+    for line in text.splitlines():
+        call = re.search(r"\bsextant ((?:(?:baseline|evaluate|data|noise|cache) )?[a-z]+) (.*)", line)
+        if not call or "..." in line:
+            continue
+        command, rest = call[1].split(), re.sub(r"'[^']*'|\"[^\"]*\"", "", call[2])
+        help_text = help_of(sextant, *command)
+        if help_text is None:
+            yield f"no such command: sextant {call[1]}"
+            continue
+        for flag in re.findall(r"(?<!\S)--[a-z][\w-]*", re.split(r"[|;&#]", rest)[0]):
+            if not re.search(re.escape(flag) + r"\b", help_text):
+                yield f"sextant {call[1]} has no {flag}"
+
+
 def problems(sextant, file, update):
     yield from console_problems(file, sextant, update)
-    text = file.read_text(encoding="utf-8")
-    for match in BLOCK.finditer(text):
-        if match[1] in ("", "console", "bash", "sh"):
-            line = text.count("\n", 0, match.start()) + 1
-            yield from (f"{file.name}:{line}: {problem}" for problem in flag_problems(sextant, match[2]))
+    for line, language, content in blocks(file.read_text(encoding="utf-8")):
+        if language in ("", "console", "bash", "sh"):
+            yield from (f"{file.name}:{line}: {problem}" for problem in flag_problems(sextant, content))
     yield from link_problems(file)
 
 
@@ -136,6 +170,7 @@ def self_test():
     assert anchor("What `a.b` is, and [why](x.md)") == "what-ab-is-and-why"
     assert NOTICE.fullmatch("Time: 11.0 s; of it frames 9.8 s, figures 1.0 s") and NOTICE.fullmatch("cases 9/12 in 5.2 s")
     assert NOTICE.fullmatch("cases 3/12  0.6/s  15.0 s left") and not NOTICE.fullmatch("ego 50 of 50 in 3 s")
+    assert list(blocks("x\n```bash\nls\n```\n")) == [(2, "bash", "ls\n")]
     assert commands("$ a\nb\n$ c\n") == [("a", ["b"]), ("c", [])]
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder) / "x.md"
@@ -146,12 +181,24 @@ def self_test():
         assert not console_problems(file, "/bin/true", False)
 
 
+def command_line(help_text, known):
+    """Returns the flags and the other words of the command line; prints the help and ends the program if they are wrong."""
+    flags = {word for word in sys.argv[1:] if word.startswith("--")}
+    words = [word for word in sys.argv[1:] if word not in flags]
+    if flags - known or not (words or "--external" in flags):
+        print(help_text)
+        sys.exit(0 if "--help" in flags else 2)
+    return flags, words
+
+
+def report(found, good):
+    """Prints the problems, or that there are none. Returns the exit code."""
+    print("\n".join(found) or good)
+    return 1 if found else 0
+
+
 def main():
-    flags = [word for word in sys.argv[1:] if word.startswith("--")]
-    words = [word for word in sys.argv[1:] if not word.startswith("--")]
-    if "--help" in flags or set(flags) - {"--update", "--external"} or not (words or "--external" in flags):
-        print(__doc__)
-        return 0 if "--help" in flags else 2
+    flags, words = command_line(__doc__, {"--update", "--external"})
     self_test()
     documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
     files = [pathlib.Path(name).resolve() for name in words[1:]] or documents
@@ -159,8 +206,7 @@ def main():
         print("\n".join(sorted({target for file in files for _, target in links(file) if re.match(r"https?:", target)})))
         return 0
     found = [problem for file in files for problem in problems(words[0], file, "--update" in flags)]
-    print("\n".join(found) or f"{len(files)} documents: commands, flags and links are good")
-    return 1 if found else 0
+    return report(found, f"{len(files)} documents: commands, flags and links are good")
 
 
 if __name__ == "__main__":

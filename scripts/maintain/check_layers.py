@@ -32,74 +32,76 @@ import pathlib
 import re
 import sys
 import tempfile
+import typing
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+TOPS = ("lib", "datasets", "eval")
 
-# Folder -> the folders it may include, bottom to top. A folder may always include itself.
-_MEASUREMENT = ["base", "geometry", "measurement"]
-_ESTIMATOR = ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
-              "estimator/estimators", "estimator"]
-_DATASETS = ["datasets/codec", "datasets/channels", "datasets/synthetic", "datasets"]
-_PAPER = ["eval/report/figures", "eval/report/tables", "eval/report/paper", "eval/report/claims", "eval/report/html"]
-LAYERS = {
-    "base": [],
-    "geometry": ["base"],
-    "measurement": ["base", "geometry"],
-    "truth": _MEASUREMENT,
-    "noise": _MEASUREMENT,
-    "estimator/points": _MEASUREMENT,
-    "estimator/solvers": _MEASUREMENT,
-    "estimator/start": _MEASUREMENT + ["estimator/solvers"],
-    "estimator/flow_depth": _MEASUREMENT + ["estimator/solvers"],
-    "estimator/estimators": _MEASUREMENT + ["estimator/solvers", "estimator/flow_depth"],
-    "estimator/reference": _MEASUREMENT + ["estimator/solvers", "estimator/flow_depth", "estimator/estimators"],
-    "estimator": _MEASUREMENT + ["estimator/points", "estimator/solvers", "estimator/start", "estimator/flow_depth",
-                                 "estimator/estimators", "estimator/reference"],
-    "metrics": _MEASUREMENT + ["truth"],
-    "stats": ["base"],
-    "datasets/codec": _MEASUREMENT,
-    "datasets/channels": _MEASUREMENT + ["datasets/codec"],
-    "datasets/synthetic": _MEASUREMENT + ["truth", "datasets/codec"],
-    "datasets": _MEASUREMENT + ["truth", "datasets/codec", "datasets/channels", "datasets/synthetic"],
-    "eval/records": ["base", "stats", "metrics"],
-    "eval/diagnosis": ["base", "geometry", "stats"],
-    "eval/check": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/diagnosis", "eval/report"],
-    "eval/experiment": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "metrics", "eval/records", "eval/diagnosis"],
-    "eval/profile": _MEASUREMENT + _DATASETS + ["truth", "noise", "estimator", "estimator/points", "estimator/start", "stats", "eval/records",
-                                               "eval/report", "eval/report/figures"],
-    "eval/pictures": _MEASUREMENT + _DATASETS + ["estimator", "eval/records", "eval/experiment"],
-    "eval/report": ["base", "stats", "metrics", "eval/records"],
-    "eval/report/figures": ["base", "stats", "eval/records", "eval/report"],
-    "eval/report/html": ["base", "eval/records", "eval/report"],
-    "eval/report/tables": ["base", "stats", "eval/records", "eval/report"],
-    "eval/report/paper": ["base", "stats", "eval/records", "eval/report", "eval/report/html", "eval/report/tables"],
-    "eval/report/claims": ["base", "stats", "eval/records", "eval/report", "eval/report/figures", "eval/report/tables"],
-    "eval/benchmark": ["base", "stats", "metrics", "datasets", "noise", "estimator", "eval/records", "eval/experiment",
-                       "eval/report", "eval/report/figures", "eval/report/html"],
-    "eval/export": ["base", "metrics", "eval/records"],
-    "eval/view": _MEASUREMENT + ["estimator", "datasets", "datasets/codec", "metrics", "stats", "eval/records", "eval/experiment",
-                                 "eval/logs", "eval/pictures", "eval/report", "eval/report/figures", "eval/report/html"],
-    "eval/gate": ["base", "stats", "metrics", "eval/records", "eval/report", "eval/report/html"],
-    "eval/logs": _MEASUREMENT + _DATASETS + ["truth", "metrics", "eval/diagnosis"],
-    "eval/evaluation": _MEASUREMENT + _DATASETS + ["truth", "metrics", "stats", "eval/records", "eval/diagnosis", "eval/logs",
-                                               "eval/report", "eval/report/figures"],
-    "eval/external": _MEASUREMENT + _ESTIMATOR + _DATASETS + ["truth", "noise", "eval/records", "eval/experiment",
-                                                              "eval/diagnosis", "eval/logs"],
-    "eval/reproduce": ["base", "datasets/codec", "eval/records", "eval/experiment", "eval/pictures", "eval/logs", "eval/evaluation",
-                       "eval/report"] + _PAPER,
-    "eval/workflow": ["base", "eval/records", "eval/experiment", "eval/external", "eval/view", "eval/evaluation",
-                      "eval/report", "eval/report/paper", "eval/reproduce"] + _PAPER,
-    "eval/cli": ["base", "geometry", "noise", "estimator", "datasets", "datasets/synthetic", "eval/records", "eval/check", "eval/benchmark",
-                 "eval/experiment", "eval/profile", "eval/pictures", "eval/view", "eval/export", "eval/logs",
-                 "eval/evaluation", "eval/external", "eval/gate", "eval/report", "eval/reproduce",
-                 "eval/workflow"] + _PAPER,
-    "eval/python": _MEASUREMENT + ["datasets/codec", "estimator/solvers", "estimator/estimators", "estimator", "noise",
-                                   "metrics", "eval/logs", "eval/records", "eval/experiment", "eval/export", "eval/external", "eval/report",
-                                   "eval/workflow"],
-    "eval/fuzz": ["base", "noise", "estimator", "estimator/points", "datasets", "datasets/codec", "datasets/channels",
-                  "eval/records", "eval/benchmark", "eval/experiment", "eval/logs", "eval/evaluation", "eval/external", "eval/gate",
-                  "eval/report"],
+# Groups of folders, for the table below.
+_GROUPS = {
+    "MEASUREMENT": "base geometry measurement",
+    "ESTIMATOR": "estimator/points estimator/solvers estimator/start estimator/flow_depth estimator/estimators estimator",
+    "DATASETS": "datasets/codec datasets/channels datasets/synthetic datasets",
+    "PAPER": "eval/report/figures eval/report/tables eval/report/paper eval/report/claims eval/report/html",
 }
+# Folder -> the folders it may include, bottom to top. A folder may always include itself.
+LAYERS = {
+    "base": "",
+    "geometry": "base",
+    "measurement": "base geometry",
+    "truth": "MEASUREMENT",
+    "noise": "MEASUREMENT",
+    "estimator/points": "MEASUREMENT",
+    "estimator/solvers": "MEASUREMENT",
+    "estimator/start": "MEASUREMENT estimator/solvers",
+    "estimator/flow_depth": "MEASUREMENT estimator/solvers",
+    "estimator/estimators": "MEASUREMENT estimator/solvers estimator/flow_depth",
+    "estimator/reference": "MEASUREMENT estimator/solvers estimator/flow_depth estimator/estimators",
+    "estimator": "MEASUREMENT estimator/points estimator/solvers estimator/start estimator/flow_depth estimator/estimators "
+                 "estimator/reference",
+    "metrics": "MEASUREMENT truth",
+    "stats": "base",
+    "datasets/codec": "MEASUREMENT",
+    "datasets/channels": "MEASUREMENT datasets/codec",
+    "datasets/synthetic": "MEASUREMENT truth datasets/codec",
+    "datasets": "MEASUREMENT truth datasets/codec datasets/channels datasets/synthetic",
+    "eval/records": "base stats metrics",
+    "eval/diagnosis": "base geometry stats",
+    "eval/check": "MEASUREMENT DATASETS truth metrics stats eval/diagnosis eval/report",
+    "eval/experiment": "MEASUREMENT ESTIMATOR DATASETS truth noise metrics eval/records eval/diagnosis",
+    "eval/profile": "MEASUREMENT DATASETS truth noise estimator estimator/points estimator/start stats eval/records eval/report "
+                    "eval/report/figures",
+    "eval/pictures": "MEASUREMENT DATASETS estimator eval/records eval/experiment",
+    "eval/report": "base stats metrics eval/records",
+    "eval/report/figures": "base stats eval/records eval/report",
+    "eval/report/html": "base eval/records eval/report",
+    "eval/report/tables": "base stats eval/records eval/report",
+    "eval/report/paper": "base stats eval/records eval/report eval/report/html eval/report/tables",
+    "eval/report/claims": "base stats eval/records eval/report eval/report/figures eval/report/tables",
+    "eval/benchmark": "base stats metrics datasets noise estimator eval/records eval/experiment eval/report eval/report/figures "
+                      "eval/report/html",
+    "eval/export": "base metrics eval/records",
+    "eval/view": "MEASUREMENT estimator datasets datasets/codec metrics stats eval/records eval/experiment eval/logs "
+                 "eval/pictures eval/report eval/report/figures eval/report/html",
+    "eval/gate": "base stats metrics eval/records eval/report eval/report/html",
+    "eval/logs": "MEASUREMENT DATASETS truth metrics eval/diagnosis",
+    "eval/evaluation": "MEASUREMENT DATASETS truth metrics stats eval/records eval/diagnosis eval/logs eval/report "
+                       "eval/report/figures",
+    "eval/external": "MEASUREMENT ESTIMATOR DATASETS truth noise eval/records eval/experiment eval/diagnosis eval/logs",
+    "eval/reproduce": "base datasets/codec eval/records eval/experiment eval/pictures eval/logs eval/evaluation eval/report "
+                      "PAPER",
+    "eval/workflow": "base eval/records eval/experiment eval/external eval/view eval/evaluation eval/report eval/report/paper "
+                     "eval/reproduce PAPER",
+    "eval/cli": "base geometry noise estimator datasets datasets/synthetic eval/records eval/check eval/benchmark "
+                "eval/experiment eval/profile eval/pictures eval/view eval/export eval/logs eval/evaluation eval/external "
+                "eval/gate eval/report eval/reproduce eval/workflow PAPER",
+    "eval/python": "MEASUREMENT datasets/codec estimator/solvers estimator/estimators estimator noise metrics eval/logs "
+                   "eval/records eval/experiment eval/export eval/external eval/report eval/workflow",
+    "eval/fuzz": "base noise estimator estimator/points datasets datasets/codec datasets/channels eval/records eval/benchmark "
+                 "eval/experiment eval/logs eval/evaluation eval/external eval/gate eval/report",
+}
+LAYERS = {folder: [name for word in allowed.split() for name in _GROUPS.get(word, word).split()]
+          for folder, allowed in LAYERS.items()}
 
 # Patterns over "<folder>/<file>" with lib/ dropped; "*" also crosses "/".
 TRUTH_READERS = ["truth/*", "metrics/*", "datasets/*", "eval/check/*", "eval/experiment/*", "eval/logs/*",
@@ -145,9 +147,9 @@ NAME_LISTS = {
 
 # Patterns that no test contains: it would depend on other tests, on the user or on the speed of the machine.
 NOT_IN_TESTS = {
-    "is a folder that others use: TempFolder (base/testing.h) is the test's own":
+    "MATCH is a folder that others use: TempFolder (base/testing.h) is the test's own":
         re.compile(r"\btemp_directory_path\b|\bTempDir\(\)|\bmkdtemp\b|\"/(?:tmp|var/tmp|home|root)\b"),
-    "depends on the speed of the machine": re.compile(r"\b(?:steady|system|high_resolution)_clock\b"),
+    "MATCH depends on the speed of the machine": re.compile(r"\b(?:steady|system|high_resolution)_clock\b"),
 }
 
 STARTS_THREADS = re.compile(r"^ +parallel_for\(|\bstd::(?:jthread|thread|async)\b[ (]", re.MULTILINE)
@@ -190,23 +192,24 @@ _READER = re.compile(r"\b((?:decode|parse|read)_\w+)\(\s*(?:std::string_view|(?:
 _INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
-def listed_names(root):
-    """Returns the names of data sets, estimators and measured systems in the files of NAME_LISTS."""
-    return {name for path, pattern in NAME_LISTS.items() if (root / path).exists()
-            for name in pattern.findall((root / path).read_text(encoding="utf-8"))}
+class Source(typing.NamedTuple):
+    path: str  # from the root
+    text: str
 
+    def at(self, position):
+        return f"{self.path}:{self.text.count(chr(10), 0, position) + 1}"
 
-def report_problems(text, names):
-    """Returns [(line, problem)] of a source that makes reports."""
-    code = re.sub(r"//[^\n]*", "", text)
-    found = [(m.start(), what) for what, pattern in NOT_IN_REPORTS.items() for m in pattern.finditer(code)]
-    for literal in re.finditer(r'"(?:[^"\\\n]|\\.)*"', code):
-        if code.rfind("\n", 0, literal.start()) < code.rfind("#include", 0, literal.start()):
-            continue
-        for word in re.findall(r"[\w-]+", literal[0]):
-            if word in names:
-                found.append((literal.start(), f"names '{word}' in a text: take it from the records or from paper()"))
-    return [(code.count("\n", 0, at) + 1, what) for at, what in found]
+    @property
+    def name(self):
+        return self.path.removeprefix("lib/")
+
+    @property
+    def is_test(self):
+        return self.path.endswith(("_test.cc", "testing.h"))
+
+    @property
+    def includes(self):  # [(position, header without sextant/, include text), ...]
+        return [(m.start(1), m[1].removeprefix("sextant/"), m[1]) for m in _INCLUDE.finditer(self.text)]
 
 
 def matches(name, patterns):
@@ -217,103 +220,88 @@ def folder_of(name):
     return name.rpartition("/")[0]
 
 
-def read_tree(root):
-    """{"geometry/se3.h": (path, [(line, include text), ...], [(line, problem), ...])}, tests left out."""
-    targets = root / TARGETS
-    targets = targets.read_text(encoding="utf-8") if targets.exists() else ""
-    names = listed_names(root)
-    files = {}
-    for top in ("lib", "datasets", "eval"):
-        for path in sorted((root / top).rglob("*")):
-            if path.suffix not in (".h", ".cc") or path.name.endswith(("_test.cc", "testing.h")):
-                continue
-            name = path.relative_to(root).as_posix().removeprefix("lib/")
-            if "/example" in name:  # a project of its own, for users to copy
-                continue
-            text = path.read_text(encoding="utf-8")
-            includes = [(text.count("\n", 0, m.start(1)) + 1, m.group(1)) for m in _INCLUDE.finditer(text)]
-            uses = [(text.count("\n", 0, m.start()) + 1, what) for what, (pattern, users) in ENTRY_POINTS.items()
-                     if name not in users for m in pattern.finditer(text)]
-            if matches(name, REPORTS):
-                uses += report_problems(text, names)
-            if path.suffix == ".h":
-                uses += [(text.count("\n", 0, m.start()) + 1,
-                           f"{m.group(1)}() reads untrusted files and has no target in {TARGETS}")
-                          for m in _READER.finditer(text)
-                          if m.group(1) not in READERS_WITHIN and not re.search(rf"\b{m.group(1)}\b", targets)]
-            files[name] = (path.relative_to(root).as_posix(), includes, uses)
-    return files
+def read_tree(root, tops, suffixes=(".h", ".cc")):
+    return [Source(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8"))
+            for top in tops for path in sorted((root / top).rglob("*")) if path.suffix in suffixes]
 
 
-def test_problems(root):
-    for top in ("lib", "datasets", "eval"):
-        for path in sorted([*(root / top).rglob("*_test.cc"), *(root / top).rglob("*testing.h")]):
-            text = path.read_text(encoding="utf-8")
-            for what, pattern in NOT_IN_TESTS.items():
-                for match in pattern.finditer(text):
-                    yield f"{path.relative_to(root)}:{text.count(chr(10), 0, match.start()) + 1}: {match[0]} {what}"
+def pattern_problems(sources, rules):
+    """Yields a problem for each match of {problem: pattern}; MATCH in a problem stands for what was found."""
+    for source in sources:
+        for problem, pattern in rules.items():
+            yield from (f"{source.at(m.start())}: {problem.replace('MATCH', m[0])}" for m in pattern.finditer(source.text))
 
 
-def thread_problems(root):
-    for listing in sorted(path for top in ("lib", "datasets", "eval") for path in (root / top).rglob("CMakeLists.txt")):
-        module = re.search(r"sextant_module\(\w+(?! THREADS)[\s)]", listing.read_text(encoding="utf-8"))
-        if module and any(STARTS_THREADS.search(source.read_text(encoding="utf-8")) for source in listing.parent.glob("*.cc")):
-            yield f"{listing.relative_to(root)}: a source starts threads: expected 'sextant_module(NAME THREADS ...'"
+def name_in_report_problems(reports, root):
+    listed = ((root / path, pattern) for path, pattern in NAME_LISTS.items() if (root / path).exists())
+    names = {name for path, pattern in listed for name in pattern.findall(path.read_text(encoding="utf-8"))}
+    for source in reports:
+        for literal in re.finditer(r'^\s*#include[^\n]*|"(?:[^"\\\n]|\\.)*"', source.text, re.MULTILINE):
+            if literal[0].startswith('"'):
+                yield from (f"{source.at(literal.start())}: names '{word}' in a text: take it from the records or from paper()"
+                            for word in re.findall(r"[\w-]+", literal[0]) if word in names)
 
 
-def texts(path, text):
+def reader_problems(files):
+    targets = files[TARGETS].text if TARGETS in files else ""
+    for source in files.values():
+        for match in _READER.finditer(source.text) if source.path.endswith(".h") else ():
+            if match[1] not in READERS_WITHIN and not re.search(rf"\b{match[1]}\b", targets):
+                yield f"{source.at(match.start())}: {match[1]}() reads untrusted files and has no target in {TARGETS}"
+
+
+def thread_problems(sources, root):
+    for folder in sorted({folder_of(s.path) for s in sources if s.path.endswith(".cc") and STARTS_THREADS.search(s.text)}):
+        listing = root / folder / "CMakeLists.txt"
+        if listing.exists() and re.search(r"sextant_module\(\w+(?! THREADS)[\s)]", listing.read_text(encoding="utf-8")):
+            yield f"{folder}/CMakeLists.txt: a source starts threads: expected 'sextant_module(NAME THREADS ...'"
+
+
+def texts(source):
     """(line, text) of the comments and messages of a file; strings without a blank are names, keys or formats. Of a
     document: its lines without code."""
-    if path.suffix == ".md":
-        text = re.sub(r"^```.*?^```|`[^`\n]*`", lambda match: "\n" * match[0].count("\n"), text, flags=re.DOTALL | re.MULTILINE)
-        yield from enumerate(text.splitlines(), 1)
+    if source.path.endswith(".md"):
+        text = re.sub(r"^```.*?^```|`[^`\n]*`", lambda m: "\n" * m[0].count("\n"), source.text, flags=re.DOTALL | re.MULTILINE)
+        yield from ((f"{source.path}:{number}", line) for number, line in enumerate(text.splitlines(), 1))
         return
-    for match in (_PYTHON_TEXT if path.suffix == ".py" else _COMMENT_OR_STRING).finditer(text):
+    for match in (_PYTHON_TEXT if source.path.endswith(".py") else _COMMENT_OR_STRING).finditer(source.text):
         found = match["comment"] or match["string"] or ""
         if match["comment"] or " " in found:
-            yield text.count("\n", 0, match.start()) + 1, found
+            yield source.at(match.start()), found
 
 
-def comments_without_subject(text):
-    """(line, text) of the comments that begin with a word of NO_SUBJECT; a comment continues over lines of one kind."""
-    before = ""
-    for number, line in enumerate(text.splitlines(), 1):
-        match = re.match(r"(\s*///?(?!<)|.*///<)\s*(?:----\s*)?(.*)", line)
-        kind = match[1] if match else ""
-        if match and kind != before and NO_SUBJECT.match(match[2]):
-            yield number, match[2]
-        before = "" if "///<" in kind or (match and not match[2]) else kind
+def word_problems(texts_of_tree):
+    for source in texts_of_tree:
+        ordinary = [word for pattern, word in ORDINARY_WORDS.items() if fnmatch.fnmatchcase(source.path, pattern)]
+        for place, text in texts(source):
+            for match in _WORDS.finditer(text):
+                if not any(re.fullmatch(word, match[0], re.IGNORECASE) for word in ordinary):
+                    term = next(t for w, t in PRIVATE_WORDS.items() if re.fullmatch(w, match[0], re.IGNORECASE))
+                    yield f"{place}: '{match[0]}' is a private word: write {term}"
 
 
-def language_problems(root):
-    for top in ("lib", "datasets", "eval", "docs"):
-        for path in sorted((root / top).rglob("*")):
-            name = path.relative_to(root).as_posix()
-            if path.suffix not in (".h", ".cc", ".py", ".md") or "/example" in name:
-                continue
-            text = path.read_text(encoding="utf-8")
-            ordinary = [word for pattern, word in ORDINARY_WORDS.items() if fnmatch.fnmatchcase(name, pattern)]
-            for line, words in texts(path, text):
-                for match in _WORDS.finditer(words):
-                    if not any(re.fullmatch(word, match[0], re.IGNORECASE) for word in ordinary):
-                        term = next(t for w, t in PRIVATE_WORDS.items() if re.fullmatch(w, match[0], re.IGNORECASE))
-                        yield f"{name}:{line}: '{match[0]}' is a private word: write {term}"
-            if path.suffix == ".h":
-                for line, comment in comments_without_subject(text):
-                    yield f"{name}:{line}: a comment begins with its subject, got '{comment[:40]}'"
+def subject_problems(sources):
+    """Comments of headers that begin with a word of NO_SUBJECT; a comment continues over lines of one kind."""
+    for source in (s for s in sources if s.path.endswith(".h")):
+        before = ""
+        for number, line in enumerate(source.text.splitlines(), 1):
+            match = re.match(r"(\s*///?(?!<)|.*///<)\s*(?:----\s*)?(.*)", line)
+            kind = match[1] if match else ""
+            if match and kind != before and NO_SUBJECT.match(match[2]):
+                yield f"{source.path}:{number}: a comment begins with its subject, got '{match[2][:40]}'"
+            before = "" if "///<" in kind or (match and not match[2]) else kind
 
 
-def citation_problems(root):
+def citation_problems(sources, root):
     """Citations of documents, docs/NAME.md or docs/NAME.md, "SECTION", that lead nowhere. A section may be named by its beginning."""
-    for top in ("lib", "datasets", "eval"):
-        for path in sorted([*(root / top).rglob("*.h"), *(root / top).rglob("*.cc")]):
-            text = re.sub(r"\s*\n\s*//+\s*", " ", path.read_text(encoding="utf-8"))
-            for name, section in re.findall(r'docs/([a-z-]+\.md)(?:, "([^"\\]+)")?', text):
-                document = root / "docs" / name
-                if not document.exists():
-                    yield f"{path.relative_to(root)}: docs/{name} does not exist"
-                elif section and f"# {section}" not in document.read_text(encoding="utf-8"):
-                    yield f"{path.relative_to(root)}: docs/{name} has no section '{section}'"
+    for source in sources:
+        text = re.sub(r"\s*\n\s*//+\s*", " ", source.text)
+        for name, section in re.findall(r'docs/([a-z-]+\.md)(?:, "([^"\\]+)")?', text):
+            document = root / "docs" / name
+            if not document.exists():
+                yield f"{source.path}: docs/{name} does not exist"
+            elif section and f"# {section}" not in document.read_text(encoding="utf-8"):
+                yield f"{source.path}: docs/{name} has no section '{section}'"
 
 
 def picture_problems(root):
@@ -329,22 +317,40 @@ def picture_problems(root):
             yield f"docs/modules.svg: {module}: a blue frame means that it cannot see the truth"
 
 
-def length_problems(root):
-    for top in ("lib", "datasets", "eval", "bench"):
-        for path in sorted([*(root / top).rglob("*.h"), *(root / top).rglob("*.cc")]):
-            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-                if len(line) > COLUMN_LIMIT:
-                    yield f"{path.relative_to(root)}:{number}: {len(line)} characters, expected at most {COLUMN_LIMIT}"
+def length_problems(sources):
+    for source in sources:
+        for number, line in enumerate(source.text.splitlines(), 1):
+            if len(line) > COLUMN_LIMIT:
+                yield f"{source.path}:{number}: {len(line)} characters, expected at most {COLUMN_LIMIT}"
+
+
+def name_problems(files):
+    first = {}
+    for name, source in files.items():
+        file = name.rpartition("/")[2]
+        if first.setdefault(file, source.path) != source.path and file not in ONE_A_FOLDER:
+            yield f"{source.path}: there is {first[file]} too: give one a name that says what it is"
+
+
+def include_problems(files, name, header, include):
+    """Yields what is wrong with one include of the file `name`."""
+    folder, target = folder_of(name), folder_of(header)
+    if header == include:
+        yield f'"{include}": write project includes as "sextant/<folder>/<file>.h"'
+    elif header not in files:
+        yield f'"{include}": there is no such header'
+    elif target not in (folder, *LAYERS[folder]):
+        yield f"{folder} may not include {target} (it may include {', '.join(LAYERS[folder]) or 'nothing'})"
+    if header in files and target == "truth" and (not matches(name, TRUTH_READERS) or matches(name, TRUTH_READERS_EXCEPT)):
+        yield f"{folder} may not see the ground truth"
 
 
 def path_to_truth(files, start):
     """Returns the chain of headers from `start` to the first header of truth/, or None."""
-    seen = {start}
-    queue = [[start]]
+    seen, queue = {start}, [[start]]
     while queue:
         chain = queue.pop(0)
-        for _, include in files[chain[-1]][1]:
-            header = include.removeprefix("sextant/")
+        for _, header, _ in files[chain[-1]].includes:
             if header.startswith("truth/"):
                 return chain + [header]
             if header in files and header not in seen:
@@ -353,41 +359,29 @@ def path_to_truth(files, start):
     return None
 
 
-def check(root):
-    files = read_tree(root)
-    problems = [*test_problems(root), *thread_problems(root), *language_problems(root), *citation_problems(root),
-                *picture_problems(root), *length_problems(root)]
-    first = {}
-    for name, (path, includes, uses) in files.items():
-        file = name.rpartition("/")[2]
-        if first.setdefault(file, path) != path and file not in ONE_A_FOLDER:
-            problems.append(f"{path}: there is {first[file]} too: give one a name that says what it is")
-        problems += [f"{path}:{line}: {what}" for line, what in uses]
-        folder = folder_of(name)
-        if folder not in LAYERS:
-            problems.append(f"{path}: folder '{folder}' has no place in LAYERS of scripts/maintain/check_layers.py")
+def layer_problems(files):
+    for name, source in files.items():
+        if folder_of(name) not in LAYERS:
+            yield f"{source.path}: folder '{folder_of(name)}' has no place in LAYERS of scripts/maintain/check_layers.py"
             continue
-        for line, include in includes:
-            where = f"{path}:{line}"
-            header = include.removeprefix("sextant/")
-            if header == include:
-                problems.append(f'{where}: "{include}": write project includes as "sextant/<folder>/<file>.h"')
-                continue
-            if header not in files:
-                problems.append(f'{where}: "{include}": there is no such header')
-                continue
-            target = folder_of(header)
-            if target != folder and target not in LAYERS[folder]:
-                allowed = ", ".join(LAYERS[folder]) or "nothing"
-                problems.append(f"{where}: {folder} may not include {target} (it may include {allowed})")
-            if target == "truth" and (
-                not matches(name, TRUTH_READERS) or matches(name, TRUTH_READERS_EXCEPT)
-            ):
-                problems.append(f"{where}: {folder} may not see the ground truth")
-        if matches(name, TRUTH_FREE):
-            chain = path_to_truth(files, name)
-            if chain:
-                problems.append(f"{path}: reaches the ground truth: {' -> '.join(chain)}")
+        for position, header, include in source.includes:
+            yield from (f"{source.at(position)}: {problem}" for problem in include_problems(files, name, header, include))
+        if matches(name, TRUTH_FREE) and (chain := path_to_truth(files, name)):
+            yield f"{source.path}: reaches the ground truth: {' -> '.join(chain)}"
+
+
+def check(root):
+    sources = read_tree(root, TOPS)
+    texts_of_all = [s for s in sources + read_tree(root, (*TOPS, "docs"), (".py", ".md")) if "/example" not in s.path]
+    files = {s.name: s for s in sources if not s.is_test and "/example" not in s.path}  # an example is a project for users to copy
+    reports = [Source(s.path, re.sub(r"//[^\n]*", "", s.text)) for s in files.values() if matches(s.name, REPORTS)]
+    problems = [
+        *pattern_problems((s for s in sources if s.is_test), NOT_IN_TESTS), *pattern_problems(reports, NOT_IN_REPORTS),
+        *(problem for what, (pattern, users) in ENTRY_POINTS.items()
+          for problem in pattern_problems((s for s in files.values() if s.name not in users), {what: pattern})),
+        *name_in_report_problems(reports, root), *reader_problems(files), *thread_problems(sources, root),
+        *word_problems(texts_of_all), *subject_problems(texts_of_all), *citation_problems(sources, root), *picture_problems(root),
+        *length_problems(sources + read_tree(root, ["bench"])), *name_problems(files), *layer_problems(files)]
     return problems, len(files)
 
 
@@ -445,10 +439,8 @@ def self_test():
     ]
     failures = 0
     for what, file, include, expected in [("clean tree", None, None, None)] + planted:
+        tree = {**clean, file: clean.get(file, "") + f'#include "{include}"\n'} if file else clean
         with tempfile.TemporaryDirectory() as folder:
-            tree = dict(clean)
-            if file:
-                tree[file] = tree.get(file, "") + f'#include "{include}"\n'
             for name, text in tree.items():
                 path = pathlib.Path(folder) / name
                 path.parent.mkdir(parents=True, exist_ok=True)

@@ -27,13 +27,12 @@ Exit codes: 0 no problem, 1 problems (one line each), 2 usage.
 
 import collections
 import os
-import pathlib
 import re
 import subprocess
 import sys
 import tempfile
 
-from check_docs import BLOCK, ROOT, fits
+from check_docs import ROOT, blocks, command_line, fits, report, run, without_blocks
 
 EVIDENCE = ROOT / "results" / "documents"
 CONVENTIONAL = {"95 %", "5 %", "100 %", "50 %", "0 %"}
@@ -47,9 +46,8 @@ VERSION = re.compile(r"\b(Ubuntu|Debian|Python|numpy|scipy|pandas|OpenCV|Slurm|a
 
 def prose(text):
     """Yields (line, heading, text of the line) outside of blocks, without code, links and versions."""
-    text = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), text)
     heading = ""
-    for line, content in enumerate(text.split("\n"), 1):
+    for line, content in enumerate(without_blocks(text).split("\n"), 1):
         if content.startswith("#"):
             heading = content.lstrip("#").strip()
             continue
@@ -134,14 +132,10 @@ def sections_of(text):
     return sections
 
 
-def definitions(sextant):
-    return numbers_in(subprocess.run([sextant, "options"], stdout=subprocess.PIPE, text=True, check=True).stdout)
-
-
 def problems(document, defined):
     text = document.read_text(encoding="utf-8")
     evidence = Evidence(document)
-    blocks = numbers_in("\n".join(match[2] for match in BLOCK.finditer(text)))
+    of_blocks = numbers_in("\n".join(content for _, _, content in blocks(text)))
     for heading in set(evidence.sections) - set(sections_of(text)):
         yield f"{evidence.path.name}: {document.name} has no heading '{heading}'"
     for kind, name, _ in sum(evidence.sections.values(), []):
@@ -152,27 +146,22 @@ def problems(document, defined):
     for line, heading, content in prose(text):
         for shown, value, half in quoted(content):
             percent = shown.endswith("%")
-            if not is_in(value, half, percent, blocks + known[heading]) and not is_in(value, 1e-9 * value, percent, defined):
+            if not is_in(value, half, percent, of_blocks + known[heading]) and not is_in(value, 1e-9 * value, percent, defined):
                 yield f"{document.name}:{line}: {shown} stands in no evidence ({heading})"
 
 
 def run_problems(document, sextant, update):
     evidence = Evidence(document)
     functions = "".join(line[2:] + "\n" for line in evidence.head if line.startswith("= "))
-    programs = pathlib.Path(sextant).resolve().parent
-    environment = dict(os.environ, PATH=f"{programs}:{programs.parent / 'test'}:{os.environ['PATH']}", LC_ALL="C.UTF-8", COLUMNS="200")
     with tempfile.TemporaryDirectory() as folder:
-        environment.update(SEXTANT_CACHE="", HOME=folder, ROOT=str(ROOT))
         for heading, entries in evidence.sections.items():
             for i, (kind, command, printed) in enumerate(entries):
                 if kind != "$" or (NEEDS_DATA.search(command) and "SEXTANT_DATA" not in os.environ):
                     continue
-                done = subprocess.run(["bash", "-c", functions + command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
-                                      stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-                now = [line.rstrip() for line in done.stdout.splitlines()]
-                if done.returncode != 0 or not fits(printed, now):
+                code, now = run(functions + command, folder, sextant, HOME=folder, ROOT=str(ROOT))
+                if code != 0 or not fits(printed, now):
                     yield f"{evidence.path.name}: {heading}: `{command}` prints something else:\n    " + "\n    ".join(now)
-                    if update and done.returncode == 0:
+                    if update and code == 0:
                         entries[i] = (kind, command, now)
     if update and evidence.path.exists():
         evidence.write()
@@ -188,11 +177,7 @@ def self_test():
 
 
 def main():
-    flags = [word for word in sys.argv[1:] if word.startswith("--")]
-    words = [word for word in sys.argv[1:] if not word.startswith("--")]
-    if "--help" in flags or set(flags) - {"--run", "--update"} or not words:
-        print(__doc__)
-        return 0 if "--help" in flags else 2
+    flags, words = command_line(__doc__, {"--run", "--update"})
     self_test()
     documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
     documents = [d for d in documents if d.name in words[1:] or len(words) == 1]
@@ -202,10 +187,9 @@ def main():
         if "--update" in flags:
             print("\n".join(found))
             found = []
-    defined = definitions(words[0])
+    defined = numbers_in(subprocess.run([words[0], "options"], stdout=subprocess.PIPE, text=True, check=True).stdout)
     found += [problem for d in documents for problem in problems(d, defined)]
-    print("\n".join(found) or f"{len(documents)} documents: every decimal number, percentage and large integer has its evidence")
-    return 1 if found else 0
+    return report(found, f"{len(documents)} documents: every decimal number, percentage and large integer has its evidence")
 
 
 if __name__ == "__main__":

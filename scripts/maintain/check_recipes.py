@@ -10,7 +10,6 @@ well-formed.
 Exit codes: 0 no problem, 1 problems (one line each), 77 skipped: no PyYAML (python3-yaml).
 """
 
-import functools
 import json
 import pathlib
 import re
@@ -23,13 +22,7 @@ except ImportError:
     print("no PyYAML (python3-yaml): recipes are not checked")
     sys.exit(77)
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-
-def blocks(text):
-    """(line number, language, content) of every fenced block."""
-    for match in re.finditer(r"^```(\w*)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
-        yield text.count("\n", 0, match.start()) + 1, match[1], match[2]
+from check_docs import ROOT, blocks, flag_problems, report  # noqa: E402  (after what may skip this test)
 
 
 def bash_problem(script):
@@ -89,29 +82,6 @@ def json_problem(text):
 
 
 PROBLEM = {"yaml": yaml_problem, "bash": bash_problem, "json": json_problem}
-
-
-@functools.cache
-def help_of(sextant, *command):
-    """Returns the help text of a command, None if there is no such command."""
-    shown = subprocess.run([sextant, *command, "--help"], capture_output=True, text=True)
-    return None if shown.returncode else shown.stdout
-
-
-def flag_problems(sextant, text):
-    """Yields the flags in `text` that `sextant COMMAND --help` does not list."""
-    for line in text.splitlines():
-        call = re.search(r"\bsextant ((?:(?:baseline|evaluate|data|noise|cache) )?[a-z]+) (.*)", line)
-        if not call or "..." in line:
-            continue
-        command, rest = call[1].split(), re.sub(r"'[^']*'|\"[^\"]*\"", "", call[2])
-        help_text = help_of(sextant, *command)
-        if help_text is None:
-            yield f"no such command: sextant {call[1]}"
-            continue
-        for flag in re.findall(r"(?<!\S)--[a-z][\w-]*", re.split(r"[|;&#]", rest)[0]):
-            if not re.search(re.escape(flag) + r"\b", help_text):
-                yield f"sextant {call[1]} has no {flag}"
 
 
 def script_problems(command):
@@ -186,7 +156,6 @@ def self_test():
         (ROOT / "scripts/recipe/meta.yaml").read_text().replace('version = "', 'version = "9'))
     assert yaml_problem("a: [") and bash_problem("if true; then") and json_problem("{,}")
     assert list(script_problems("scripts/setup --pyton && scripts/bild")) == ["scripts/setup has no --pyton", "there is no scripts/bild"]
-    assert list(blocks("x\n```bash\nls\n```\n")) == [(2, "bash", "ls\n")]
 
 
 def main():
@@ -202,8 +171,7 @@ def main():
         recipe = ROOT / "scripts" / "recipe" / "meta.yaml"
         found += [f"{recipe.name}: {problem}" for problem in [conda_problem(recipe.read_text())] if problem]
         files += [*workflows, recipe]
-    print("\n".join(found) or f"recipes of {', '.join(file.name for file in files)}: good")
-    return 1 if found else 0
+    return report(found, f"recipes of {', '.join(file.name for file in files)}: good")
 
 
 if __name__ == "__main__":

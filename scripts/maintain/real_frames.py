@@ -51,12 +51,13 @@ def sources(data, pairs):
 
 
 def records(program, source, estimator, options, folder):
+    """Returns the records of all estimates that succeeded."""
     command = [program, "run", source[0], "--estimator", estimator, "--out", str(folder), "--force", "--quiet", "--consistency"]
     for option in source[1] + options:
         command += ["--set", option]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     with open(folder / "records.jsonl", encoding="utf-8") as lines:
-        return [json.loads(line) for line in lines]
+        return [record for record in map(json.loads, lines) if record["status"] == "ok"]
 
 
 def mean(values):
@@ -68,25 +69,8 @@ def mean(values):
     return f"{sum(values) / len(values):.4g} [{means[25]:.4g}, {means[974]:.4g}]"
 
 
-def ok(rows):
-    return [row for row in rows if row["status"] == "ok"]
-
-
-def camera(rows, key):
-    return [row["errors"][key] for row in ok(rows) if row["body"] == "ego" and key in row["errors"]]
-
-
-def moving(rows):
-    return [row["errors"]["Ev_kmh"] for row in ok(rows)
-            if row["body"] != "ego" and row["values"].get("dynamic_gt") == 1 and "Ev_kmh" in row["errors"]]
-
-
-def parked(rows):
-    return [row["values"]["v_kmh"] for row in ok(rows) if row["body"] != "ego" and row["values"].get("dynamic_gt") == 0]
-
-
-def values(rows, key):
-    return [row["values"][key] for row in ok(rows) if key in row["values"]]
+def numbers(rows, kind, key):
+    return [row[kind][key] for row in rows if key in row[kind]]
 
 
 def main():
@@ -102,12 +86,14 @@ def main():
         for name, source in sources(data, folder / "pairs").items():
             for method, (estimator, options) in METHODS.items():
                 rows = records(program, source, estimator, options + PARKED, folder / "out")
-                objects = [row for row in rows if row["body"] != "ego" and row["values"].get("dynamic_gt") == 0]
-                print("|", " | ".join([name, method, mean(camera(rows, "Et_m")), mean(camera(rows, "ER_deg")), mean(moving(rows)),
-                                       mean(parked(rows)), mean(values(objects, "split_nees")),
-                                       mean(values(objects, "expansion_chi2"))]), "|", flush=True)
-                if parked(rows):
-                    error[name, method] = sum(parked(rows)) / len(parked(rows))
+                camera = [row for row in rows if row["body"] == "ego"]
+                moving, parked = ([row for row in rows if row["body"] != "ego" and row["values"].get("dynamic_gt") == dynamic]
+                                  for dynamic in (1, 0))
+                columns = ((camera, "errors", "Et_m"), (camera, "errors", "ER_deg"), (moving, "errors", "Ev_kmh"),
+                           (parked, "values", "v_kmh"), (parked, "values", "split_nees"), (parked, "values", "expansion_chi2"))
+                print("|", " | ".join([name, method, *(mean(numbers(*column)) for column in columns)]), "|", flush=True)
+                if speeds := numbers(parked, "values", "v_kmh"):
+                    error[name, method] = sum(speeds) / len(speeds)
     ours = [method for method in METHODS if method != "joint_flow"]
     names = sorted({name for name, _ in error})
     print(f"\n| left out | best on the others | parked v [km/h] there: {'; '.join(ours)} |\n|---|---|---|")
