@@ -225,7 +225,7 @@ class Interrupts(Limits):
     def soon(self, *words, after_s=1.0):
         """Interrupts a command after some time, sooner where it is so fast that it ends by itself about then."""
         while True:
-            code, seconds = self.program.interrupt(*words, after_s=after_s)
+            code, seconds = self.program.interrupt(*words, after_s=after_s, once_handled=True)
             if seconds is not None:
                 self.assertLess(seconds, self.interrupt_s, words)
             if seconds is not None and code == 130:

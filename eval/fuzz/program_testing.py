@@ -56,6 +56,15 @@ class Outcome:
         return ""
 
 
+def _handles(process, number):
+    """Returns true if the process has a handler of the signal."""
+    try:
+        caught = re.search(r"SigCgt:\s*(\w+)", pathlib.Path(f"/proc/{process.pid}/status").read_text())
+    except OSError:  # it has ended
+        return False
+    return caught is not None and int(caught[1], 16) >> (number - 1) & 1 == 1
+
+
 class Program:
     """Runs the program in a scratch folder, with a cache and a TMPDIR of its own."""
 
@@ -77,7 +86,7 @@ class Program:
         return subprocess.Popen([self.file, *map(str, words)], cwd=self.folder, env={**self.environment, **(environment or {})},
                                 preexec_fn=prepare if limits else None, stdin=subprocess.DEVNULL, **streams)
 
-    def run(self, *words, time_limit_s=120, limits=None, environment=None):
+    def run(self, *words, time_limit_s=600 if SANITIZED else 120, limits=None, environment=None):
         """Runs a command. The system counts the memory of the starting process as that of a new one at first, so keep this process small."""
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             start = time.monotonic()
@@ -89,10 +98,12 @@ class Program:
             return Outcome(os.waitstatus_to_exitcode(status), out.read().decode(errors="replace"),
                            err.read().decode(errors="replace"), seconds, used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
 
-    def interrupt(self, *words, after_s, with_signal=signal.SIGINT, time_limit_s=60):
-        """Sends the signal after a while. Returns (exit code, seconds from the signal to the end); None instead of the seconds
-        if the command had ended before."""
+    def interrupt(self, *words, after_s, with_signal=signal.SIGINT, time_limit_s=60, once_handled=False):
+        """Sends the signal after a while, which begins when the command has its handler of the signal if `once_handled`. Returns
+        (exit code, seconds from the signal to the end); None instead of the seconds if the command had ended before."""
         process = self.start(*words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while once_handled and process.poll() is None and not _handles(process, with_signal):
+            time.sleep(0.005)
         try:
             return process.wait(after_s), None
         except subprocess.TimeoutExpired:
