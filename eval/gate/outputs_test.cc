@@ -75,7 +75,8 @@ std::string github_problem(const Json& list) {
         return key;
     }
     if (!entry.contains("value") || !entry["value"].is_number()) return "value";
-    if (!names.insert(entry["name"].get<std::string>()).second) return "twice: " + entry["name"].get<std::string>();
+    if (!names.insert(entry["name"].get<std::string>()).second)
+      return "twice: " + entry["name"].get<std::string>();
     for (const auto& [key, value] : entry.items()) {
       if (key == "name" || key == "unit" || key == "value") continue;
       if ((key != "range" && key != "extra") || !value.is_string()) return "key " + key;
