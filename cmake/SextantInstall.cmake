@@ -19,6 +19,7 @@ install(TARGETS sextant_flags ${modules} EXPORT SextantTargets COMPONENT dev
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Sextant)
 install(EXPORT SextantTargets NAMESPACE Sextant:: DESTINATION ${package_dir} COMPONENT dev)
 string(REPLACE ";" " " SEXTANT_OPENCV_COMPONENTS "${SEXTANT_OPENCV_COMPONENTS}")
+string(REGEX MATCH "^[0-9]+" SEXTANT_EMBREE_MAJOR "${embree_VERSION}")
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/SextantConfig.cmake.in ${PROJECT_BINARY_DIR}/SextantConfig.cmake
   INSTALL_DESTINATION ${package_dir})
