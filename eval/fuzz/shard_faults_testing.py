@@ -23,9 +23,14 @@ TIMES = re.compile(rb'"time_ms":\{[^}]*\}|"wall_time_s": [^,]*')
 
 
 def contents(folder):
-    """Returns {path: bytes} of a folder; records and run.json without their times."""
-    return program_testing.contents(folder, lambda name, data: TIMES.sub(b"", data)
-                                    if name in ("records.jsonl", "run.json") else data)
+    """Returns {path: bytes} of a folder; records and run.json without their times, and no bytes of a PDF whose date of making
+    Cairo has compressed (Ubuntu 24.04)."""
+    def without_times(name, data):
+        if name.endswith(".pdf") and b"/ObjStm" in data:
+            return b""
+        return TIMES.sub(b"", data) if name in ("records.jsonl", "run.json") else data
+
+    return program_testing.contents(folder, without_times)
 
 
 def compare(found, wanted, what, may_lack=False, skip=None):

@@ -64,7 +64,7 @@ class Install(unittest.TestCase):
         if tracked.returncode == 0:
             files = [name for name in tracked.stdout.splitlines() if (ROOT / name).is_file()]
             self.assertEqual(len(names[0]), len(files) + 1)  # and PKG-INFO
-        call("cmake", "-S", source, "-B", self.folder / "build", "-DSEXTANT_TESTS=OFF", "-DSEXTANT_BENCHMARKS=OFF",
+        call("cmake", "-G", "Ninja", "-S", source, "-B", self.folder / "build", "-DSEXTANT_TESTS=OFF", "-DSEXTANT_BENCHMARKS=OFF",
              "-DSEXTANT_PYTHON=ON")
 
 
