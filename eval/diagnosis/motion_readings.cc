@@ -230,16 +230,16 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
       "reorder the columns", turned(w_last));
   add("transposed", "the rotations look transposed (inverse rotations with the right translations)",
       "transpose each rotation", turned([](const Eigen::Quaterniond& q) { return q.conjugate(); }));
-  table.push_back(
-      {"absolute", "the values look like poses or motions since the first frame, not from frame k-1 to k",
-       "write the motion of each step", [declared](MotionData& data, double& ignored) {
-         const auto logged = data.logged;
-         return change_motions([&](const SE3& m, S s) -> Result {
-           const auto before = logged.find({s.key.first, s.key.second - 1});
-           if (before == logged.end()) return std::nullopt;
-           return declared == MotionFrame::body ? before->second.inverse() * m : m * before->second.inverse();
-         })(data, ignored);
-       }});
+  table.push_back({"absolute",
+                   "the values look like poses or motions since the first frame, not from frame k-1 to k",
+                   "write the motion of each step", [declared](MotionData& data, double& ignored) {
+                     const auto logged = data.logged;
+                     return change_motions([&](const SE3& m, S s) -> Result {
+                       const auto before = find_pose(logged, previous(s.key));
+                       if (!before) return std::nullopt;
+                       return declared == MotionFrame::body ? before->inverse() * m : m * before->inverse();
+                     })(data, ignored);
+                   }});
   for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
     if (lag == 0) continue;
     table.push_back(

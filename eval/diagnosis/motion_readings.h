@@ -56,6 +56,13 @@ inline std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, Obj
   return it == poses.end() ? std::nullopt : std::optional(it->second);
 }
 
+/// Returns the motion in the world from the pose in the frame before to the pose of this frame, P_k
+/// inverse(P_{k-1}); nullopt if either is not known.
+inline std::optional<SE3> world_step(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
+  const auto before = find_pose(poses, previous(key)), after = find_pose(poses, key);
+  return before && after ? std::optional(*after * before->inverse()) : std::nullopt;
+}
+
 /// RMS distance of an object's points from the axis of a rotation, m; it weighs rotations against
 /// translations.
 inline constexpr double rms_radius_m = 1;

@@ -43,7 +43,7 @@ MotionData data_of(const Scene& scene, MotionFrame declared, double noise, unsig
   std::normal_distribution<double> normal;
   MotionData data{declared, {}, {}};
   for (const auto& [key, pose] : scene.L) {
-    const ObjectFrame before(key.first, key.second - 1);
+    const ObjectFrame before = previous(key);
     if (!scene.L.contains(before)) continue;
     MotionSample s{key, {}, {}, scene.L.at(before), scene.C.at(key.second - 1), scene.C.at(key.second)};
     const SE3 body = scene.L.at(before).inverse() * pose;

@@ -26,7 +26,7 @@ auto change_poses(Change change) {
 template <typename Use>
 void for_each_step(const PoseData& data, const Use& use) {
   for (const auto& [key, g1] : data.given) {
-    const ObjectFrame before(key.first, key.second - 1);
+    const ObjectFrame before = previous(key);
     const auto g0 = data.given.find(before), r0 = data.reference.find(before), r1 = data.reference.find(key);
     if (g0 != data.given.end() && r0 != data.reference.end() && r1 != data.reference.end())
       use(g0->second, g1, r0->second, r1->second);
@@ -95,8 +95,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
                      int object = 0;
                      for (auto& [key, step] : data.given) {
                        if (key.first != object) {
-                         const auto start = data.reference.find({key.first, key.second - 1});
-                         pose = start != data.reference.end() ? start->second : SE3();
+                         pose = find_pose(data.reference, previous(key)).value_or(SE3());
                        }
                        object = key.first;
                        step = pose = data.shared == SharedFrame::body ? pose * step : step * pose;
@@ -152,18 +151,16 @@ std::vector<ObjectExplanation> explain_poses(const PoseData& data) {
 
 std::optional<Explanation> explain_hidden_shift(const PoseData& data) {
   const auto step_of = [&](const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) -> std::optional<SE3> {
-    const auto p0 = poses.find({key.first, key.second - 1}), p1 = poses.find(key);
-    if (p0 == poses.end() || p1 == poses.end()) return std::nullopt;
-    return data.shared == SharedFrame::body ? p0->second.inverse() * p1->second
-                                            : p1->second * p0->second.inverse();
+    if (data.shared == SharedFrame::world) return world_step(poses, key);
+    const auto before = find_pose(poses, previous(key)), after = find_pose(poses, key);
+    return before && after ? std::optional(before->inverse() * *after) : std::nullopt;
   };
   std::vector<StepError> steps;
   for (const auto& [key, pose] : data.given) {
     const auto given = step_of(data.given, key), expected = step_of(data.reference, key);
     if (!given || !expected) continue;
     // Steps in one world are compared at the place of the reference.
-    const SE3 place =
-        data.shared == SharedFrame::body ? SE3() : data.reference.at({key.first, key.second - 1});
+    const SE3 place = data.shared == SharedFrame::body ? SE3() : data.reference.at(previous(key));
     const auto difference = [&](const SE3& step) {
       return step_numbers(place.inverse() * expected->inverse() * step * place);
     };

@@ -28,9 +28,8 @@ Motions estimates(const ObjectLog& log) {
 /// Motion of an object between two poses of its path, converted to the frame `to`.
 std::optional<SE3> step_motion(const Motions& poses, ObjectFrame key, MotionFrame to,
                                const MotionSample& at) {
-  const auto P0 = find_pose(poses, previous(key)), P1 = find_pose(poses, key);
-  if (!P0 || !P1) return std::nullopt;
-  return change_frame(*P1 * P0->inverse(), MotionFrame::world, to, at);
+  const auto H = world_step(poses, key);
+  return H ? change_frame(*H, MotionFrame::world, to, at) : std::nullopt;
 }
 
 /// Collects motions `given` with the `reference`, a function (key, sample) -> std::optional<SE3>, at the
@@ -134,7 +133,7 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
                           "to qx,qy,qz,qw unless the camera hangs upside down"});
     return out;
   }
-  if (auto found = diagnose_alone(series_of(camera_poses(camera), 0), series_of(camera_poses(truth), 0),
+  if (auto found = diagnose_alone(series_of(data.given, 0), series_of(data.reference, 0),
                                   /*only_both=*/true, both, "camera")) {
     out.push_back(std::move(*found));
     return out;

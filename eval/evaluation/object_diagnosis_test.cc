@@ -294,7 +294,7 @@ TEST(DiagnosisByTruth, EstimatedMotionsAreComparedWithEstimatedPosesAsWell) {
         L * about_y(0.05 * std::sin(7.0 * k), {0.5 * std::sin(5.0 * k), 0, 0.5 * std::sin(9.0 * k)});
   }
   for (const auto& [key, pose] : log.poses) {
-    const auto before = log.poses.find({key.first, key.second - 1});
+    const auto before = log.poses.find(previous(key));
     const auto after = log.poses.find({key.first, key.second + 1});
     if (before != log.poses.end() && after != log.poses.end())
       log.motions[{key.first, key.second + 1}] = {pose * before->second.inverse(), {}};
@@ -326,10 +326,7 @@ ObjectLog log_of_poses(const std::map<ObjectFrame, SE3>& poses,
   log.poses = poses;
   log.true_poses = true_poses;
   for (const auto& [key, pose] : poses) {
-    const ObjectFrame before(key.first, key.second - 1);
-    if (poses.contains(before))
-      log.motions[key] = {pose * poses.at(before).inverse(),
-                          true_poses.at(key) * true_poses.at(before).inverse()};
+    if (const auto H = world_step(poses, key)) log.motions[key] = {*H, world_step(true_poses, key).value()};
   }
   return log;
 }

@@ -45,7 +45,7 @@ struct Drive {
       }
     }
   }
-  SE3 truth(ObjectFrame key) const { return L.at(key) * L.at({key.first, key.second - 1}).inverse(); }
+  SE3 truth(ObjectFrame key) const { return world_step(L, key).value(); }
 };
 
 /// Formats a pose as in the logs of dynosam.

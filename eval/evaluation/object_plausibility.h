@@ -21,7 +21,7 @@ struct LogDiagnosis {
 /// Returns the true motions of a log, also those without an estimate.
 std::map<ObjectFrame, SE3> true_motions(const ObjectLog& log);
 
-/// Returns the poses of a camera as those of the object 0.
+/// Returns the poses of a camera in the form of an object's path, with id 0.
 std::map<ObjectFrame, SE3> camera_poses(const Trajectory& camera);
 
 /// Throws Error that names the line if the log's own truth moves an object at more than 100 m/s, or if

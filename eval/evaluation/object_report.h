@@ -26,7 +26,7 @@ struct ObjectTracks {
   uint64_t run = 0;
   std::vector<BodyTrack> bodies;  ///< the camera first if the log has it
 };
-/// Returns the tracks of a log. For a log of motions only, the estimated paths are those of chained_poses().
+/// Returns the tracks of a log. For a log of motions only, chained_poses() gives the estimated paths.
 ObjectTracks object_tracks(const ObjectLog& log, uint64_t run);
 
 /// State of a step of an object.

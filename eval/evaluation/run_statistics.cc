@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
 
@@ -224,9 +225,7 @@ Figure grouped_box_figure(const std::string& name, const std::string& axis,
   figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
   std::vector<std::string> titles;
   for (const BoxGroup& group : groups) {
-    for (const Distribution& sample : group.samples) {
-      if (std::ranges::find(titles, sample.title) == titles.end()) titles.push_back(sample.title);
-    }
+    for (const Distribution& sample : group.samples) add_distinct(sample.title, titles);
   }
   struct Box {
     double position;

@@ -155,8 +155,8 @@ struct ResolvedOptions {
 /// read by the estimator and the adapter.
 ResolvedOptions resolve_options(const Json& tree);
 
-/// Returns all keys that the tree may have with an estimator, except those of the data set's adapter
-/// (`source.*`). Throws Error on an unknown estimator.
+/// Returns all keys that the tree may have with an estimator, without the keys `source.*` of the data set's
+/// adapter. Throws Error on an unknown estimator.
 std::vector<OptionHelp> run_options(const std::string& estimator);
 /// Returns the keys of a plan that are documented as options.
 std::vector<OptionHelp> plan_options();

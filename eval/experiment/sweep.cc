@@ -9,6 +9,7 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/noise_of_cases.h"
@@ -234,9 +235,9 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
   for (const auto& [label, now] : versions.now()) {
     std::vector<Fingerprint>& made = used[label];
     const auto known = versions.known().find(label);
-    if (finished.n_cases() > 0 || made.empty()) add_version(now.front(), made);
+    if (finished.n_cases() > 0 || made.empty()) add_distinct(now.front(), made);
     if (finished.n_cases() > 0 && config.reuse_stale && known != versions.known().end()) {
-      for (const Fingerprint& version : known->second) add_version(version, made);
+      for (const Fingerprint& version : known->second) add_distinct(version, made);
     }
   }
   if (!config.rescored.empty()) return used;
@@ -252,7 +253,7 @@ Fingerprints used_versions(const SweepConfig& config, const CaseVersions& versio
   for (const auto& [label, after] : at_the_end) {
     const Fingerprint& before = versions.now().at(label).front();
     if (after.front() == before) continue;
-    add_version(after.front(), used[label]);
+    add_distinct(after.front(), used[label]);
     if (config.on_message) {
       config.on_message(fmt::format("{}: '{}' changed while it ran ({}): run the same command again",
                                     config.out.string(), label, difference(before, after.front())));

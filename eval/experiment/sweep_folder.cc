@@ -8,6 +8,7 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/json.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/output.h"
@@ -113,7 +114,7 @@ Json join_claim(const fs::path& folder, Json present, const Json& wanted, bool a
   present["plan"] = wanted["plan"];
   Fingerprints versions = fingerprints_in(wanted, "plan.json");
   for (const auto& [label, known] : fingerprints_in(before, (folder / "plan.json").string())) {
-    for (const Fingerprint& version : known) add_version(version, versions[label]);
+    for (const Fingerprint& version : known) add_distinct(version, versions[label]);
   }
   if (!versions.empty()) present[fingerprints_key] = fingerprints_json(versions);
   if (present != before) write_file(folder / "plan.json", json_text(present));
@@ -202,7 +203,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
     }
     for (const auto& [label, of_shard] : fingerprints_in(of_folder, (folder / "plan.json").string())) {
       std::vector<Fingerprint>& known = versions[label];
-      for (const Fingerprint& version : of_shard) add_version(version, known);
+      for (const Fingerprint& version : of_shard) add_distinct(version, known);
       if (known.size() > 1 && !allow_mixed) {
         fail(
             "{}: another version of '{}' ran there than in {} ({}); sweep again with one version, or pass "
@@ -334,7 +335,7 @@ std::vector<Fingerprint> CaseVersions::versions(uint64_t number) const {
   std::vector<Fingerprint> all = present->second;
   const auto earlier = known_.find(label(number));
   if (earlier != known_.end()) {
-    for (const Fingerprint& version : earlier->second) add_version(version, all);
+    for (const Fingerprint& version : earlier->second) add_distinct(version, all);
   }
   return all;
 }
@@ -376,7 +377,7 @@ std::string CaseVersions::stale_text(const std::string& label, uint64_t n_cases)
 
 void CaseVersions::add_used(uint64_t number, size_t place, Fingerprints& used) const {
   const std::vector<Fingerprint> all = versions(number);
-  if (!all.empty()) add_version(all.at(place), used[label(number)]);
+  if (!all.empty()) add_distinct(all.at(place), used[label(number)]);
 }
 
 }  // namespace sextant

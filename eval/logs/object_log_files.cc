@@ -219,12 +219,10 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
     });
   }
   for (const auto& [key, pose] : log.poses) {  // only in format poses
-    const auto start = find_pose(log.poses, previous(key));
-    if (start) motions.emplace(key, pose * start->inverse());
+    if (const auto H = world_step(log.poses, key)) motions.emplace(key, *H);
   }
   for (const auto& [key, pose] : log.true_poses) {
-    const auto start = find_pose(log.true_poses, previous(key));
-    if (start) truth.emplace(key, pose * start->inverse());
+    if (const auto H = world_step(log.true_poses, key)) truth.emplace(key, *H);
   }
   for (const auto& [key, motion] : motions) log.motions[key].estimate = motion;
   for (const auto& [key, motion] : truth) {

@@ -202,13 +202,6 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
 
 // ---- association of ids
 
-/// Returns H in the world of one true step; nullopt if a pose is missing.
-std::optional<SE3> true_motion(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
-  const auto after = poses.find(key), before = poses.find({key.first, key.second - 1});
-  if (after == poses.end() || before == poses.end()) return std::nullopt;
-  return after->second * before->second.inverse();
-}
-
 /// Returns the distance of a logged object from a true one in frame k, m: between the positions relative to
 /// their own cameras if both cameras are known, otherwise in the world.
 double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& camera, const SE3& true_pose) {
@@ -223,11 +216,11 @@ double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& ca
 double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<ObjectFrame, SE3>& poses,
                  const Trajectory& camera, ObjectFrame key) {
   constexpr double near_m = 3, agrees_m = 0.5;
-  const auto H = true_motion(poses, key);
+  const auto H = world_step(poses, key);
   if (!H) return 0;
   if (log.poses.contains(logged))
     return std::max(0.0, 1 - distance_m(log, logged, camera, poses.at(key)) / near_m);
-  const SE3& L = poses.at({key.first, key.second - 1});
+  const SE3& L = poses.at(previous(key));
   const SE3& motion = log.motions.at(logged).estimate;
   const SE3 body = log.frame == MotionFrame::world ? body_motion(motion, L) : motion;
   return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / agrees_m);
@@ -327,14 +320,11 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
   std::map<ObjectFrame, SE3> poses;
   for (const auto& [key, motion] : log.motions) {  // an object's frames in order
-    const ObjectFrame previous(key.first, key.second - 1);
-    const auto truth = log.true_poses.find(previous);
-    // unless a sequence of steps ends there
-    if (truth != log.true_poses.end()) poses.emplace(previous, truth->second);
-    const auto before = poses.find(previous);
-    if (before == poses.end()) continue;
-    poses[key] =
-        log.frame == MotionFrame::world ? motion.estimate * before->second : before->second * motion.estimate;
+    // The truth starts a path, unless a sequence of steps ends there.
+    if (const auto truth = find_pose(log.true_poses, previous(key))) poses.emplace(previous(key), *truth);
+    const auto before = find_pose(poses, previous(key));
+    if (!before) continue;
+    poses[key] = log.frame == MotionFrame::world ? motion.estimate * *before : *before * motion.estimate;
   }
   return poses;
 }
@@ -398,9 +388,9 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
     const ObjectFrame own = {new_id(key.first), key.second};
     LoggedMotion& m = motions[own];
     m.estimate = motion.estimate;
-    const auto H = true_motion(poses, own);
+    const auto H = world_step(poses, own);
     if (!H) continue;
-    m.truth = log.frame == MotionFrame::world ? *H : body_motion(*H, poses.at({own.first, own.second - 1}));
+    m.truth = log.frame == MotionFrame::world ? *H : body_motion(*H, poses.at(previous(own)));
   }
   std::map<ObjectFrame, SE3> estimated;
   for (const auto& [key, pose] : log.poses) estimated[{new_id(key.first), key.second}] = pose;

@@ -30,7 +30,7 @@ namespace sextant {
 //
 //   T_parent_child(t) = T_ancestor_parent(t)^-1 T_ancestor_child(t)
 //
-// the product of the transforms from both frames to their nearest common ancestor. The stamps t are those of
+// the product of the transforms from both frames to their nearest common ancestor. The stamps t come from
 // the moving transform nearest to the child. Other moving transforms on the path are interpolated at these
 // stamps, linearly in position and by slerp in rotation, as in tf2; stamps outside their range are left out.
 // A leading slash of a frame's name is ignored.

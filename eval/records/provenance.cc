@@ -137,10 +137,6 @@ std::string difference(const Fingerprint& before, const Fingerprint& now) {
   return fmt::format("{}", fmt::join(all, ", "));
 }
 
-void add_version(const Fingerprint& one, std::vector<Fingerprint>& versions) {
-  if (std::ranges::find(versions, one) == versions.end()) versions.push_back(one);
-}
-
 Json fingerprints_json(const Fingerprints& fingerprints) {
   Json json = Json::object();
   for (const auto& [label, versions] : fingerprints) {

@@ -58,9 +58,6 @@ std::string difference(const Fingerprint& before, const Fingerprint& now);
 /// Versions by the estimator's label.
 using Fingerprints = std::map<std::string, std::vector<Fingerprint>>;
 
-/// Appends `one` unless the list contains it.
-void add_version(const Fingerprint& one, std::vector<Fingerprint>& versions);
-
 constexpr const char* fingerprints_key = "fingerprints";
 Json fingerprints_json(const Fingerprints& fingerprints);
 /// Returns the fingerprints in a plan.json or run.json; empty if the file has no such key. Throws Error that

@@ -154,7 +154,7 @@ std::vector<PrintedFigure> printed_figures(const std::vector<PlacedSection>& sec
 }
 
 // Provenance of a report: program, machine and inputs of its records, from the run.json of the experiments.
-// The same folders give the same lines.
+// The lines depend on these folders only.
 
 std::string text_at(const Json& run, const char* key) { return run.value(key, std::string("unknown")); }
 

@@ -9,6 +9,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/provenance.h"
@@ -305,10 +306,8 @@ ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const s
          (folder / "records.jsonl").string());
   std::vector<std::string> estimators, seeds;
   for (const Record& record : all) {
-    if (std::ranges::find(estimators, record.estimator.str()) == estimators.end())
-      estimators.push_back(record.estimator.str());
-    const std::string seed = std::to_string(record.seed);
-    if (std::ranges::find(seeds, seed) == seeds.end()) seeds.push_back(seed);
+    add_distinct(record.estimator.str(), estimators);
+    add_distinct(std::to_string(record.seed), seeds);
   }
   run.estimator = estimators[place_of(choice.estimator, estimators, "estimator", folder)];
   run.seed =

@@ -28,10 +28,11 @@ std::vector<std::string> split(std::string_view text, char separator);
 /// Replaces every occurrence of `what`, which must not be empty, by `by`.
 std::string replaced(std::string text, std::string_view what, std::string_view by);
 
-/// Appends a text unless the list contains it: the texts of the list stay in order of first appearance.
-template <typename Text>
-void add_distinct(const std::type_identity_t<Text>& text, std::vector<Text>& list) {
-  if (std::ranges::find(list, text) == list.end()) list.push_back(text);
+/// Appends an item, for example a text, unless the list contains it: the list stays in order of first
+/// appearance.
+template <typename Item>
+void add_distinct(const std::type_identity_t<Item>& item, std::vector<Item>& list) {
+  if (std::ranges::find(list, item) == list.end()) list.push_back(item);
 }
 
 /// Returns `text` without leading and trailing blanks, tabs, vertical tabs, form feeds and carriage returns.

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "sextant/base/quantile.h"
 #include "sextant/estimator/flow_depth/error_model.h"
@@ -65,12 +64,11 @@ std::optional<ExpansionGap> expansion_gap(const Problem& problem, const MotionEs
   std::vector<unsigned char> keep(problem.points.size());
   for (size_t i = 0; i < keep.size(); ++i)
     keep[i] = whole.inliers[i] != 0 && problem.points.depth_curr[i] > 0 ? 1 : 0;
-  Problem by_flow{problem.camera, problem.points.subset(keep), problem.noise};
-  Correspondences& p = by_flow.points;
+  const Correspondences p = problem.points.subset(keep);
   if (p.size() < fewest) return std::nullopt;
-  const std::vector<double> measured_m = std::exchange(p.depth_curr, std::vector<double>(p.size(), NAN));
-  const StartingPoint start{whole.T_curr_prev, std::vector<unsigned char>(p.size(), 1), whole.errors};
-  const MotionEstimate flow = estimator.estimate(by_flow, start);
+  Problem by_flow = problem;
+  by_flow.points.depth_curr.assign(problem.points.size(), NAN);
+  const MotionEstimate flow = estimate_some(by_flow, whole, keep, estimator);
   if (flow.status != Status::ok) return std::nullopt;
 
   std::vector<double> ratios, depths_m;
@@ -85,7 +83,7 @@ std::optional<ExpansionGap> expansion_gap(const Problem& problem, const MotionEs
     sum_px += pixel;
     squares_px += pixel.squaredNorm();
     depths_m.push_back(moved_m.z());
-    ratios.push_back(moved_m.z() / measured_m[i]);
+    ratios.push_back(moved_m.z() / p.depth_curr[i]);
   }
   const auto n = static_cast<double>(p.size());
   const double variance_px = squares_px / n - (sum_px / n).squaredNorm();

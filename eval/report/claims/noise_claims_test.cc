@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/report/claims/claim.h"
+#include "sextant/eval/report/claims/testing.h"
 #include "sextant/eval/report/noise_sweep_testing.h"
 
 namespace sextant {
@@ -33,7 +33,7 @@ NoiseSweep sweep_of(const std::string& parameter, const std::map<std::string, do
 std::vector<ClaimResult> check(const char* claim, const NoiseSweep& sweep) {
   Evidence evidence;
   evidence.parts.push_back({"", PartRole::noise, sweep, {}});
-  return std::ranges::find(claims(), claim, &Claim::name)->check(evidence);
+  return check_claim(claim, evidence);
 }
 
 std::vector<Verdict> verdicts(const std::vector<ClaimResult>& results) {
