@@ -219,8 +219,10 @@ void print_message(std::string_view kind, const std::string& text) {
   print_error(fmt::format("sextant: {}: {}\n", kind, line));
 }
 
+// Called before the initialisers of the shared libraries, because some of these open files.
+[[gnu::section(".preinit_array"), gnu::used]] void (*const open_streams_first)() = open_closed_streams;
+
 int program(int argc, const char* const* argv, std::span<const AddCommand> commands) {
-  open_closed_streams();
   install_interrupt_handler(fmt::format("sextant: error: {}\n", interrupted_text), exit_interrupted);
   std::signal(SIGXFSZ,
               SIG_IGN);  // writing a file beyond `ulimit -f` becomes an error of write(), like a full disk

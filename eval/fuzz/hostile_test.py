@@ -35,7 +35,7 @@ import sys
 import time
 
 import hostile_files_testing as files
-from program_testing import (PROGRAM_MB, REFUSED_MB, Program, contents, options, printed_faults,
+from program_testing import (REFUSED_MB, Program, contents, options, printed_faults,
                              working_folder)
 
 PLAN = {"name": "hostile", "sources": ["synthetic:s18@0-1"], "estimators": ["motion_only", "joint_flow"],
@@ -179,7 +179,7 @@ class Hostile:
 
     @staticmethod
     def most_mb(n_bytes, n_files=1):
-        return PROGRAM_MB + n_files * max(REFUSED_MB, 200 * n_bytes / 1e6)
+        return n_files * max(REFUSED_MB, 200 * n_bytes / 1e6)
 
     def vdo(self, here):
         """A small folder of the layout vdo, made once."""

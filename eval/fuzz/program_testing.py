@@ -22,8 +22,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCUMENTED = (0, 1, 2, 3, 130)
 #: The program is built with sanitizers, whose own memory has no limit.
 SANITIZED = bool(os.environ.get("SEXTANT_SANITIZE"))
-#: Resident memory of the program itself, with its libraries: what a refused file takes comes on top.
-PROGRAM_MB = 80
 REFUSED_MB = 64
 #: U+202A to U+202E and U+2066 to U+2069.
 DIRECTIONS = re.compile("[\u202a-\u202e\u2066-\u2069]")
@@ -36,7 +34,7 @@ class Outcome:
     out: str
     err: str
     seconds: float
-    peak_mb: float
+    more_mb: float  #: largest resident memory beyond that of `sextant options`, which is the program itself with its libraries
     cpu_s: float
 
     def fault(self, codes=DOCUMENTED, most_mb=None):
@@ -51,8 +49,8 @@ class Outcome:
             return f"a defect of the program is reported: {self.err.strip()[-200:]}"
         if DIRECTIONS.search(self.out + self.err):
             return "a control character of bidirectional text was printed"
-        if most_mb is not None and self.peak_mb > most_mb and not SANITIZED:
-            return f"{self.peak_mb:.0f} MB of memory, expected at most {most_mb:.0f}"
+        if most_mb is not None and self.more_mb > most_mb and not SANITIZED:
+            return f"{self.more_mb:.0f} MB of memory, expected at most {most_mb:.0f}"
         return ""
 
 
@@ -68,6 +66,8 @@ def _handles(process, number):
 class Program:
     """Runs the program in a scratch folder, with a cache and a TMPDIR of its own."""
 
+    own_mb = {}  #: resident memory of the program itself, by its file
+
     def __init__(self, file, folder):
         self.file = str(file)
         self.folder = pathlib.Path(folder)
@@ -75,6 +75,9 @@ class Program:
         self.scratch.mkdir(exist_ok=True)
         self.environment = {**os.environ, "TMPDIR": str(self.scratch), "SEXTANT_CACHE": str(self.folder / "cache"),
                             "LC_ALL": "C.UTF-8"}
+        if self.file not in self.own_mb:
+            self.own_mb[self.file] = 0
+            self.own_mb[self.file] = self.run("options").more_mb
 
     def start(self, *words, limits=None, environment=None, **streams):
         """Starts a command; returns its process. `limits`: arguments of resource.setrlimit, (RLIMIT_FSIZE, n), ..."""
@@ -96,7 +99,8 @@ class Program:
             out.seek(0)
             err.seek(0)
             return Outcome(os.waitstatus_to_exitcode(status), out.read().decode(errors="replace"),
-                           err.read().decode(errors="replace"), seconds, used.ru_maxrss / 1000, used.ru_utime + used.ru_stime)
+                           err.read().decode(errors="replace"), seconds, used.ru_maxrss / 1000 - self.own_mb[self.file],
+                           used.ru_utime + used.ru_stime)
 
     def interrupt(self, *words, after_s, with_signal=signal.SIGINT, time_limit_s=60, once_handled=False):
         """Sends the signal after a while, which begins when the command has its handler of the signal if `once_handled`. Returns

@@ -237,31 +237,52 @@ Json summary_json(const std::vector<Record>& records, const MetricPreset& preset
 std::string consistency_text(const std::vector<Record>& records) {
   constexpr double far_too_large = 12;      // twice the expected value
   constexpr double large_disagreement = 4;  // two standard deviations
-  constexpr std::array<const char*, 5> keys = {"split_nees", "split_nees_sides", "split_nees_cells", "nees",
-                                               "expansion_chi2"};
-  std::map<std::string, std::array<Moments, keys.size()>> of_body;
+  struct BodyMeans {
+    std::string dataset, sequence, body;
+    Moments split, sides, cells, truth, expansion;
+  };
+  struct Mean {
+    const char *value, *title;
+    Moments BodyMeans::*moments;
+  };
+  constexpr std::array means = {Mean{"split_nees", "split-half", &BodyMeans::split},
+                                Mean{"split_nees_sides", "left, right", &BodyMeans::sides},
+                                Mean{"split_nees_cells", "odd, even cells", &BodyMeans::cells},
+                                Mean{"nees", "truth", &BodyMeans::truth},
+                                Mean{"expansion_chi2", "expansion", &BodyMeans::expansion}};
+  std::map<std::tuple<std::string, std::string, int>, BodyMeans> by_key;
   for (const Record& record : records) {
-    for (size_t k = 0; k < keys.size(); ++k) {
-      if (const auto value = find_number(record.values, keys[k]))
-        of_body[fmt::format("{} {} {}", record.dataset, record.sequence, record.body)][k].add(*value);
+    BodyMeans& body = by_key[{record.dataset.str(), record.sequence.str(), body_order(record.body)}];
+    body.dataset = record.dataset.str();
+    body.sequence = record.sequence.str();
+    body.body = record.body.str();
+    for (const Mean& mean : means) {
+      if (const auto value = find_number(record.values, mean.value)) (body.*mean.moments).add(*value);
     }
   }
-  if (std::ranges::none_of(of_body, [](const auto& body) { return body.second[0].n > 0; })) return "";
-  std::string text =
-      "Mean NEES, 6 for right covariances: split-half (left, right; odd, even cells),\n"
-      "against the truth; mean chi2 of flow's expansion against disparities, about 1\n";
-  const auto mean_text = [](const Moments& numbers) {
-    return numbers.n == 0 ? "-" : fmt::format("{:.2f}", numbers.mean());
-  };
-  bool too_sure = false, disagree = false;
-  for (const auto& [body, numbers] : of_body) {
-    const auto& [split, sides, cells, truth, expansion] = numbers;
-    too_sure = too_sure || split.x > far_too_large * split.n;
-    disagree = disagree || expansion.x > large_disagreement * expansion.n;
-    text += fmt::format("  {:<28} {:>8} ({}; {}) {:>8} {:>8}  {:.0f} pairs\n", body, mean_text(split),
-                        mean_text(sides), mean_text(cells), mean_text(truth), mean_text(expansion),
-                        std::max(split.n, truth.n));
+  std::vector<BodyMeans> bodies;
+  for (const auto& [key, body] : by_key) bodies.push_back(body);
+  if (std::ranges::none_of(bodies, [](const BodyMeans& body) { return body.split.n > 0; })) return "";
+  Fields<BodyMeans> fields = {{Column::text("dataset").folded(), &BodyMeans::dataset},
+                              {Column::text("sequence").folded(), &BodyMeans::sequence},
+                              {Column::text("body"), &BodyMeans::body},
+                              {Column::count("pairs"), [](const BodyMeans& body) {
+                                 return Cell(std::max(body.split.n, body.truth.n));
+                               }}};
+  for (const Mean& mean : means) {
+    fields.add(Column::number(mean.title, 2), [moments = mean.moments](const BodyMeans& body) {
+      return (body.*moments).n == 0 ? Cell() : Cell((body.*moments).mean());
+    });
   }
+  const char* const caption =
+      "Mean NEES, 6 for right covariances: between halves of the points, and against the truth. Mean chi2 of "
+      "the flow's expansion against the disparities, 1 if they agree.";
+  std::string text = to_text(table_of("Consistency", wrapped(caption, 100), fields, bodies));
+  const bool too_sure = std::ranges::any_of(
+      bodies, [&](const BodyMeans& body) { return body.split.x > far_too_large * body.split.n; });
+  const bool disagree = std::ranges::any_of(bodies, [&](const BodyMeans& body) {
+    return body.expansion.x > large_disagreement * body.expansion.n;
+  });
   if (too_sure) {
     text +=
         "Far above 6: covariances are too small. For errors that correlate over the image give\n"

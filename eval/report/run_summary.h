@@ -63,8 +63,8 @@ Json summary_json(const std::vector<Record>& records, const MetricPreset& preset
 
 // ---- Consistency of the bodies' estimates (`sextant run --consistency`).
 
-/// Lists by body the means of values.split_nees, of its two kinds, of values.nees and of
-/// values.expansion_chi2, one line each; empty if no record has split_nees.
+/// Returns a table of the means of values.split_nees, of its two kinds, of values.nees and of
+/// values.expansion_chi2 by body, with advice if they are far too large; empty if no record has split_nees.
 std::string consistency_text(const std::vector<Record>& records);
 
 // ---- Components of a camera's step errors that are equal in every pair, or grow along the sequence. They
