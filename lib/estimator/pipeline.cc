@@ -25,13 +25,6 @@ class Stopwatch {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-Correspondences nearer_than(const Correspondences& points, double max_depth_m) {
-  std::vector<unsigned char> keep(points.size());
-  std::transform(points.depth.begin(), points.depth.end(), keep.begin(),
-                 [&](double depth) { return depth <= max_depth_m ? 1 : 0; });
-  return points.subset(keep);
-}
-
 Eigen::Vector3d inlier_centroid(const Problem& problem, const std::vector<unsigned char>& inliers) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int n = 0;
@@ -78,11 +71,12 @@ int main_instance(const ObjectObservation& object) {
       ->first;
 }
 
-/// Returns the points of one instance of the previous mask. All other points belong to a body that disappears
-/// behind this one, so that their flow ends on it.
-Correspondences points_of_instance(const ObjectObservation& object, int instance) {
+/// Returns the points of one instance of the previous mask within `max_depth_m`. Points of other instances
+/// belong to a body that disappears behind this one, so that their flow ends on it.
+Correspondences points_of_instance(const ObjectObservation& object, int instance, double max_depth_m) {
   std::vector<unsigned char> keep(object.points.size());
-  for (size_t i = 0; i < keep.size(); ++i) keep[i] = object.instance_prev[i] == instance ? 1 : 0;
+  for (size_t i = 0; i < keep.size(); ++i)
+    keep[i] = object.instance_prev[i] == instance && object.points.depth[i] <= max_depth_m ? 1 : 0;
   return object.points.subset(keep);
 }
 
@@ -179,9 +173,8 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   body.moving_share = body.speed_mps = nan;
   body.is_dynamic = true;
   const int instance_prev = main_instance(object);
-  const Problem near{pair.camera,
-                     nearer_than(points_of_instance(object, instance_prev), options_.max_object_distance_m),
-                     declared_noise(pair, instance_prev)};
+  Problem near{pair.camera, points_of_instance(object, instance_prev, options_.max_object_distance_m),
+               declared_noise(pair, instance_prev)};
   body.n_points = static_cast<int>(near.points.size());
   const auto gate = [&](Gate reason) {
     body.status = Status::gated;
@@ -205,8 +198,8 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   } else if (!by_likelihood && !body.is_dynamic && !options_.estimate_static_objects) {
     gate(Gate::is_static);
   }
-  body.points = near.points;
-  body.noise = near.noise;
+  body.points = std::move(near.points);
+  body.noise = std::move(near.noise);
   body.times.other_ms = watch.lap_ms();
   if (by_likelihood && body.status == Status::ok && ego.status == Status::ok) {
     refine_object(pair, ego.estimate.T_curr_prev, ego, body);

@@ -110,13 +110,22 @@ struct Correspondences {
   /// point.
   Correspondences subset(const std::vector<unsigned char>& keep) const {
     SEXTANT_CHECK(keep.size() == size());
-    Correspondences out;
-    out.reserve(size());
+    std::vector<size_t> kept;
+    kept.reserve(size());
     for (size_t i = 0; i < size(); ++i) {
-      if (!keep[i]) continue;
-      out.push_back(u[i], v[i], depth[i], flow_u[i], flow_v[i], depth_curr[i]);
-      if (!before_noise.empty()) out.before_noise.push_back(before_noise[i]);
+      if (keep[i]) kept.push_back(i);
     }
+    Correspondences out;
+    const auto take = [&](auto column) {
+      const auto& from = this->*column;
+      auto& to = out.*column;
+      if (from.empty()) return;
+      to.resize(kept.size());
+      for (size_t k = 0; k < kept.size(); ++k) to[k] = from[kept[k]];
+    };
+    using C = Correspondences;
+    for (const auto column : {&C::u, &C::v, &C::depth, &C::flow_u, &C::flow_v, &C::depth_curr}) take(column);
+    take(&C::before_noise);
     return out;
   }
 };

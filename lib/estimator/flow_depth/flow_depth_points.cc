@@ -68,10 +68,11 @@ FlowDepthPoints<Real>::FlowDepthPoints(const StereoCamera& camera, size_t size)
       valid_(size, 0),
       share_curr_(size, 0),
       values_(n_columns * padded_) {
-  for (const Column k : {x, y, target_u, target_v, weight, has_curr}) {
-    std::fill_n(column(k), padded_, Real(0));
+  for (int k = 0; k <= refined; ++k) {
+    const bool is_depth = k == measured || k == measured_curr || k == refined;
+    Real* const values = column(static_cast<Column>(k));
+    std::fill(values + size_, values + padded_, Real(is_depth ? 1 : 0));
   }
-  for (const Column k : {measured, measured_curr, refined}) std::fill_n(column(k), padded_, Real(1));
 }
 
 template <typename Real>
@@ -114,21 +115,21 @@ template <typename Real>
 void FlowDepthPoints<Real>::neutralise_invalid() {
   const Real max = std::numeric_limits<Real>::max();
   for (size_t i = 0; i < size_; ++i) {
-    const auto keep = [i](bool valid, Real* values, Real otherwise) {
-      values[i] = valid ? values[i] : otherwise;
-    };
     const Real inverse = column(measured)[i];
     const Real inverse_curr = column(measured_curr)[i];
     const bool valid = (valid_[i] != 0) & (std::abs(column(target_u)[i]) <= max) &
                        (std::abs(column(target_v)[i]) <= max) & (inverse > 0) &
                        (inverse <= max);  // false for NaN
     const bool valid_curr = valid & (share_curr_[i] > 0) & (inverse_curr > 0) & (inverse_curr <= max);
-    for (const Column k : {x, y, target_u, target_v}) keep(valid, column(k), 0);
-    keep(valid, column(measured), 1);
-    keep(valid, column(refined), 1);
-    keep(valid_curr, column(measured_curr), 1);
+    if (!valid) {
+      for (const Column k : {x, y, target_u, target_v}) column(k)[i] = 0;
+      for (const Column k : {measured, refined}) column(k)[i] = 1;
+    }
+    if (!valid_curr) {
+      column(measured_curr)[i] = 1;
+      share_curr_[i] = 0;
+    }
     valid_[i] = valid ? 1 : 0;
-    if (!valid_curr) share_curr_[i] = 0;
     use(i, used(i), uses_depth_curr(i));
   }
 }

@@ -46,6 +46,9 @@ constexpr std::array<Offset, 16> circle = {{{0, -3},
 #define SEXTANT_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define SEXTANT_MAX(a, b) ((a) > (b) ? (a) : (b))
 
+/// Returns true if the block contains nothing but zeros.
+SEXTANT_INLINED bool is_zero(const Words& words) { return (words[0] | words[1] | words[2] | words[3]) == 0; }
+
 /// Computes the FAST responses of the pixels centre[0 .. n), 0 if not a corner. Reads and writes whole
 /// blocks.
 SEXTANT_SIMD void score_row(const uint8_t* centre, std::ptrdiff_t stride, int n, int threshold,
@@ -66,9 +69,9 @@ SEXTANT_SIMD void score_row(const uint8_t* centre, std::ptrdiff_t stride, int n,
     const Bytes top = *load(0), right = *load(4), bottom = *load(8), left = *load(12);
     const Bytes bright4 = SEXTANT_MIN(SEXTANT_MAX(top, bottom), SEXTANT_MAX(right, left));
     const Bytes dark4 = SEXTANT_MAX(SEXTANT_MIN(top, bottom), SEXTANT_MIN(right, left));
-    const Words any =
-        reinterpret_cast<Words>((SEXTANT_MAX(bright4, high) - high) | (SEXTANT_MAX(low, dark4) - dark4));
-    if ((any[0] | any[1] | any[2] | any[3]) == 0) continue;
+    if (is_zero(
+            reinterpret_cast<Words>((SEXTANT_MAX(bright4, high) - high) | (SEXTANT_MAX(low, dark4) - dark4))))
+      continue;
 
     // Two arcs of nine share the eight pixels from an even pixel on: one adds the pixel before them, the
     // other the pixel after them. The brightness of an arc is that of its darkest pixel.
@@ -124,15 +127,19 @@ SEXTANT_SIMD void keep_maxima(const uint8_t* above, const uint8_t* row, const ui
   }
 }
 
+/// Appends the pixels with a score. Reads whole blocks.
 void append_nonzero(const uint8_t* row, int n, int y, std::vector<Feature>& corners) {
-  for (int x = 0; x < n; x += 8) {
-    uint64_t eight = 0;
-    std::memcpy(&eight, row + x, sizeof(eight));
-    while (eight != 0) {
-      const int k = std::countr_zero(eight) / 8;
-      if (x + k >= n) break;
-      corners.push_back({x + k + radius, y, row[x + k]});
-      eight &= ~(uint64_t{0xff} << (8 * k));
+  for (int x = 0; x < n; x += block) {
+    Words words;
+    std::memcpy(&words, row + x, sizeof(words));
+    if (is_zero(words)) continue;  // true for most blocks
+    for (int word = 0; word < 4; ++word) {
+      for (uint64_t eight = words[word]; eight != 0;) {
+        const int byte = std::countr_zero(eight) / 8, at = x + 8 * word + byte;
+        if (at >= n) break;
+        corners.push_back({at + radius, y, row[at]});
+        eight &= ~(uint64_t{0xff} << (8 * byte));
+      }
     }
   }
 }
@@ -144,9 +151,17 @@ std::vector<Feature> fast_corners(const Image<uint8_t>& gray, int threshold) {
   std::vector<Feature> corners;
   const int width = gray.width() - 2 * radius;
   if (width <= 0 || gray.height() <= 2 * radius) return corners;
-  // Padded, because a block may extend beyond the last pixel of the image.
-  std::vector<uint8_t> pixels(gray.size() + block);
-  std::copy_n(gray.data(), gray.size(), pixels.begin());
+  // A block may extend beyond the last pixel of the image: the rows where it may are read from a padded copy.
+  const int beyond = block / gray.width() + 1;
+  const int first_copied = std::max(gray.height() - 2 * radius - beyond, 0);
+  const size_t before = static_cast<size_t>(first_copied) * gray.width();
+  std::vector<uint8_t> last_rows(gray.size() - before + block);
+  std::copy_n(gray.data() + before, gray.size() - before, last_rows.begin());
+  const auto centre = [&](int y) {
+    const bool is_inside = y + radius + beyond < gray.height();
+    const size_t at = static_cast<size_t>(y) * gray.width() + radius;
+    return is_inside ? gray.data() + at : last_rows.data() + (at - before);
+  };
   // Three rows of scores with a margin on both sides, used in rotation.
   const size_t length = static_cast<size_t>(width) + 2 * block;
   std::vector<uint8_t> scores(3 * length);
@@ -154,8 +169,7 @@ std::vector<Feature> fast_corners(const Image<uint8_t>& gray, int threshold) {
   const auto row = [&](int y) { return scores.data() + static_cast<size_t>(y % 3) * length + block; };
   for (int y = radius; y <= gray.height() - radius; ++y) {
     if (y < gray.height() - radius) {
-      score_row(pixels.data() + static_cast<size_t>(y) * gray.width() + radius, gray.width(), width,
-                threshold, row(y));
+      score_row(centre(y), gray.width(), width, threshold, row(y));
     } else {
       std::fill_n(row(y), width, uint8_t{0});
     }
@@ -220,11 +234,12 @@ class Instances {
       const uint16_t* row = mask.row(y);
       for (int begin = 0; begin < width;) {  // masks consist of long runs
         const uint16_t id = row[begin];
-        const uint64_t four = id * 0x0001000100010001ULL;
+        const Words run = Words{} + id * 0x0001000100010001ULL;
+        constexpr int step = block / static_cast<int>(sizeof(id));
         int end = begin + 1;
-        for (uint64_t next = 0; end + 4 <= width; end += 4) {
+        for (Words next; end + step <= width; end += step) {
           std::memcpy(&next, row + end, sizeof(next));
-          if (next != four) break;
+          if (!is_zero(next ^ run)) break;
         }
         while (end < width && row[end] == id) ++end;
         if (id != 0) {
@@ -318,8 +333,11 @@ std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& c
   const int height = prev.mask.height();
   std::map<int, ObjectObservation> objects;
   for (const auto& [id, instance] : instances.by_id()) {
-    objects[id].instance = id;
-    objects[id].area_fraction = static_cast<double>(instance.pixels) / (static_cast<double>(width) * height);
+    ObjectObservation& object = objects[id];
+    object.instance = id;
+    object.area_fraction = static_cast<double>(instance.pixels) / (static_cast<double>(width) * height);
+    object.points.reserve(instance.pixels / static_cast<size_t>(options.object_step_px) /
+                          options.object_step_px);
   }
   const auto left = static_cast<float>(instances.around().first_x) - 1;
   const auto right = static_cast<float>(instances.around().last_x) + 1;
