@@ -13,7 +13,7 @@ std::vector<Distribution> samples() {
 }
 
 double at(const Figure& figure, size_t row, size_t column) {
-  return std::get<double>(figure.data.rows.at(row).at(column));
+  return *figure.data.rows.at(row).at(column).number();
 }
 
 TEST(ErrorFigures, CumulativeFiguresHoldQuantiles) {

@@ -44,8 +44,7 @@ TEST(ObjectFigures, TrackletsAreStretchesOfSuccessiveEstimates) {
   const Figure figure = tracklet_figure(some_records());
   std::vector<std::pair<double, double>> steps;
   for (const auto& row : figure.data.rows)
-    steps.emplace_back(std::get<double>(row[figure.data.place("steps")]),
-                       std::get<double>(row[figure.data.place("n")]));
+    steps.emplace_back(*row[figure.data.place("steps")].number(), *row[figure.data.place("n")].number());
   EXPECT_THAT(
       steps, ElementsAre(std::pair(0.0, 2.0), std::pair(2.0, 2.0), std::pair(3.0, 1.0), std::pair(3.0, 0.0)));
   EXPECT_TRUE(tracklet_figure({}).data.rows.empty());

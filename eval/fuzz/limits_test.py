@@ -134,19 +134,26 @@ class Claims(Limits):
 
 
 class Memory(Limits):
+    """Memory against the size of the file: what 100 times as much text takes on top of a small file, without the program itself."""
+
+    def ratio(self, make, words_of, **more):
+        few, many = make(200), make(20_000)
+        needed = [self.good(*words_of(path), "--quiet", **more).more_mb for path in (few, many)]
+        size = lambda path: sum(file.stat().st_size for file in ([path] if path.is_file() else path.iterdir())) / MB
+        if not SANITIZED:
+            self.assertLess(needed[1] - needed[0], TEXT_RATIO * (size(many) - size(few)))
+
+    def bodies(self, n):
+        return self.records((files.record(body=f"object:{i}", values={"distance_gt_m": 5.0, "dynamic_gt": 1.0}) for i in range(1, n)), f"run{n}")
+
     def test_trajectory(self):
-        file = self.trajectory(500_000)
-        self.good("evaluate", "ego", file, file, "--quiet", most_mb=TEXT_RATIO * file.stat().st_size / MB)
+        self.ratio(lambda n: self.trajectory(25 * n, f"{n}.tum"), lambda file: ("evaluate", "ego", file, file))
 
     def test_compare(self):
-        run = self.records(files.record(body=f"object:{i}", values={"distance_gt_m": 5.0, "dynamic_gt": 1.0}) for i in range(1, 50_000))
-        size = (run / "records.jsonl").stat().st_size / MB
-        self.good("compare", run, run, "--quiet", most_mb=TEXT_RATIO * size, codes=(0, 3))
+        self.ratio(self.bodies, lambda run: ("compare", run, run), codes=(0, 3))
 
     def test_report(self):
-        run = self.records(files.record(body=f"object:{i}", values={"distance_gt_m": 5.0, "dynamic_gt": 1.0}) for i in range(1, 20_000))
-        size = (run / "records.jsonl").stat().st_size / MB
-        self.good("report", run, "--out", self.here / "r", "--quiet", "--jobs", 1, most_mb=TEXT_RATIO * size)
+        self.ratio(self.bodies, lambda run: ("report", run, "--out", self.here / f"{run.name}-report", "--jobs", 1))
 
     @unittest.skipIf(SANITIZED, "sanitizers reserve more addresses than the limit")
     def test_too_little_memory_is_bad_input(self):

@@ -39,9 +39,8 @@ std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
   return to_markdown(table) + "\n" + figures;
 }
 
-std::string section_markdown(const ReportSection& section) {
-  std::string text =
-      fmt::format("<a id=\"{}\"></a>\n\n## {}\n\n", section.name, markdown_text(section.heading));
+void append_section(const ReportSection& section, std::string& text) {
+  text += fmt::format("<a id=\"{}\"></a>\n\n## {}\n\n", section.name, markdown_text(section.heading));
   for (const std::string& paragraph : section.paragraphs) text += markdown_text(paragraph) + "\n\n";
   for (const std::string& command : section.commands) text += fmt::format("    {}\n\n", one_line(command));
   for (const Picture& picture : section.pictures) {
@@ -51,10 +50,10 @@ std::string section_markdown(const ReportSection& section) {
   for (const Figure& figure : section.figures) text += figure_markdown(figure);
   for (const NamedTable& named : section.tables) {
     // The title of a table is one level below that of its section.
-    text += fmt::format("<a id=\"{}\"></a>\n\n{}{}\n", named.name, named.table.title.empty() ? "" : "#",
-                        to_markdown(named.table));
+    text += fmt::format("<a id=\"{}\"></a>\n\n{}", named.name, named.table.title.empty() ? "" : "#");
+    text += to_markdown(named.table);
+    text += "\n";
   }
-  return text;
 }
 
 }  // namespace
@@ -126,7 +125,7 @@ std::string to_markdown(const ReportDocument& document) {
   std::string text =
       fmt::format("# {}\n\n{}\n\n", markdown_text(document.title), markdown_text(document.abstract));
   text += document.lead.markdown + verdicts_markdown(document.verdicts);
-  for (const ReportSection& section : document.sections) text += section_markdown(section);
+  for (const ReportSection& section : document.sections) append_section(section, text);
   if (!document.provenance.empty()) text += "## Provenance\n\n";
   for (const auto& [key, value] : document.provenance)
     text += fmt::format("- **{}**: {}\n", markdown_text(key), markdown_text(value));

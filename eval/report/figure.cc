@@ -78,7 +78,7 @@ std::string label_text(const std::string& text) { return replaced(one_line(text)
 std::string figure_csv(Table data) {
   for (std::vector<Cell>& row : data.rows) {
     for (Cell& cell : row) {
-      if (auto* text = std::get_if<std::string>(&cell)) *text = gp_cell(*text);
+      if (const std::string* text = cell.text()) cell = gp_cell(*text);
     }
   }
   return to_csv(data);

@@ -20,26 +20,30 @@ struct Layout {
   std::vector<size_t> widths;
 };
 
-Layout lay_out(const Table& table, size_t min_width) {
+/// Frees each row as soon as it is formatted: cells and texts of a large table need not be in memory at once.
+Layout lay_out(Table& table, size_t min_width) {
   Layout layout;
   layout.lines.emplace_back();
   for (const Column& column : table.columns) {
     layout.lines.back().push_back(column.title);
     layout.widths.push_back(std::max(min_width, width_of(column.title)));
   }
-  for (const std::vector<Cell>& row : table.rows) {
-    layout.lines.emplace_back();
+  layout.lines.reserve(table.rows.size() + 1);
+  for (std::vector<Cell>& row : table.rows) {
+    std::vector<std::string>& line = layout.lines.emplace_back();
+    line.reserve(row.size());
     for (size_t i = 0; i < row.size(); ++i) {
-      layout.lines.back().push_back(shown(row[i], table.columns[i]));
-      layout.widths[i] = std::max(layout.widths[i], width_of(layout.lines.back().back()));
+      line.push_back(shown(row[i], table.columns[i]));
+      layout.widths[i] = std::max(layout.widths[i], width_of(line.back()));
     }
+    std::vector<Cell>().swap(row);
   }
   return layout;
 }
 
 std::string exact(const Cell& cell) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return spreadsheet_field(*text);
-  if (const auto* number = std::get_if<double>(&cell)) return fmt::format("{}", *number);
+  if (const std::string* text = cell.text()) return spreadsheet_field(*text);
+  if (const double* number = cell.number()) return fmt::format("{}", *number);
   return "";
 }
 
@@ -112,7 +116,7 @@ size_t Table::place(std::string_view key) const {
 void Table::add_row(std::vector<Cell> row) {
   SEXTANT_CHECK(row.size() == columns.size());
   for (const Cell& cell : row) {
-    const auto* number = std::get_if<double>(&cell);
+    const double* number = cell.number();
     SEXTANT_CHECK(number == nullptr || std::isfinite(*number));
   }
   rows.push_back(std::move(row));
@@ -146,7 +150,7 @@ std::vector<Table> split_rows(const Table& table, const std::vector<std::string>
 }
 
 std::string to_text(const Table& whole) {
-  const auto [table, folded] = fold_columns(for_people(whole));
+  auto [table, folded] = fold_columns(for_people(whole));
   const Layout layout = lay_out(table, 1);
   std::string text;
   if (!table.title.empty()) text += page_text(table.title) + "\n";
@@ -171,18 +175,21 @@ std::string to_text(const Table& whole) {
 }
 
 std::string to_markdown(const Table& whole) {
-  const Table table = for_people(whole);
-  const Layout layout = lay_out(table, 3);
+  Table table = for_people(whole);
+  Layout layout = lay_out(table, 3);
   std::string text;
   if (!table.title.empty()) text += fmt::format("## {}\n\n", markdown_text(table.title));
   if (!table.caption.empty()) text += markdown_text(table.caption) + "\n\n";
+  const size_t rows_begin = text.size();
   for (size_t i = 0; i < layout.lines.size(); ++i) {
     for (size_t j = 0; j < table.columns.size(); ++j) {
       const std::string cell = replaced(markdown_text(layout.lines[i][j]), "|", "\\|");
       text += fmt::format("| {} ", padded(cell, layout.widths[j], table.columns[j].align));
     }
     text += "|\n";
+    std::vector<std::string>().swap(layout.lines[i]);
     if (i > 0) continue;
+    text.reserve(rows_begin + (text.size() - rows_begin) * (layout.lines.size() + 1));
     for (size_t j = 0; j < layout.widths.size(); ++j) {
       const std::string rule(layout.widths[j] - 1, '-');
       text += fmt::format(fmt::runtime(table.columns[j].align == Align::left ? "| :{} " : "| {}: "), rule);
@@ -211,8 +218,8 @@ Json row_to_json(const Table& table, const std::vector<Cell>& row) {
   Json object = Json::object();
   for (size_t j = 0; j < row.size(); ++j) {
     const std::string& key = table.columns[j].key;
-    if (const auto* text = std::get_if<std::string>(&row[j])) object[key] = *text;
-    if (const auto* number = std::get_if<double>(&row[j])) object[key] = *number;
+    if (const std::string* text = row[j].text()) object[key] = *text;
+    if (const double* number = row[j].number()) object[key] = *number;
   }
   return object;
 }
@@ -236,8 +243,10 @@ std::string rows_to_json_text(const Table& table) {
       text += c;
       if (c == '\n') text += "  ";
     }
+    if (&row == &table.rows.front()) text.reserve(text.size() * (table.rows.size() + 1));
   }
-  return text + "\n]\n";
+  text += "\n]\n";
+  return text;
 }
 
 namespace {
@@ -264,8 +273,7 @@ void join_range(Table& table, size_t j) {
   const Column low = table.columns[j];
   const Column high = table.columns[j + 1];
   for (std::vector<Cell>& row : table.rows) {
-    const bool is_empty =
-        std::holds_alternative<std::monostate>(row[j]) && std::holds_alternative<std::monostate>(row[j + 1]);
+    const bool is_empty = row[j].is_empty() && row[j + 1].is_empty();
     row[j] = is_empty ? Cell() : Cell(fmt::format("[{}, {}]", shown(row[j], low), shown(row[j + 1], high)));
     row.erase(row.begin() + static_cast<std::ptrdiff_t>(j) + 1);
   }
@@ -285,8 +293,8 @@ std::string rounded_to_digits(double number, int digits) {
 }  // namespace
 
 std::string shown(const Cell& cell, const Column& column) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return text->empty() ? "-" : one_line(*text);
-  const auto* number = std::get_if<double>(&cell);
+  if (const std::string* text = cell.text()) return text->empty() ? "-" : one_line(*text);
+  const double* number = cell.number();
   if (number == nullptr) return "-";
   if (column.significant > 0) return rounded_to_digits(*number, column.significant);
   const double half_unit = 0.5 * std::pow(10.0, -column.decimals);
@@ -411,7 +419,7 @@ const char* size_command(size_t n_columns) {
 std::string latex_cell(const Cell& cell, const Column& column) {
   const std::string text = shown(cell, column);
   if (text == "-") return "--";
-  if (std::holds_alternative<double>(cell) && text.front() == '-') return "$-$" + text.substr(1);
+  if (cell.number() != nullptr && text.front() == '-') return "$-$" + text.substr(1);
   return latex_escaped(text);
 }
 

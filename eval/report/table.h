@@ -6,6 +6,7 @@
 
 #include <concepts>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -75,17 +76,46 @@ std::vector<Column> folded_columns(const std::vector<std::string>& keys);
 std::vector<Column> range_columns(const std::string& low_key, const std::string& high_key, int decimals,
                                   const std::string& title = "95 % interval");
 
+/// A text that has the size of a pointer: most cells of a large table are numbers or empty, and a std::string
+/// in each would double the memory of the table.
+class CellText {
+ public:
+  CellText(std::string text) : text_(std::make_unique<const std::string>(std::move(text))) {}
+  CellText(const CellText& other) : CellText(*other.text_) {}
+  CellText(CellText&& other) noexcept = default;
+  CellText& operator=(CellText other) noexcept {
+    text_ = std::move(other.text_);
+    return *this;
+  }
+  const std::string& str() const { return *text_; }
+  bool operator==(const CellText& other) const { return *text_ == *other.text_; }
+
+ private:
+  std::unique_ptr<const std::string> text_;
+};
+
 /// Empty, a text, or a finite number.
-struct Cell : std::variant<std::monostate, std::string, double> {
+class Cell : std::variant<std::monostate, CellText, double> {
+ public:
   Cell() = default;
-  Cell(const char* text) : variant(std::string(text)) {}
-  Cell(std::string_view text) : variant(std::string(text)) {}
-  Cell(std::string text) : variant(std::move(text)) {}
-  Cell(Interned text) : variant(text.str()) {}
+  Cell(std::string text) : variant(CellText(std::move(text))) {}
+  Cell(const char* text) : Cell(std::string(text)) {}
+  Cell(std::string_view text) : Cell(std::string(text)) {}
+  Cell(Interned text) : Cell(text.str()) {}
   Cell(double number) : variant(number) {}
   Cell(std::integral auto number) : variant(static_cast<double>(number)) {}
   template <typename T>
   Cell(const std::optional<T>& value) : Cell(value ? Cell(*value) : Cell()) {}
+
+  bool is_empty() const { return index() == 0; }
+  /// Returns null unless the cell is a text.
+  const std::string* text() const {
+    const auto* text = std::get_if<CellText>(this);
+    return text == nullptr ? nullptr : &text->str();
+  }
+  /// Returns null unless the cell is a number.
+  const double* number() const { return std::get_if<double>(this); }
+  bool operator==(const Cell& other) const = default;
 };
 
 struct Table {

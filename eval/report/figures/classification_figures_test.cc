@@ -48,14 +48,14 @@ TEST(ClassificationFigures, TheTableCountsDecisionsAndWhatWasMissedInSight) {
   const Table table = classification_test_table(classified_records());
   ASSERT_EQ(table.rows.size(), 2U);
   const auto number = [&](size_t row, const char* key) {
-    return std::get<double>(table.rows[row][table.place(key)]);
+    return *table.rows[row][table.place(key)].number();
   };
   EXPECT_EQ(number(0, "n_static"), 4);
   EXPECT_EQ(number(0, "n_false"), 2);
   EXPECT_EQ(number(0, "false_percent"), 50);
   EXPECT_EQ(number(0, "n_missed"), 0);
   EXPECT_EQ(number(0, "area"), 0.75);  // object 4 ties with both that move
-  EXPECT_TRUE(std::holds_alternative<std::monostate>(table.rows[0][table.place("n_missed_in_sight")]));
+  EXPECT_TRUE(table.rows[0][table.place("n_missed_in_sight")].is_empty());
   EXPECT_EQ(number(1, "n_false"), 0);
   EXPECT_EQ(number(1, "n_missed"), 2);
   EXPECT_EQ(number(1, "n_missed_in_sight"), 1);  // 10 km/h where 8 can be found, not where 12 can

@@ -104,7 +104,7 @@ TEST(ReportFigures, EfficiencyFollowsItsRows) {
   std::vector<NoiseLevelRow> rows = level_rows();
   const std::vector<Figure> figures = efficiency_figures(rows);
   ASSERT_EQ(figures.size(), 1U);
-  EXPECT_DOUBLE_EQ(std::get<double>(figures[0].data.rows[0][4]), 1 / 0.8);
+  EXPECT_DOUBLE_EQ(*figures[0].data.rows[0][4].number(), 1 / 0.8);
   const std::string whole = svg(figures);
   rows.pop_back();
   EXPECT_NE(svg(efficiency_figures(rows)), whole);

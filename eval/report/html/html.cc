@@ -96,8 +96,7 @@ bool is_first(const NamedTable& named, const Column& column) {
 std::string table_cell(const Cell& cell, const Column& column, const std::string* address, bool is_first) {
   const std::string text = shown(cell, column);
   std::string attributes = class_of(column, text.size(), is_first);
-  if (const auto* number = std::get_if<double>(&cell))
-    attributes += fmt::format(" data-value=\"{}\"", *number);
+  if (const double* number = cell.number()) attributes += fmt::format(" data-value=\"{}\"", *number);
   const bool is_verdict = column.key.ends_with("verdict") && text != "-";
   if (address != nullptr && !address->empty() && text != "-") {
     // Addresses of records in a report's tables are relative to the folder above the report.
@@ -108,11 +107,11 @@ std::string table_cell(const Cell& cell, const Column& column, const std::string
   return fmt::format("<td{}>{}</td>", attributes, is_verdict ? verdict_badge(text) : with_links(text));
 }
 
-/// HTML of rows that share the values stated above them; `id` is the anchor of the part, or empty.
-std::string part_html(const NamedTable& named, const Table& part, const std::string& id) {
+/// Appends rows that share the values stated above them; `id` is the anchor of the part, or empty.
+void append_part(const NamedTable& named, const Table& part, const std::string& id, std::string& html) {
   const std::string& label = named.table.title.empty() ? named.name : named.table.title;
   const auto [table, folded] = fold_columns(for_people(part));
-  std::string html = id.empty() ? "" : fmt::format("<div id=\"{}\"></div>\n", id);
+  if (!id.empty()) html += fmt::format("<div id=\"{}\"></div>\n", id);
   html += paragraph(folded, "folded");
   html += fmt::format("<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{}\">\n<table>\n",
                       html_escaped(folded.empty() ? label : label + ": " + folded));
@@ -127,13 +126,12 @@ std::string part_html(const NamedTable& named, const Table& part, const std::str
     for (size_t j = 0; j < table.columns.size(); ++j) {
       const std::string& key = table.columns[j].leads_to;
       const Cell* address = key.empty() ? nullptr : &part.rows[i][part.place(key)];
-      html += table_cell(table.rows[i][j], table.columns[j],
-                         address ? std::get_if<std::string>(address) : nullptr,
+      html += table_cell(table.rows[i][j], table.columns[j], address ? address->text() : nullptr,
                          is_first(named, table.columns[j]));
     }
     html += "</tr>\n";
   }
-  return html + "</tbody>\n</table>\n</div>\n";
+  html += "</tbody>\n</table>\n</div>\n";
 }
 
 size_t n_columns(const NamedTable& named) {
@@ -149,13 +147,12 @@ size_t n_columns(const NamedTable& named) {
 
 bool is_wide(const NamedTable& named) { return n_columns(named) >= wide_columns; }
 
-/// HTML of a table below a heading that may already equal the table's title.
-std::string table_html(const NamedTable& named, const std::string& heading) {
+/// Appends a table below a heading that may already equal the table's title.
+void append_table(const NamedTable& named, const std::string& heading, std::string& html) {
   const Table& table = named.table;
   const size_t n = n_columns(named);
-  std::string html =
-      fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
-                  n >= crowded_columns ? " crowded" : "", named.name);
+  html += fmt::format("<section class=\"table{}{}\" id=\"{}\">\n", n >= wide_columns ? " wide" : "",
+                      n >= crowded_columns ? " crowded" : "", named.name);
   if (!table.title.empty() && table.title != heading)
     html += fmt::format("<h3>{}</h3>\n", html_escaped(table.title));
   html += paragraph(table.caption, "caption");
@@ -166,10 +163,10 @@ std::string table_html(const NamedTable& named, const std::string& heading) {
         named.name);
   size_t i = 0;
   for_each_part(named, [&](const Table& part) {
-    html += part_html(named, part, named.split_by.empty() ? "" : part_anchor(named.name, i++));
+    append_part(named, part, named.split_by.empty() ? "" : part_anchor(named.name, i++), html);
   });
   for (const std::string& note : table.notes) html += paragraph(note, "note");
-  return html + "</section>\n";
+  html += "</section>\n";
 }
 
 struct PageImage {
@@ -291,19 +288,19 @@ std::vector<VerdictLine> linked_verdicts(const ReportDocument& document) {
   return lines;
 }
 
-std::string section_html(const ReportSection& section, const OutputFiles& drawn) {
+void append_section(const ReportSection& section, const OutputFiles& drawn, std::string& html) {
   // The heading of a section that consists of wide tables only is printed on the landscape page as well.
   const bool wide = section.figures.empty() && section.pictures.empty() && !section.tables.empty() &&
                     std::ranges::all_of(section.tables, is_wide);
-  std::string html = fmt::format("<section{} id=\"{}\">\n<h2>{}</h2>\n", wide ? " class=\"wide\"" : "",
-                                 section.name, html_escaped(section.heading));
+  html += fmt::format("<section{} id=\"{}\">\n<h2>{}</h2>\n", wide ? " class=\"wide\"" : "", section.name,
+                      html_escaped(section.heading));
   for (const std::string& text : section.paragraphs) html += paragraph(text);
   for (const std::string& command : section.commands)
     html += fmt::format("<pre tabindex=\"0\">{}</pre>\n", html_escaped(command));
   for (const Explorer& explorer : section.explorers) html += explorer_html(explorer);
   html += pictures_html(section.pictures) + figures_html(section.figures, drawn);
-  for (const NamedTable& table : section.tables) html += table_html(table, section.heading);
-  return html + "</section>\n";
+  for (const NamedTable& table : section.tables) append_table(table, section.heading, html);
+  html += "</section>\n";
 }
 
 std::string provenance(const ReportDocument& document) {
@@ -328,7 +325,7 @@ std::string page_html(const ReportDocument& document, Page page, const OutputFil
   html += "<main>\n" + lead.html;
   if (is_report) html += summary(linked_verdicts(document), drawn);
   for (const ReportSection& section : document.sections) {
-    if (is_on(section, page)) html += section_html(section, drawn);
+    if (is_on(section, page)) append_section(section, drawn, html);
   }
   if (is_report) html += provenance(document);
   if (is_report && !document.citation.empty())
@@ -338,7 +335,8 @@ std::string page_html(const ReportDocument& document, Page page, const OutputFil
   html += fmt::format("</main>\n<script>\n{}{}</script>\n", page_file("sort.js"), lead.script);
   if (has_explorers)
     html += fmt::format("<script>\n{}{}</script>\n", page_file("canvas.js"), page_file("explorer.js"));
-  return html + "</body>\n</html>\n";
+  html += "</body>\n</html>\n";
+  return html;
 }
 
 }  // namespace

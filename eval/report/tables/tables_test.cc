@@ -20,12 +20,12 @@ size_t column_of(const Table& table, const std::string& key) {
 
 std::string text_at(const Table& table, size_t row, const std::string& key) {
   const Cell& cell = table.rows.at(row).at(column_of(table, key));
-  return std::holds_alternative<std::string>(cell) ? std::get<std::string>(cell) : "";
+  return cell.text() != nullptr ? *cell.text() : "";
 }
 
 std::optional<double> number_at(const Table& table, size_t row, const std::string& key) {
   const Cell& cell = table.rows.at(row).at(column_of(table, key));
-  return std::holds_alternative<double>(cell) ? std::optional(std::get<double>(cell)) : std::nullopt;
+  return cell.number() != nullptr ? std::optional(*cell.number()) : std::nullopt;
 }
 
 class EveryTable : public testing::TestWithParam<PaperTable> {};
