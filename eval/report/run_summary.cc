@@ -261,7 +261,9 @@ std::string consistency_text(const std::vector<Record>& records) {
     }
   }
   std::vector<BodyMeans> bodies;
-  for (const auto& [key, body] : by_key) bodies.push_back(body);
+  for (const auto& [key, body] : by_key) {
+    if (body.split.n > 0 || body.truth.n > 0) bodies.push_back(body);
+  }
   if (std::ranges::none_of(bodies, [](const BodyMeans& body) { return body.split.n > 0; })) return "";
   Fields<BodyMeans> fields = {{Column::text("dataset").folded(), &BodyMeans::dataset},
                               {Column::text("sequence").folded(), &BodyMeans::sequence},

@@ -175,15 +175,18 @@ TEST(RunSummary, TerminalHasAHundredColumns) {
 
 TEST(ConsistencyText, IsMeansOfBodiesAndSaysWhatToDoAboutCovariancesThatAreTooSmall) {
   std::vector<Record> records = {record_of(1, "ego"), record_of(2, "ego"), record_of(2, "object:2")};
+  const Record without_values = record_of(2, "object:3");
   EXPECT_EQ(consistency_text(records), "");
   for (Record& r : records)
     r.values = {{"split_nees", 6}, {"split_nees_sides", 5}, {"split_nees_cells", 7}, {"nees", 4}};
   records[1].values["split_nees"] = 8;
   records[2].values["expansion_chi2"] = 1.5;
+  records.push_back(without_values);
   const std::string good = consistency_text(records);
   EXPECT_THAT(good, HasSubstr("ego"));
   EXPECT_THAT(good, testing::ContainsRegex("ego +2 +7.00 +5.00 +7.00 +4.00 +-\n"));
   EXPECT_THAT(good, testing::ContainsRegex("object:2 +1 +6.00 +5.00 +7.00 +4.00 +1.50\n"));
+  EXPECT_THAT(good, Not(HasSubstr("object:3")));
   EXPECT_THAT(good, Not(HasSubstr("too small")));
   records[2].values["split_nees"] = 13;
   EXPECT_THAT(consistency_text(records), HasSubstr("covariances are too small"));
