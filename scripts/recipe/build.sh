@@ -7,5 +7,5 @@ build=${SEXTANT_BUILD_DIR:-$SRC_DIR/build/recipe}
 cmake -G Ninja -S "$SRC_DIR" -B "$build" ${CMAKE_ARGS:-} -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$PREFIX" \
   -DSEXTANT_TESTS=OFF -DSEXTANT_BENCHMARKS=OFF -DSEXTANT_PYTHON=ON -DPython3_EXECUTABLE="$PYTHON" \
   -DSEXTANT_PYTHON_SITE="${SP_DIR#"$PREFIX"/}"
-cmake --build "$build" -j "${CPU_COUNT:-1}"
+cmake --build "$build" -j "${CPU_COUNT:-$(nproc)}"
 cmake --install "$build"
