@@ -35,8 +35,7 @@ import sys
 import time
 
 import hostile_files_testing as files
-from program_testing import (REFUSED_MB, Program, contents, options, printed_faults,
-                             working_folder)
+from program_testing import REFUSED_MB, Program, contents, options, printed_faults, working_folder
 
 PLAN = {"name": "hostile", "sources": ["synthetic:s18@0-1"], "estimators": ["motion_only", "joint_flow"],
         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2,

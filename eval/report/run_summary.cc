@@ -250,19 +250,15 @@ std::string consistency_text(const std::vector<Record>& records) {
                                 Mean{"split_nees_cells", "odd, even cells", &BodyMeans::cells},
                                 Mean{"nees", "truth", &BodyMeans::truth},
                                 Mean{"expansion_chi2", "expansion", &BodyMeans::expansion}};
-  std::map<std::tuple<std::string, std::string, int>, BodyMeans> by_key;
-  for (const Record& record : records) {
-    BodyMeans& body = by_key[{record.dataset.str(), record.sequence.str(), body_order(record.body)}];
-    body.dataset = record.dataset.str();
-    body.sequence = record.sequence.str();
-    body.body = record.body.str();
-    for (const Mean& mean : means) {
-      if (const auto value = find_number(record.values, mean.value)) (body.*mean.moments).add(*value);
-    }
-  }
   std::vector<BodyMeans> bodies;
-  for (const auto& [key, body] : by_key) {
-    if (body.split.n > 0 || body.truth.n > 0) bodies.push_back(body);
+  for (const auto& [key, of_body] : by_body(records)) {
+    const Record& first = *of_body.front();
+    BodyMeans body{first.dataset.str(), first.sequence.str(), first.body.str(), {}, {}, {}, {}, {}};
+    for (const Mean& mean : means) {
+      for (const double value : numbers_of(of_body, NumberMap::values, mean.value))
+        (body.*mean.moments).add(value);
+    }
+    if (body.split.n > 0 || body.truth.n > 0) bodies.push_back(std::move(body));
   }
   if (std::ranges::none_of(bodies, [](const BodyMeans& body) { return body.split.n > 0; })) return "";
   Fields<BodyMeans> fields = {{Column::text("dataset").folded(), &BodyMeans::dataset},
