@@ -255,10 +255,13 @@ class Clock:
 
     def smooth(self, rates, shift):
         times, h, values = rates
-        u = (times[None] - (self.times + shift)[:, None]) / self.width
-        weights, near = np.zeros_like(u), np.abs(u) <= 5
-        weights[near] = np.exp(-u[near] ** 2 / 2) * np.broadcast_to(h, u.shape)[near]
-        return weights @ values / weights.sum(1)[:, None]
+        at = self.times + shift
+        near = np.searchsorted(times, [at - 5.001 * self.width, at + 5.001 * self.width])  # first step, and after the last
+        k = near[0][:, None] + np.arange((near[1] - near[0]).max())
+        inside, k = k < len(times), np.minimum(k, len(times) - 1)
+        u = (times[k] - at[:, None]) / self.width
+        weights = np.where(inside & (np.abs(u) <= 5), np.exp(-u ** 2 / 2) * h[k], 0)
+        return (weights[..., None] * values[k]).sum(1) / weights.sum(1)[:, None]
 
     def score(self, d, use=None):
         use = np.ones(self.n, bool) if use is None else use

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <span>
 
 #include "sextant/base/error.h"
@@ -122,27 +123,98 @@ using Signals = std::array<std::vector<double>, 2>;
 /// Signals smoothed by a Gaussian of deviation `width`, cut at five deviations, and sampled at begin + i
 /// width + shift. NaN if no step is near.
 Signals smoothed(const Rates& rates, double begin, double width, size_t n, double shift) {
-  constexpr double reach = 5;
-  Signals out;
-  size_t first = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const double t = begin + static_cast<double>(i) * width + shift;
-    while (first < rates.times.size() && rates.times[first] < t - reach * width) ++first;
-    double weight = 0, sums[2] = {0, 0};
-    for (size_t k = first; k < rates.times.size() && rates.times[k] <= t + reach * width; ++k) {
-      const double u = (rates.times[k] - t) / width, w = std::exp(-0.5 * u * u) * rates.durations[k];
-      weight += w;
-      for (size_t c = 0; c < 2; ++c) sums[c] += w * rates.values[c][k];
+  // A step at g samples from the nearest one, |g| <= 1/2, has at the sample m before that one the weight
+  // exp(-(m + g)^2 / 2) = exp(-m^2 / 2) exp(-g)^m exp(-g^2 / 2): two exponentials serve all samples.
+  constexpr int reach = 5;
+  static const auto gaussian = [] {
+    std::array<double, reach + 1> values;
+    for (int m = 0; m <= reach; ++m) values[m] = std::exp(-0.5 * m * m);
+    return values;
+  }();
+  struct Sum {
+    double weight = 0;
+    std::array<double, 2> values{};
+  };
+  constexpr int margin = 2 * reach;  // samples before the first and after the last one
+  std::vector<Sum> sums(n + 2 * margin);
+  const double start = begin + shift;
+  const auto first = std::lower_bound(rates.times.begin(), rates.times.end(), start - reach * width);
+  for (auto k = static_cast<size_t>(first - rates.times.begin()); k < rates.times.size(); ++k) {
+    const double at = (rates.times[k] - start) / width;
+    const double nearest = std::round(at), g = at - nearest;
+    if (nearest >= static_cast<double>(n + reach)) break;
+    Sum* const centre = &sums[static_cast<size_t>(nearest + margin)];
+    const auto add = [&](std::ptrdiff_t sample, double weight) {
+      Sum& sum = centre[sample];
+      sum.weight += weight;
+      for (size_t c = 0; c < 2; ++c) sum.values[c] += weight * rates.values[c][k];
+    };
+    const double factor = std::exp(-g), inverse = 1 / factor;
+    double before = std::exp(-0.5 * g * g) * rates.durations[k], after = before;
+    add(0, before);
+    for (int m = 1; m <= reach; ++m) {
+      before *= factor;
+      after *= inverse;
+      if (m + g <= reach) add(-m, before * gaussian[m]);
+      if (m - g <= reach) add(m, after * gaussian[m]);
     }
-    for (size_t c = 0; c < 2; ++c) out[c].push_back(sums[c] / weight);
+  }
+  Signals out;
+  for (size_t i = 0; i < n; ++i) {
+    const Sum& sum = sums[i + margin];
+    for (size_t c = 0; c < 2; ++c) out[c].push_back(sum.values[c] / sum.weight);
   }
   return out;
+}
+
+/// Sums of two signals and of their products over samples; the signals are about fixed values near their
+/// means, which keeps the digits of the variances.
+struct Moments {
+  double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+
+  void add(double a, double b) {
+    n += 1;
+    x += a;
+    y += b;
+    xx += a * a;
+    yy += b * b;
+    xy += a * b;
+  }
+  /// Adds `sign` times the sums of other samples.
+  void add(const Moments& other, double sign) {
+    n += sign * other.n;
+    x += sign * other.x;
+    y += sign * other.y;
+    xx += sign * other.xx;
+    yy += sign * other.yy;
+    xy += sign * other.xy;
+  }
+  /// 0 if it is negative or if a signal varies by no more than the rounding of its sums.
+  double correlation() const {
+    constexpr double rounding = 1e-12;
+    const double vx = xx - x * x / n, vy = yy - y * y / n;
+    const bool vary = vx > rounding * xx && vy > rounding * yy;
+    return vary ? std::clamp((xy - x * y / n) / std::sqrt(vx * vy), 0.0, 1 - 1e-12) : 0;
+  }
+};
+
+double mean_of_finite(const std::vector<double>& values) {
+  double sum = 0, n = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value;
+    n += 1;
+  }
+  return n > 0 ? sum / n : 0;
 }
 
 /// The score of an offset between two recordings. Offsets are relative to the initial one, which may be large
 /// (an epoch) and would leave few digits.
 class OffsetSearch {
  public:
+  static constexpr int n_stretches = 20;  // of the jackknife
+  static constexpr int nothing = -1;      // no stretch is left out
+
   OffsetSearch(const PoseSeries& reference, const PoseSeries& estimate, double initial_s)
       : reference_(rates_of(reference)), estimate_(rates_of(estimate)) {
     width_ = std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
@@ -155,37 +227,34 @@ class OffsetSearch {
     const double end = std::min(estimate_.times.back(), reference_.times.back() - reach_);
     if (end > begin_) n_ = std::min(static_cast<size_t>((end - begin_) / width_) + 1, max_samples);
     signal_ = smoothed(estimate_, begin_, width_, n_, 0);
+    for (size_t c = 0; c < 2; ++c) centre_[c] = mean_of_finite(signal_[c]);
   }
 
   size_t n() const { return n_; }
   double reach() const { return reach_; }
   double width() const { return width_; }
 
-  /// Correlations at the offset `d`, leaving out the samples from `left_out` to `until`.
-  std::array<double, 2> correlations(double d, size_t left_out = 0, size_t until = 0) const {
-    const Signals r = smoothed(reference_, begin_, width_, n_, d);
+  /// Correlations at the offset `d` without one of the stretches.
+  std::array<double, 2> correlations(double d, int left_out = nothing) {
+    const Stretches& stretches = stretches_at(d);
     std::array<double, 2> rho{};
     for (size_t c = 0; c < 2; ++c) {
-      std::vector<double> a, b;
-      for (size_t i = 0; i < n_; ++i) {
-        if ((i >= left_out && i < until) || !std::isfinite(r[c][i]) || !std::isfinite(signal_[c][i]))
-          continue;
-        a.push_back(r[c][i]);
-        b.push_back(signal_[c][i]);
-      }
-      rho[c] = std::clamp(correlation(a, b), 0.0, 1 - 1e-12);
+      Moments rest = stretches.all[c];
+      if (left_out != nothing) rest.add(stretches.each[static_cast<size_t>(left_out)][c], -1);
+      rho[c] = rest.correlation();
     }
     return rho;
   }
 
-  double score(double d, size_t left_out = 0, size_t until = 0) const {
+  double score(double d, int left_out = nothing) {
     double sum = 0;
-    for (const double rho : correlations(d, left_out, until)) sum -= std::log1p(-rho * rho);
-    return 0.5 * static_cast<double>(n_ - (until - left_out)) * sum;
+    for (const double rho : correlations(d, left_out)) sum -= std::log1p(-rho * rho);
+    const size_t without = left_out == nothing ? 0 : begin_of(left_out + 1) - begin_of(left_out);
+    return 0.5 * static_cast<double>(n_ - without) * sum;
   }
 
   /// Best offset on a grid of half widths over the whole range.
-  double coarse_best() const {
+  double coarse_best() {
     double best = 0, highest = -std::numeric_limits<double>::infinity();
     const int steps = static_cast<int>(std::lround(2 * reach_ / width_));
     for (int k = -steps; k <= steps; ++k) {
@@ -199,24 +268,24 @@ class OffsetSearch {
   }
 
   /// Golden-section search within half a width of `d`.
-  double refined(double d, size_t left_out = 0, size_t until = 0) const {
+  double refined(double d, int left_out = nothing) {
     constexpr double golden = 0.6180339887498949;
     double low = d - 0.5 * width_, high = d + 0.5 * width_;
     double a = high - golden * (high - low), b = low + golden * (high - low);
-    double at_a = score(a, left_out, until), at_b = score(b, left_out, until);
+    double at_a = score(a, left_out), at_b = score(b, left_out);
     while (high - low > 1e-6 * width_) {
       if (at_a > at_b) {
         high = b;
         b = a;
         at_b = at_a;
         a = high - golden * (high - low);
-        at_a = score(a, left_out, until);
+        at_a = score(a, left_out);
       } else {
         low = a;
         a = b;
         at_a = at_b;
         b = low + golden * (high - low);
-        at_b = score(b, left_out, until);
+        at_b = score(b, left_out);
       }
     }
     return 0.5 * (low + high);
@@ -225,10 +294,38 @@ class OffsetSearch {
  private:
   static constexpr size_t max_samples = 4000;  // longer recordings are compared over their first samples only
 
+  struct Stretches {
+    std::array<Moments, 2> all;
+    std::array<std::array<Moments, 2>, n_stretches> each;
+  };
+
+  size_t begin_of(int stretch) const { return static_cast<size_t>(stretch) * n_ / n_stretches; }
+
+  /// Computes the sums at an offset once: the searches without one stretch begin at the same offsets.
+  const Stretches& stretches_at(double d) {
+    const auto [found, is_new] = known_.try_emplace(d);
+    Stretches& out = found->second;
+    if (!is_new) return out;
+    const Signals r = smoothed(reference_, begin_, width_, n_, d);
+    for (size_t c = 0; c < 2; ++c) {
+      for (int k = 0; k < n_stretches; ++k) {
+        Moments& moments = out.each[static_cast<size_t>(k)][c];
+        for (size_t i = begin_of(k); i < begin_of(k + 1); ++i) {
+          if (std::isfinite(r[c][i]) && std::isfinite(signal_[c][i]))
+            moments.add(r[c][i] - centre_[c], signal_[c][i] - centre_[c]);
+        }
+        out.all[c].add(moments, 1);
+      }
+    }
+    return out;
+  }
+
   Rates reference_, estimate_;
   double width_ = 0, reach_ = 0, begin_ = 0;
   size_t n_ = 0;
-  Signals signal_;  // signal of the estimate
+  Signals signal_;                  // signal of the estimate
+  std::array<double, 2> centre_{};  // its mean
+  std::map<double, Stretches> known_;
 };
 
 }  // namespace
@@ -277,14 +374,14 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
 
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name) {
-  constexpr size_t fewest = 40, n_stretches = 20;
+  constexpr size_t fewest = 40;
   constexpr double least_correlation = 0.8, student_19 = 2.0930240544;
   const auto undetermined = [&](const std::string& why) {
     fail("{}: the motions do not determine a time offset: {}; give --offset", name, why);
   };
   if (reference.size() < fewest || estimate.size() < fewest)
     undetermined(fmt::format("{} and {} poses, {} needed", reference.size(), estimate.size(), fewest));
-  const OffsetSearch search(reference, estimate, initial_s);
+  OffsetSearch search(reference, estimate, initial_s);
   if (search.n() < fewest)
     undetermined(fmt::format("both recordings share {} steps around an offset of {} s, {} needed", search.n(),
                              initial_s, fewest));
@@ -304,13 +401,12 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
                              rotation, least_correlation));
   }
   double sum = 0, squares = 0;
-  for (size_t k = 0; k < n_stretches; ++k) {
-    const double d =
-        search.refined(shift_s, k * out.n / n_stretches, (k + 1) * out.n / n_stretches) - shift_s;
+  for (int k = 0; k < OffsetSearch::n_stretches; ++k) {
+    const double d = search.refined(shift_s, k) - shift_s;
     sum += d;
     squares += d * d;
   }
-  constexpr double n = n_stretches;
+  constexpr double n = OffsetSearch::n_stretches;
   const double half = student_19 * std::sqrt((n - 1) / n * std::max(0.0, squares - sum * sum / n));
   out.low_s = out.offset_s - half;
   out.high_s = out.offset_s + half;
