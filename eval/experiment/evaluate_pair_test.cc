@@ -4,7 +4,9 @@
 
 #include <numbers>
 
+#include "sextant/estimator/consistency.h"
 #include "sextant/geometry/object_motion.h"
+#include "sextant/metrics/definitions.h"
 
 namespace sextant {
 namespace {
@@ -119,6 +121,13 @@ TEST_F(EvaluatePair, ConsistencyIsRecorded) {
   EXPECT_FALSE(records[0].values.contains("expansion_chi2"));
   EXPECT_EQ(records[1].values.at("expansion_gap_m"), 0.5);
   EXPECT_EQ(records[1].values.at("expansion_chi2"), 7.0);
+}
+
+TEST_F(EvaluatePair, TheDefinitionOfExpansionChi2StatesTheErrorsThatItAssumes) {
+  const std::string& definition = metric(NumberMap::values, "expansion_chi2").definition;
+  EXPECT_NE(definition.find(fmt::format("{} px of the flow", common_flow_px)), std::string::npos);
+  EXPECT_NE(definition.find(fmt::format("{} px of the change of the disparity", common_disparity_px)),
+            std::string::npos);
 }
 
 TEST_F(EvaluatePair, EpeIsOverInliersAgainstInducedFlow) {
