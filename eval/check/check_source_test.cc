@@ -34,6 +34,18 @@ TEST(CheckSource, ExactSourcesPass) {
   }
 }
 
+TEST(CheckSource, FramesThatContradictTheOthersAreNamed) {
+  LoadedSequence sequence = copy_of("synthetic:s18@0-5");
+  Image<Flow>& flow = sequence.frames_[1].flow;
+  Image<float>& depth_m = sequence.frames_[3].depth_m;
+  for (const auto [i, j] : pixels(flow)) flow(i, j) = {-flow(i, j).u, -flow(i, j).v};
+  for (const auto [i, j] : pixels(depth_m)) depth_m(i, j) /= 2;
+  const std::vector<SourceCheck> checks = check_source(sequence, {.jobs = 2, .quiet = true});
+  const auto line = std::ranges::find(checks, "static flow", &SourceCheck::name);
+  EXPECT_EQ(line->outcome, CheckOutcome::fail);
+  EXPECT_THAT(line->message, HasSubstr("in 2 of 5 pairs, of frames 1, 3;"));
+}
+
 TEST(CheckSource, AStationaryCameraIsNotCheckable) {
   const std::vector<SourceCheck> checks =
       check_source(copy_of("synthetic:s01-crossing@0-3"), {.quiet = true});

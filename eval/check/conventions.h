@@ -110,7 +110,7 @@ struct Finding {
 // ---- depth, flow and poses (flow_conventions.cc)
 
 /// Compares the positions of background points after the true camera motion with the flow. Median residual,
-/// px.
+/// px; that of single pairs, which are named, if their residuals are five times the typical one.
 Finding check_static_flow(const ConventionData& data);
 /// Factor on depth for which the true camera steps explain the flow, and its relative standard error.
 struct DepthFactor {

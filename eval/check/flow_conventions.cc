@@ -162,10 +162,51 @@ std::string nothing_to_compare(const ConventionData& data, bool poses, bool obje
 
 }  // namespace
 
+namespace {
+
+/// The largest residual that the median of a pair, or of all pairs, may have, px.
+double static_limit(double parallax_px, double truth_error_px) {
+  return std::hypot(std::max(static_floor_px, parallax_px < far_off_px ? static_share * parallax_px : 0),
+                    truth_error_px);
+}
+
+/// The median residual of a pair.
+struct PairResidual {
+  int frame = 0;
+  double residual_px = 0;
+  double limit_px = 0;
+};
+
+/// Replaces the result by that of single pairs which contradict all others: a median over all pairs hides
+/// frames whose flow, depth or pose is wrong.
+void find_wrong_pairs(const std::vector<PairResidual>& pairs, Finding& finding) {
+  constexpr double contrast = 5;
+  std::vector<double> all, wrong;
+  for (const PairResidual& pair : pairs) all.push_back(pair.residual_px);
+  const double typical = median(all);
+  std::string frames;
+  for (const PairResidual& pair : pairs) {
+    if (pair.residual_px <= std::max(static_fail_factor * pair.limit_px, contrast * typical)) continue;
+    wrong.push_back(pair.residual_px);
+    constexpr size_t shown = 10;
+    if (wrong.size() <= shown) frames += fmt::format("{}{}", frames.empty() ? "" : ", ", pair.frame);
+    if (wrong.size() == shown + 1) frames += ", ..";
+  }
+  if (wrong.empty()) return;
+  finding.value = median(wrong);
+  finding.message = fmt::format(
+      "in {} of {} pairs, of frames {}; the median over all pairs is {:.3f} px: are flow, depth or pose of "
+      "these frames wrong?",
+      wrong.size(), pairs.size(), frames, typical);
+}
+
+}  // namespace
+
 Finding check_static_flow(const ConventionData& data) {
   Finding finding{.check = "static flow", .unit = "px", .counted = "points", .sharp = true};
   const PinholeCamera& camera = data.camera.left;
   std::vector<double> residuals, parallax, truth_errors;
+  std::vector<PairResidual> pairs;
   bool seen = false;
   for (int k = data.first_frame; k <= data.last_frame(); ++k) {
     const auto pair = static_pair(data, k);
@@ -183,16 +224,17 @@ Finding check_static_flow(const ConventionData& data) {
     residuals.insert(residuals.end(), r.begin(), r.end());
     parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
     truth_errors.push_back(truth_error_px(data, *pair));
+    pairs.push_back(
+        {k + data.flow_from, median(r), static_limit(median(without_rotation), truth_errors.back())});
   }
   if (!finding.measure(residuals)) {
     return finding.not_checkable(nothing_to_compare(
         data, true, false,
         seen ? "the camera stands still" : "too few background points with depth and flow"));
   }
-  const double typical = median(parallax);
-  finding.limit = std::hypot(std::max(static_floor_px, typical < far_off_px ? static_share * typical : 0),
-                             median(truth_errors));
+  finding.limit = static_limit(median(parallax), median(truth_errors));
   finding.fail_limit = static_fail_factor * finding.limit;
+  find_wrong_pairs(pairs, finding);
   return finding;
 }
 
