@@ -59,9 +59,12 @@ void print_times(std::chrono::steady_clock::time_point start) {
 }
 
 /// Names of files end up in JSON and pages, which are UTF-8: a name that is not is refused before anything
-/// is computed.
+/// is computed. So is `--flag=` without a value, for which CLI11 would take the next argument.
 void check_texts(int argc, const char* const* argv) {
   for (int i = 1; i < argc; ++i) {
+    const std::string_view text = argv[i];
+    if (text.starts_with("--") && text.find('=') == text.size() - 1)
+      fail("{}: expected a value after '=', got none", text.substr(0, text.size() - 1));
     if (!is_utf8(argv[i]))
       fail("argument {} is not UTF-8: '{}': rename the file or folder", i, one_line(argv[i]));
   }

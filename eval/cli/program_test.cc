@@ -287,6 +287,11 @@ TEST_F(ProgramOnFixture, NamesThatAreNotUtf8WithinAFolderAreWrittenEscaped) {
   EXPECT_TRUE(is_utf8(read_file(page)));
 }
 
+TEST_F(ProgramOnFixture, AFlagWithoutAValueTakesNoOtherArgument) {
+  expect_bad_input(sextant_program("run synthetic:s18@0-1 --out= --estimator=motion_only"),
+                   "--out: expected a value after '=', got none");
+}
+
 TEST_F(ProgramOnFixture, AnEmptyNameIsNoFolder) {
   const std::string plan = (temp_.path() / "plan.json").string();
   write_file(plan, "{\"sources\":[\"" + fixture_.source() + "\"],\"estimators\":[\"joint_flow\"]}");
