@@ -15,25 +15,20 @@
 namespace sextant {
 namespace {
 
-/// Sums over a sample, of the reference side and of the other side.
-struct RatioTotals {
-  double reference = 0, other = 0;
-  double ratio() const { return other / reference; }
+/// Sums of a sample on both sides, at least `smallest` per case.
+struct Totals {
+  double base = 0, fresh = 0;
+  double ratio() const { return fresh / base; }
 };
 
-std::pair<double, double> reference_and_other(const PairedCase& one, bool swapped) {
-  return swapped ? std::pair(one.fresh, one.base) : std::pair(one.base, one.fresh);
-}
-
-RatioTotals totals_of(const PairedSample& sample, bool swapped, double smallest) {
-  RatioTotals sum;
+Totals totals_of(const PairedSample& sample, double smallest) {
+  Totals sum;
   for (const PairedCase& one : sample.cases) {
-    const auto [reference, other] = reference_and_other(one, swapped);
-    sum.reference += reference;
-    sum.other += other;
+    sum.base += one.base;
+    sum.fresh += one.fresh;
   }
   const double floor = smallest * static_cast<double>(sample.cases.size());
-  return {std::max(sum.reference, floor), std::max(sum.other, floor)};
+  return {std::max(sum.base, floor), std::max(sum.fresh, floor)};
 }
 
 struct Influence {
@@ -113,42 +108,44 @@ std::optional<Spread> spread_of(std::vector<Influence>& influences) {
                 static_cast<int>(std::min(degrees_of_freedom(by_seed), degrees_of_freedom(by_frame)))};
 }
 
+/// Returns the p-value of the signed ranks; 1 if they point the other way than the mean.
+double p_of_ranks(std::span<const double> values, double mean) {
+  const WilcoxonTest test = wilcoxon_test(values);
+  const double n = test.n_used;
+  return (test.W - n * (n + 1) / 4) * mean < 0 ? 1 : test.p;
+}
+
 }  // namespace
 
 RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest,
                            const RatioOptions& options) {
   SEXTANT_CHECK(!samples.empty() && smallest > 0);
-  double n = 0, log_ratio = 0;
-  for (const PairedSample* sample : samples) {
-    n += static_cast<double>(sample->cases.size());
-    log_ratio +=
-        static_cast<double>(sample->cases.size()) * std::log(totals_of(*sample, false, smallest).ratio());
-  }
-  const bool swapped = log_ratio < 0;
+  double n = 0;
+  for (const PairedSample* sample : samples) n += static_cast<double>(sample->cases.size());
   double r = 0, n_changed = 0;
   std::vector<Influence> influences;
   influences.reserve(static_cast<size_t>(n));
   for (const PairedSample* sample : samples) {
     const double weight = static_cast<double>(sample->cases.size()) / n;
-    const RatioTotals sum = totals_of(*sample, swapped, smallest);
+    const Totals sum = totals_of(*sample, smallest);
+    const double smaller = std::min(sum.base, sum.fresh);
     r += weight * (sum.ratio() - 1);
     for (const PairedCase& one : sample->cases) {
-      const auto [reference, other] = reference_and_other(one, swapped);
-      n_changed += other != reference ? 1 : 0;
+      n_changed += one.fresh != one.base ? 1 : 0;
       influences.push_back(
-          {sample->stratum, one.seed, one.frame, weight * (other - sum.ratio() * reference) / sum.reference});
+          {sample->stratum, one.seed, one.frame, weight * (one.fresh - sum.ratio() * one.base) / smaller});
     }
   }
-  RatioChange out{.change = swapped ? 1 / (1 + r) - 1 : r, .interval = {}, .p = {}, .detectable = {}};
+  RatioChange out{.change = r, .interval = {}, .p = {}, .detectable = {}};
   const std::optional<Spread> spread = spread_of(influences);
   if (!spread) return out;
   const double smallest_p = std::min(1.0, std::exp2(1 - n_changed));
   out.p = std::clamp(2 * student_t_cdf(-std::abs(r) / spread->error, spread->dof), smallest_p, 1.0);
   const double t = student_t_quantile((1 + options.confidence) / 2, spread->dof) * spread->error;
-  if (!swapped) {
+  if (r >= 0) {
     out.interval = {r - t, r + t};
-  } else if (1 + r - t > 0) {
-    out.interval = {1 / (1 + r + t) - 1, 1 / (1 + r - t) - 1};
+  } else if (t < 1) {
+    out.interval = {(1 + r) / (1 + t) - 1, (1 + r) / (1 - t) - 1};
   }
   out.detectable = (student_t_quantile(1 - options.alpha / 2, spread->dof) + normal_quantile(options.power)) *
                    spread->error;
@@ -171,7 +168,7 @@ PairedComparison compare_pairs(std::span<const double> differences, std::span<co
   for (const ClusterSum& sum : sums) means.push_back(sum.of.mean());
   out.n_clusters = static_cast<int>(means.size());
   out.n_used = out.n_clusters - static_cast<int>(std::ranges::count(means, 0.0));
-  out.p = test == PairedTest::signed_ranks ? wilcoxon_test(means).p : sign_flip_test(means).p;
+  out.p = test == PairedTest::signed_ranks ? p_of_ranks(means, out.difference) : sign_flip_test(means).p;
   if (means.size() >= 2) out.detectable = minimum_detectable_effect(std_dev(means), out.n_clusters);
   return out;
 }

@@ -6,13 +6,12 @@
 // samples. Clustering by seed alone would be wrong: a neutral change, such as another order of the points,
 // can raise the error of one frame and lower that of the next by the same amount in all seeds.
 //
-//   pooling        r = sum_s w_s (N_s / B_s - 1), N_s and B_s the sums of sample s, w_s its share of all
-//                  cases. This is the change if NEW is worse (sum_s w_s ln(N_s / B_s) >= 0). If NEW is
-//                  better, the two sides are exchanged and the change is 1 / (1 + r) - 1: the better side is
-//                  the reference. Hence a single outlier is never significant: it raises r and its standard
-//                  error alike, t <= 1
-//   influence      g = sum_s w_s (N_si - (N_s / B_s) B_si) / B_s of cell i, one seed and frame of a source:
-//                  linearisation (delta method). 0 everywhere if NEW is a multiple of BASE
+//   pooling        r = sum_s w_s (N_s / B_s - 1), N_s and B_s the sums of sample s, w_s its share of all cases
+//   influence      g = sum_s w_s (N_si - (N_s / B_s) B_si) / min(B_s, N_s) of cell i, one seed and frame of a
+//                  source: linearisation (delta method), with the smaller of both sums as the unit. 0
+//                  everywhere if NEW is a multiple of BASE. The smaller sum is the better side, without
+//                  outliers; hence a single outlier on either side is never significant: it changes r and its
+//                  standard error alike, t <= 1
 //   variance       of a clustering: sum over strata of n / (n - 1) sum_j (G_j - mean G)^2, G_j the sums of g
 //                  over the n clusters. With seeds S, frames F and cells C: v = max(v_S, v_F, v_S + v_F -
 //                  v_C), two-way clustering. A stratum with one seed has v_F alone, with one frame v_S alone
@@ -20,8 +19,8 @@
 //                  1)), at most 1000 and rounded down
 //   p              two-sided, of r / sqrt(v) after Student's t, but never below 2^(1 - n) for n cases that
 //                  changed: the smallest p of a sign test
-//   interval       r -+ t sqrt(v), converted like the change if the sides were exchanged: excludes 0 if p is
-//                  below 1 - confidence, except where 2^(1 - n) raises p
+//   interval       r -+ t sqrt(v); below r = 0, where the unit is the sum of NEW, (1 + r) / (1 +- t sqrt(v)) -
+//                  1. It excludes 0 if p is below 1 - confidence, except where 2^(1 - n) raises p
 //   detectable     (t_{1 - alpha/2} + z_power) sqrt(v): smallest change found at alpha with probability
 //                  `power`
 //
@@ -75,7 +74,8 @@ RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double 
 // differences. Empty or non-finite samples throw Error.
 //
 //   difference   mean over all cases; its interval by cluster bootstrap
-//   p            two-sided, of the cluster means: Wilcoxon signed-rank or sign-flip test (tests.h)
+//   p            two-sided, of the cluster means: Wilcoxon signed-rank or sign-flip test (tests.h). Where the
+//                signed ranks point the other way than the mean, because of an outlier, p is 1
 //   p_corrected  by Holm over the comparisons that are made together: correct_by_holm()
 //   detectable   smallest mean that this number of clusters detects at 5 % with probability 80 % (trend.h)
 

@@ -66,6 +66,24 @@ TEST(RatioOfMeans, ExchangingTheSidesChangesOnlyTheSign) {
   EXPECT_NEAR(a.p.value(), b.p.value(), 1e-12);
 }
 
+TEST(RatioOfMeans, TheChangeIsTheMeanOverSamplesThatMoveInOppositeDirections) {
+  // One sample improves by a large factor, which must not hide that the others get worse.
+  PhiloxStream random(6, 0);
+  const auto of = [&](std::vector<double> factors) {
+    std::vector<PairedSample> samples;
+    for (size_t i = 0; i < factors.size(); ++i)
+      samples.push_back(sample(random, i, 10, 1, factors[i], false));
+    return change_of(samples);
+  };
+  const RatioChange worse = of({0.1, 2.62});
+  EXPECT_NEAR(worse.change, 0.36, 1e-12);
+  EXPECT_GT(worse.interval.value().low, 0);
+  const RatioChange better = of({0.02, 1.05, 1.05, 1.05, 1.05});
+  EXPECT_NEAR(better.change, -0.156, 1e-12);
+  EXPECT_LT(better.interval.value().low, -0.156);
+  EXPECT_GT(better.interval.value().high, -0.156);
+}
+
 TEST(RatioOfMeans, OneOutlierProvesNothing) {
   PhiloxStream random(3, 0);
   for (const double outlier : {10.0, 1e3, 1e9}) {
@@ -165,12 +183,21 @@ TEST(PairedComparison, TestsUseTheMeansOfTheClusters) {
   EXPECT_EQ(ranks.n_clusters, 4);
   EXPECT_EQ(ranks.n_used, 3);
   EXPECT_EQ(ranks.difference, 1.25);
-  EXPECT_EQ(*ranks.p, wilcoxon_test(means).p);
+  EXPECT_EQ(*ranks.p, wilcoxon_test(means).p);  // ranks and mean have the same sign
   EXPECT_EQ(*ranks.detectable, minimum_detectable_effect(std_dev(means), 4));
   const auto interval = bootstrap_by_cluster(differences, seeds, mean);
   EXPECT_EQ(ranks.interval->low, interval->low);
   EXPECT_EQ(ranks.interval->high, interval->high);
   EXPECT_EQ(*compare_pairs(differences, seeds, {}, PairedTest::sign_flip).p, sign_flip_test(means).p);
+}
+
+TEST(PairedComparison, RanksAgainstTheMeanProveNothing) {
+  Values differences(36, 0.3);
+  EXPECT_LT(*compare_pairs(differences).p, 1e-6);
+  differences[7] = -50;  // the mean falls, although 35 of 36 values rise
+  EXPECT_EQ(*compare_pairs(differences).p, 1);
+  differences[7] = -1;
+  EXPECT_LT(*compare_pairs(differences).p, 1e-6);
 }
 
 TEST(PairedComparison, OneClusterHasNoIntervalAndNoTest) {
