@@ -178,7 +178,7 @@ class Scanner {
       const Interned key = text();
       literal(":");
       const auto value = number<double>();
-      if (!good_ || !is_number_of(name, key, value) || !numbers.append(key, value)) return fail_with();
+      if (!good_ || !is_number_of(name, value) || !numbers.append(key, value)) return fail_with();
     } while (accept(","));
     literal("}");
   }
