@@ -44,6 +44,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
 void run_report(const ReportFlags& flags) {
   const ReportDocument document = report_sweeps({flags.folders.begin(), flags.folders.end()}, flags.out,
                                                 {!flags.no_figures, flags.jobs, flags.quiet || flags.json});
+  for (const std::string& warning : document.warnings) print_message("warning", warning);
   if (flags.json || !flags.quiet) print(flags, document);
   if (flags.json || flags.quiet || flags.out.empty() || flags.no_figures) return;
   fmt::print("Report: {}\n", (std::filesystem::path(flags.out) / "report.html").string());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <mutex>
 #include <set>
 
@@ -210,6 +211,27 @@ class StaleCases {
 constexpr const char* is_kept = "kept, as --reuse-stale says";
 constexpr const char* is_run_again = "run again (--reuse-stale keeps them)";
 
+uint64_t count_lines(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  uint64_t n = 0;
+  for (std::vector<char> block(size_t{1} << 20U); file;) {
+    check_interrupt();
+    file.read(block.data(), static_cast<std::streamsize>(block.size()));
+    n += static_cast<uint64_t>(std::count(block.begin(), block.begin() + file.gcount(), '\n'));
+  }
+  return n;
+}
+
+/// Returns the number of records of a finished sweep. Throws Error if its records were cut off or changed.
+uint64_t check_records(const SweepConfig& config) {
+  const Json run = read_run_json(config.out);
+  const auto stated = json_member<uint64_t>(run, "records", (config.out / "run.json").string(), 0);
+  if (config.plan.keep != KeepOfCases::records) return stated;
+  const std::string missing = missing_records(run, count_lines(config.out / "records.jsonl"), config.out);
+  if (!missing.empty()) fail("{}; --force starts the sweep over", missing);
+  return stated;
+}
+
 /// Moves cases of a finished sweep into the journal, and turns the folder into that of an unfinished sweep.
 void reopen(const SweepConfig& config, const Json& claimed, const std::set<uint64_t>& kept,
             Journal& journal) {
@@ -305,8 +327,7 @@ SweepOutcome sweep(const SweepConfig& config) {
     if (stale.total() == 0 || config.reuse_stale) {
       stale.report(config, versions, is_kept);
       outcome.n_before = numbers.size();
-      outcome.n_records =
-          json_member<uint64_t>(read_run_json(config.out), "records", (config.out / "run.json").string(), 0);
+      outcome.n_records = check_records(config);
       return outcome;
     }
     const bool is_summary = config.plan.keep == KeepOfCases::summary;

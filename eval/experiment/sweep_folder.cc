@@ -212,6 +212,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       }
     }
     const Json run = read_run_json(folder);
+    check_same_definitions(read_run_json(folders.front()), (folders.front() / "run.json").string(), run,
+                           (folder / "run.json").string());
     Json kept = {{"shard", of_folder["shard"]}};  // content of the merged run.json about a shard
     for (const char* key :
          {"version", "git_commit", "compiler", "flags", "packages", "machine", "programs", "records"})

@@ -309,6 +309,23 @@ TEST_F(SweepTest, RecordsOfOneSweepComeFromOneVersion) {
   EXPECT_EQ(read_json(file("begun") / "run.json")["programs"].size(), 2U);
 }
 
+TEST_F(SweepTest, ShardsOfOtherDefinitionsAreNotMerged) {
+  sweep(shard_of(config("part1"), 0, 2));
+  sweep(shard_of(config("part2"), 1, 2));
+  Json run = read_json(file("part2") / "run.json");
+  run["metric_definitions"]["Et_m"] = "2: in mm";
+  write_file(file("part2") / "run.json", json_text(run));
+  const std::vector<fs::path> parts = {file("part1"), file("part2")};
+  expect_error([&] { merge_sweeps(parts, file("m"), /*allow_mixed=*/true); }, "Et_m is defined as");
+}
+
+TEST_F(SweepTest, AFinishedSweepWhoseRecordsWereCutOffIsRefused) {
+  sweep(config("a"));
+  const std::string records = read_file(file("a") / "records.jsonl");
+  write_file(file("a") / "records.jsonl", records.substr(0, records.find('\n') + 1));
+  expect_error([&] { sweep(config("a")); }, "records.jsonl holds 1 records, but run.json states");
+}
+
 // A file size limit makes write() fail like a full disk.
 TEST_F(SweepTest, AFullDiskLosesNoFinishedCase) {
   sweep(config("whole"));

@@ -258,7 +258,8 @@ GateVerdict judge(const AccuracyRow& row, const AccuracyPolicy& policy) {
     if (evidence || (exact && row.n_better == 0)) return GateVerdict::regressed;
     return exact ? GateVerdict::inconclusive : GateVerdict::ok;
   }
-  return evidence || (exact && row.n_worse == 0) ? GateVerdict::improved : GateVerdict::ok;
+  if (evidence || (exact && row.n_worse == 0)) return GateVerdict::improved;
+  return exact && row.n_worse > row.n_better ? GateVerdict::inconclusive : GateVerdict::ok;
 }
 
 /// Judges all rows together, since Holm's correction needs every p-value.

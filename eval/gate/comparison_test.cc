@@ -1,5 +1,7 @@
 #include "sextant/eval/gate/comparison.h"
 
+#include <set>
+
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/gate/testing.h"
@@ -125,6 +127,51 @@ TEST_F(Gate, WithoutMinimumEffectAnySingleCaseCounts) {
   EXPECT_EQ(compare_changed(one, exact).verdict, GateVerdict::regressed);
   EXPECT_EQ(compare_changed([](Record& r) { r.errors["Et_m"] *= 1 + 1e-12; }, exact).verdict,
             GateVerdict::ok);
+}
+
+TEST_F(Gate, AnOutlierThatIsGoneDoesNotProveThatTheOthersImproved) {
+  Policy exact;
+  exact.accuracy.other.minimum_effect = 0;
+  std::vector<Record> records = sweep_records();
+  const auto is_outlier = [](const Record& r) { return is_target(r) && r.seed == 3 && r.frame == 2; };
+  std::ranges::find_if(records, is_outlier)->errors["Et_m"] = 50;
+  write_run(base(), records);
+  const Comparison c = compare_changed(
+      [&](Record& r) {
+        if (is_target(r) && !is_outlier(r)) r.errors["Et_m"] *= 1.3;
+      },
+      exact);
+  EXPECT_EQ(c.verdict, GateVerdict::inconclusive) << headline(c);
+}
+
+TEST_F(Gate, ShardsThatAreNotMergedAreInvalid) {
+  const Comparison c = compare_provenance([](Json& run) { run["shard"] = {1, 2}; });
+  EXPECT_EQ(c.verdict, GateVerdict::invalid);
+  EXPECT_THAT(c.findings.at(0).subject, HasSubstr("shard 1 of 2"));
+  EXPECT_EQ(compare_provenance([](Json& run) { run["shard"] = {0, 1}; }).verdict, GateVerdict::ok);
+}
+
+TEST_F(Gate, RecordsThatAreMissingAreNotedAndNoBaseline) {
+  const Comparison c = compare_provenance([](Json& run) { run["records"] = 500; });
+  EXPECT_EQ(c.verdict, GateVerdict::ok) << headline(c);
+  EXPECT_THAT(c.findings.at(0).subject, HasSubstr("holds 360 records, but run.json states 500"));
+  expect_error([&] { baseline_files(fresh()); }, "holds 360 records");
+}
+
+TEST_F(Gate, NamesOfSubjectsAreDistinctWhereLevelsOfTwoNoisesAreEqual) {
+  std::vector<Record> records = sweep_records();
+  for (Record& record : sweep_records()) {
+    record.noise = "flow 0.1 px";
+    records.push_back(std::move(record));
+  }
+  write_run(base(), records);
+  write_run(fresh(), records);
+  const Comparison c = compare();
+  std::set<std::string> names;
+  const Json entries = comparison_github(c, defaults());
+  for (const Json& entry : entries) names.insert(entry["name"]);
+  EXPECT_EQ(names.size(), entries.size());
+  EXPECT_TRUE(names.contains("synthetic s18 joint_flow level 0.1 (flow 0.1 px) ego Et_m"));
 }
 
 TEST_F(Gate, ALostCaseIsRegressedAndAGainedOneImproved) {

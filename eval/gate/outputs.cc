@@ -64,6 +64,13 @@ Json github_entry(std::string name, std::string unit, double value, const std::o
   return json;
 }
 
+SubjectNames names_of(const Comparison& c) {
+  SubjectNames names;
+  for (const StatusRow& row : c.statuses) names.add(row.subject);
+  for (const AccuracyRow& row : c.accuracy) names.add(row.subject);
+  return names;
+}
+
 }  // namespace
 
 std::string comparison_markdown(const Comparison& c) {
@@ -102,9 +109,10 @@ Json comparison_json(const Comparison& c, const Policy& policy) {
 }
 
 Json comparison_bmf(const Comparison& c) {
+  const SubjectNames names = names_of(c);
   Json json = Json::object();
   for (const AccuracyRow& row : c.accuracy) {
-    json[bounded(to_string(row.subject))][slug(row.metric)] =
+    json[bounded(names(row.subject))][slug(row.metric)] =
         bmf_metric(row.base + row.difference, around_base(row));
   }
   for (const SpeedRow& row : c.speed)
@@ -113,10 +121,11 @@ Json comparison_bmf(const Comparison& c) {
 }
 
 Json comparison_github(const Comparison& c, const Policy& policy) {
+  const SubjectNames names = names_of(c);
   Json json = Json::array();
   for (const AccuracyRow& row : c.accuracy) {
     if (policy.accuracy.of(row.metric).direction != Direction::lower) continue;
-    json.push_back(github_entry(fmt::format("{} {}", to_string(row.subject), row.metric),
+    json.push_back(github_entry(fmt::format("{} {}", names(row.subject), row.metric),
                                 unit_of_metric(row.metric), row.base + row.difference, around_base(row),
                                 row.verdict));
   }
@@ -206,10 +215,11 @@ Suite comparable(const Comparison& c) {
 }
 
 Suite accuracy(const Comparison& c) {
+  const SubjectNames names = names_of(c);
   Suite suite{"accuracy", {}};
   for (const StatusRow& row : c.statuses) {
     suite.cases.push_back(
-        {to_string(row.subject) + " coverage", row.verdict,
+        {names(row.subject) + " coverage", row.verdict,
          fmt::format("{} of {} cases lost, {} gained; {}", row.n_lost, row.n, row.n_gained, row.example)});
   }
   for (const FamilyRow& row : c.families) {
@@ -223,13 +233,12 @@ Suite accuracy(const Comparison& c) {
   }
   for (const AccuracyRow& row : c.accuracy) {
     if (row.too_few) {
-      suite.cases.push_back({fmt::format("{} {}", to_string(row.subject), row.metric),
-                             GateVerdict::inconclusive,
+      suite.cases.push_back({fmt::format("{} {}", names(row.subject), row.metric), GateVerdict::inconclusive,
                              fmt::format("too few to judge: mean {} -> {}, {} cases", row.base,
                                          row.base + row.difference, row.n)});
       continue;
     }
-    suite.cases.push_back({fmt::format("{} {}", to_string(row.subject), row.metric), row.verdict,
+    suite.cases.push_back({fmt::format("{} {}", names(row.subject), row.metric), row.verdict,
                            fmt::format("mean {} -> {}; {} of {} cases worse, {} better", row.base,
                                        row.base + row.difference, row.n_worse, row.n, row.n_better)});
   }

@@ -42,6 +42,7 @@ RunFolder read_run(const fs::path& folder) {
   }
   if (!fs::exists(folder / "run.json")) return run;
   run.provenance = read_run_json(folder);
+  check_whole_sweep(run.provenance, folder);
   return run;
 }
 
@@ -100,6 +101,9 @@ OutputFiles baseline_files(const std::filesystem::path& run) {
          side.runs.size());
   }
   const std::filesystem::path folder = side.runs.front().path;
+  const std::string missing =
+      missing_records(side.runs.front().provenance, side.runs.front().n_cases, folder);
+  if (!missing.empty()) fail("{}", missing);
   // Records are written in the order of the file, which is the order of the cases of the run.
   std::vector<Record> records = read_records(folder / "records.jsonl");
   for (Record& record : records) record = strip_times(std::move(record));
@@ -284,7 +288,10 @@ void report_same_programs(const RunFolder& base, const RunFolder& fresh, std::ve
 }
 
 Leaves build_of(const Json& run) {
-  return leaves_below(run, {"version", "git_commit", "compiler", "flags", "packages"});
+  Leaves leaves = leaves_below(run, {"version", "git_commit", "compiler", "flags", "packages"});
+  const Json programs = run.value("programs", Json());
+  if (programs.is_array() && programs.size() > 1) leaves.merge(leaves_of(programs, "programs"));
+  return leaves;
 }
 
 Leaves machine_of(const BenchmarkFile& file) {
@@ -380,6 +387,8 @@ std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, co
   std::vector<Mismatch> findings;
   for (const Side* side : {&base, &fresh}) {
     for (const RunFolder& run : side->runs) {
+      const std::string missing = missing_records(run.provenance, run.n_cases, run.path);
+      if (!missing.empty()) findings.push_back(mismatch(Strictness::note, "records", missing, "", ""));
       if (!base.runs.empty() && &run != &base.runs.front())
         compare_runs(base.runs.front(), run, policy, findings);
     }

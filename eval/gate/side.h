@@ -82,8 +82,8 @@ OutputFiles baseline_files(const std::filesystem::path& run);
 
 /// A difference between the two sides.
 struct Mismatch {
-  /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program",
-  /// "repetitions"
+  /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program", "records"
+  /// (fewer or more than run.json states), "repetitions"
   std::string what;
   std::string subject;
   std::string base;   ///< value in BASE

@@ -96,9 +96,23 @@ void sort_cases(SubjectCases& cases) {
 
 }  // namespace
 
-std::string to_string(const Subject& s) {
+namespace {
+
+std::string name_of(const Subject& s, const std::string& noise) {
   const std::string level = s.noise == "none" ? "" : fmt::format(" level {}", s.level);
-  return fmt::format("{} {} {}{} {}", s.dataset, s.sequence, s.estimator, level, s.body);
+  return fmt::format("{} {} {}{}{} {}", s.dataset, s.sequence, s.estimator, level, noise, s.body);
+}
+
+}  // namespace
+
+std::string to_string(const Subject& s) { return name_of(s, ""); }
+
+void SubjectNames::add(const Subject& subject) { noises_[to_string(subject)].insert(subject.noise.str()); }
+
+std::string SubjectNames::operator()(const Subject& subject) const {
+  const auto noises = noises_.find(to_string(subject));
+  const bool is_clear = noises == noises_.end() || noises->second.size() < 2;
+  return name_of(subject, is_clear ? "" : fmt::format(" ({})", subject.noise));
 }
 
 int compare_subjects(const Subject& a, const Subject& b) {

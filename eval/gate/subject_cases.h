@@ -5,6 +5,8 @@
 // frame.
 
 #include <cstdint>
+#include <map>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -18,6 +20,16 @@ using Subject = NoiseLevelKey;
 
 /// Formats "synthetic s18 joint_flow level 0.1 object:2".
 std::string to_string(const Subject& subject);
+/// Names of subjects that are used as keys: to_string(), with the noise where it is not clear from the level,
+/// because a plan has the same levels of several kinds of noise.
+class SubjectNames {
+ public:
+  void add(const Subject& subject);
+  std::string operator()(const Subject& subject) const;
+
+ private:
+  std::map<std::string, std::set<std::string>> noises_;
+};
 /// Returns -1, 0 or 1 for the order in which tables list subjects.
 int compare_subjects(const Subject& a, const Subject& b);
 

@@ -84,6 +84,33 @@ Json read_run_json(const std::filesystem::path& folder) {
   return run;
 }
 
+void check_whole_sweep(const Json& run, const std::filesystem::path& folder) {
+  const Json shard = run.value("shard", Json());
+  if (shard.is_array() && shard.size() == 2 && shard[1].is_number() && shard[1].get<double>() > 1)
+    fail("{}: holds shard {} of {} of a sweep: merge the shards first (sextant merge)", folder.string(),
+         json_line(shard[0]), json_line(shard[1]));
+}
+
+std::string missing_records(const Json& run, uint64_t n_records, const std::filesystem::path& folder) {
+  if (!run.is_object()) return "";
+  const auto stated = json_member<uint64_t>(run, "records", (folder / "run.json").string(), n_records);
+  if (stated == n_records) return "";
+  return fmt::format(
+      "{}: records.jsonl holds {} records, but run.json states {}: one of the files was cut off or changed",
+      folder.string(), n_records, stated);
+}
+
+void check_same_definitions(const Json& run, const std::string& name, const Json& other,
+                            const std::string& other_name) {
+  const char* const key = "metric_definitions";
+  const Json a = json_object(run, key, name), b = json_object(other, key, other_name);
+  for (const auto& [metric, definition] : a.items()) {
+    if (b.contains(metric) && b[metric] != definition)
+      fail("{}: {} is defined as {}, but in {} as {}: run again with one version of the program", other_name,
+           metric, json_excerpt(b[metric]), name, json_excerpt(definition));
+  }
+}
+
 namespace {
 
 Json parts_json(const std::map<std::string, std::string>& parts) {

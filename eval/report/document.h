@@ -131,8 +131,9 @@ struct ReportSection {
 /// A whole report.
 struct ReportDocument {
   std::string title;
-  std::string abstract;  ///< one paragraph
-  Fragment lead{};       ///< between the abstract and the summary
+  std::string abstract;                 ///< one paragraph
+  std::vector<std::string> warnings{};  ///< about the data; commands print them, and the abstract has them
+  Fragment lead{};                      ///< between the abstract and the summary
   std::vector<VerdictLine> verdicts;
   std::vector<ReportSection> sections;
   std::string details_abstract{};  ///< one paragraph for details.html

@@ -167,7 +167,43 @@ TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
   ASSERT_EQ(achieved.size(), 6U);
   EXPECT_DOUBLE_EQ(achieved[1].achieved_px, 0.2 * 1.01);
   expect_error([&] { read_noise_sweeps({a, b, a}); }, "give each case once");
+  for (const auto& [name, definition] : {std::pair(a, "1: m"), std::pair(b, "2: mm")}) {
+    Json run = read_json(name / "run.json");
+    run["metric_definitions"] = {{"Et_m", definition}};
+    write_file(name / "run.json", run.dump());
+  }
+  expect_error([&] { read_noise_sweeps({a, b}); }, "Et_m is defined as \"2: mm\"");
   expect_error([&] { read_noise_sweeps({folder.path() / "none"}); }, "no records.jsonl");
+  Json run = read_json(b / "run.json");
+  run["records"] = 1000;
+  write_file(b / "run.json", run.dump());
+  std::vector<std::string> warnings;
+  read_noise_sweeps({b}, &warnings);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_THAT(warnings[0], HasSubstr("but run.json states 1000"));
+}
+
+TEST(NoiseSweep, GridsOfOnePlanWithTheSameLevelsAreApart) {
+  const TempFolder folder;
+  Json run;
+  std::vector<Record> records;
+  const auto add = [&](double level, double delta_d_px, double epe_px) {
+    run["configuration"]["noise"].push_back(
+        {{"level", level},
+         {"noise", {{"depth", {{"delta_d_px", delta_d_px}}}, {"flow", {{"epe_px", epe_px}}}}}});
+    Record record = record_of("a", level, 0, 1, 1 + epe_px);
+    record.noise = fmt::format("depth {} px + flow {} px", delta_d_px, epe_px);
+    records.push_back(std::move(record));
+  };
+  for (const double level : {0.1, 0.2}) add(level, level, 0.3);
+  for (const double level : {0.1, 0.2}) add(level, 0.3, level);
+  write_file(folder.path() / "records.jsonl", write_records(records));
+  write_file(folder.path() / "run.json", run.dump());
+  const std::vector<NoiseSweep> sweeps = read_noise_sweeps({folder.path()});
+  ASSERT_EQ(sweeps.size(), 2U);
+  EXPECT_EQ(sweeps[0].parameter, "depth.delta_d_px");
+  EXPECT_EQ(sweeps[1].parameter, "flow.epe_px");
+  for (const NoiseSweep& sweep : sweeps) EXPECT_EQ(sweep.levels.size(), 2U);
 }
 
 }  // namespace

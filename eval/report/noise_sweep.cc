@@ -25,24 +25,49 @@ void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::
 
 /// Returns the dotted key of the noise whose value equals the level at every level of a run.json's
 /// configuration; "" if there is none, or only one level.
-std::string swept_parameter(const Json& configuration) {
+std::vector<std::string> swept_parameters(const Json& configuration) {
   const Json levels = configuration.value("noise", Json());
-  if (!levels.is_array() || levels.size() < 2) return "";
-  std::optional<std::set<std::string>> candidates;
-  for (const Json& level : levels) {
-    if (!level.is_object() || !level.contains("noise") || !level["noise"].is_object()) return "";
+  std::vector<std::string> parameters;
+  std::set<std::string> candidates;  // parameters that equal the level in the whole grid so far
+  size_t first = 0;                  // of the grid
+  const auto end_grid = [&](size_t end) {
+    const bool is_grid = end - first > 1 && !candidates.empty();
+    parameters.resize(end, is_grid ? *candidates.begin() : "");
+    first = end;
+  };
+  for (size_t i = 0; levels.is_array() && i < levels.size(); ++i) {
+    const Json& level = levels[i];
+    if (!level.is_object() || !level.contains("noise") || !level["noise"].is_object()) return {};
     std::map<std::string, double> numbers;
     collect_numbers(level["noise"], "", numbers);
-    std::set<std::string> equal;
+    std::set<std::string> equal, common;
     for (const auto& [key, value] : numbers) {
-      if (value == json_member<double>(level, "level", "run.json: configuration.noise", 0) &&
-          (!candidates || candidates->contains(key)))
-        equal.insert(key);
+      if (value == json_member<double>(level, "level", "run.json: configuration.noise", 0)) equal.insert(key);
     }
-    candidates = std::move(equal);
+    std::ranges::set_intersection(equal, candidates, std::inserter(common, common.end()));
+    if (i > first && common.empty()) end_grid(i);
+    candidates = i == first ? std::move(equal) : std::move(common);
   }
-  return candidates->empty() ? "" : *candidates->begin();
+  if (levels.is_array()) end_grid(levels.size());
+  return parameters;
 }
+
+/// Assigns records to the grids of a plan: the n-th kind of noise in the order of the records is the n-th
+/// level of the plan, because the cases of a plan are in this order.
+class GridsOfRecords {
+ public:
+  explicit GridsOfRecords(const Json& configuration) : parameters_(swept_parameters(configuration)) {}
+
+  const std::string& parameter_of(Interned noise) {
+    const auto [kind, is_new] = kinds_.try_emplace(noise.str(), kinds_.size());
+    static const std::string none;
+    return kind->second < parameters_.size() ? parameters_[kind->second] : none;
+  }
+
+ private:
+  std::vector<std::string> parameters_;
+  std::map<std::string, size_t> kinds_;
+};
 
 /// A sweep lists its noise by source and level; a run has one entry per source.
 std::vector<AchievedNoise> achieved_noise(const Json& run) {
@@ -136,12 +161,15 @@ void add_levels(const NoiseSweep& more, NoiseSweep& sweep) {
   std::ranges::stable_sort(sweep.levels, [](const auto& a, const auto& b) { return a->key() < b->key(); });
 }
 
-std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders) {
+std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders,
+                                          std::vector<std::string>* warnings) {
   struct Content {
     NoiseLevels levels;
     std::vector<AchievedNoise> achieved;
   };
   std::map<std::string, Content> by_parameter;
+  Json first_run;
+  std::string first_name;
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
     if (!has_results(folder)) {
@@ -149,16 +177,29 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
            summary_file_name);
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
-    Content& content = by_parameter[swept_parameter(run.value("configuration", Json::object()))];
+    const std::string name = (folder / "run.json").string();
+    if (!first_name.empty()) check_same_definitions(first_run, first_name, run, name);
+    if (first_name.empty()) first_run = run, first_name = name;
+    GridsOfRecords grids(run.value("configuration", Json::object()));
+    const auto add = [&](const auto& of) { by_parameter[grids.parameter_of(of.noise)].levels.add(of); };
     if (has_records) {
-      for_each_record(folder / "records.jsonl", [&](const Record& record) { content.levels.add(record); });
+      uint64_t n_records = 0;
+      for_each_record(folder / "records.jsonl", [&](const Record& record) {
+        ++n_records;
+        add(record);
+      });
+      const std::string missing = missing_records(run, n_records, folder);
+      if (!missing.empty() && warnings != nullptr) warnings->push_back(missing);
     } else {
-      for_each_summary(folder / summary_file_name,
-                       [&](const CaseSummary& summary) { content.levels.add(summary); });
+      for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) { add(summary); });
     }
+    const std::vector<std::string> parameters = swept_parameters(run.value("configuration", Json::object()));
+    std::map<std::string, size_t> n_of_source;  // a source has one entry for each level, in their order
     for (AchievedNoise& achieved : achieved_noise(run)) {
       achieved.file = folder / "run.json";
-      content.achieved.push_back(std::move(achieved));
+      const size_t level = n_of_source[achieved.source]++;
+      const std::string parameter = level < parameters.size() ? parameters[level] : "";
+      by_parameter[parameter].achieved.push_back(std::move(achieved));
     }
   }
   std::vector<NoiseSweep> sweeps;

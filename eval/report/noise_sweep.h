@@ -49,9 +49,12 @@ struct CurveKey {
 /// Adds the levels of `more` to `sweep`.
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
-/// Reads folders; returns one sweep for each noise parameter that they vary, in order of parameter. Throws
-/// Error on a folder without records.jsonl and summary.bin, on damaged files, and if a case occurs twice.
-std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders);
+/// Reads folders; returns one sweep for each noise parameter that they vary, in order of parameter. A plan
+/// with several grids of noise gives several sweeps. Appends to `warnings`, unless null, where run.json
+/// states another number of records. Throws Error on a folder without records.jsonl and summary.bin, on
+/// damaged files, if a case occurs twice, and if folders define an error differently.
+std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders,
+                                          std::vector<std::string>* warnings = nullptr);
 
 /// Returns the title of an axis for the parameter: "flow noise: end-point error [px]".
 std::string parameter_title(const std::string& parameter);

@@ -227,7 +227,8 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
                               const std::filesystem::path& out) {
   constexpr int n_steps = 4;
   Progress progress("parts of the report", n_steps, quiet);
-  const std::vector<NoiseSweep> sweeps = read_noise_sweeps(folders);
+  ReportDocument document;
+  const std::vector<NoiseSweep> sweeps = read_noise_sweeps(folders, &document.warnings);
   progress.advance();
   std::vector<NoiseLevelRow> levels;
   std::vector<AchievedNoiseRow> achieved;
@@ -236,10 +237,10 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
     for (AchievedNoiseRow& row : achieved_noise_rows(sweep)) achieved.push_back(std::move(row));
   }
   progress.advance();
-  ReportDocument document;
   document.title = "Noise and errors";
   document.abstract = "Errors of camera and objects by noise level, from the records of " + joined(folders) +
                       ". Intervals are 95 %, bootstrapped over seeds.";
+  for (const std::string& warning : document.warnings) document.abstract += " Warning: " + warning + ".";
   const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders, sweeps);
   const auto add = [&](const char* heading, NamedTable named, std::vector<Figure> figures = {}) {
     if (named.table.rows.empty()) return;
