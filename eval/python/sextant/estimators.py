@@ -10,9 +10,11 @@ For every frame pair the function is called for the background, and for every mo
 pipeline: features, RANSAC, gates, tracks, noise, truth and metrics are Sextant's. It receives measurements only, no ground truth.
 """
 
+import contextlib
 import dataclasses
 import json
 import os
+import threading
 import typing
 import warnings
 
@@ -25,6 +27,9 @@ from .noise import Camera
 
 #: Statuses that a function may return instead of a motion.
 STATUSES = ("diverged", "too_few_points", "collinear", "at_infinity", "no_parallax")
+
+_one_at_a_time = threading.Lock()  # held during a run or sweep with functions
+_here = threading.local()  # in_estimator: this thread is executing an estimator's function
 
 
 @dataclasses.dataclass(frozen=True)
@@ -87,7 +92,11 @@ def adapter(name, function):
     def call(camera, pixels, depth, flow, depth_curr, start, inliers, noise):
         problem = Problem(Camera(*camera), pixels, depth, flow, depth_curr, start, inliers,
                           None if noise is None else DeclaredNoise(*noise))
-        return _answer(name, function(problem))
+        _here.in_estimator = True
+        try:
+            return _answer(name, function(problem))
+        finally:
+            _here.in_estimator = False
 
     return call
 
@@ -102,41 +111,46 @@ def name_of(function):
     return getattr(function, "__name__", type(function).__name__).strip("<>")
 
 
-class _Added:
-    """Context manager in which the compiled module knows the functions as python:NAME."""
-
-    def __init__(self, functions):
-        self._functions = functions
-
-    def __enter__(self):
-        from . import _inprocess  # takes half a second, since it contains the whole program
-        for name, function in self._functions.items():
-            if not callable(function):
-                raise Error(f"estimator {name}: expected a function of a sextant.Problem, got {function!r}")
-            version = fingerprint(function)
-            if version["not_seen"]:
-                warnings.warn(f"estimator {name}: its fingerprint does not notice changes of some values: "
-                              f"{'; '.join(version['not_seen'])}", stacklevel=4)
-            _inprocess.set_function(text("name", name), adapter(name, function), json.dumps(options_of(function)),
-                                    json.dumps(version), bool(getattr(function, "chooses_points", False)))
-        return _inprocess
-
-    def __exit__(self, *_):
-        from . import _inprocess
-        for name in self._functions:
-            _inprocess.forget_function(name)
+@contextlib.contextmanager
+def _added(functions):
+    """Yields the compiled module while it knows the functions as python:NAME. The names are global, so runs in other threads
+    wait."""
+    from . import _inprocess  # takes half a second, since it contains the whole program
+    if getattr(_here, "in_estimator", False):
+        raise Error("a function that is running as an estimator cannot start a run or sweep with functions: "
+                    "call sextant.run or sextant.sweep outside of it")
+    if not isinstance(functions, dict):
+        raise Error(f"estimators: expected a dict of functions by name, got {functions!r}")
+    known = []
+    for name, function in functions.items():
+        if not callable(function):
+            raise Error(f"estimator {name}: expected a function of a sextant.Problem, got {function!r}")
+        version = fingerprint(function)
+        if version["not_seen"]:
+            warnings.warn(f"estimator {name}: its fingerprint does not notice changes of some values: "
+                          f"{'; '.join(version['not_seen'])}", stacklevel=5)
+        known.append((text("name", name), adapter(name, function), json.dumps(options_of(function)), json.dumps(version),
+                      bool(getattr(function, "chooses_points", False))))
+    with _one_at_a_time:
+        try:
+            for each in known:
+                _inprocess.set_function(*each)
+            yield _inprocess
+        finally:
+            for name in functions:
+                _inprocess.forget_function(name)
 
 
 def run_here(sources, function, *, out, options, noise, data, level, seeds, jobs, preset, force, quiet):
     """Implements sextant.run for an estimator that is a function; returns the summary."""
     name = name_of(function)
-    with _Added({name: function}) as inprocess:
+    with _added({name: function}) as inprocess:
         return json.loads(inprocess.run(sources, f"python:{name}", json_text("options", options or {}),
                                         json_text("noise", noise), data, level, seeds, jobs or os.cpu_count(), preset, out,
                                         force, quiet))
 
 
 def sweep_here(plan_text, plan_name, functions, *, out, data, cache, jobs, force, reuse_stale, quiet):
-    with _Added(functions) as inprocess:
+    with _added(functions) as inprocess:
         return json.loads(inprocess.sweep(plan_text, plan_name, data, cache, jobs or os.cpu_count(), out, force, reuse_stale,
                                           quiet))

@@ -1,5 +1,6 @@
 """Estimators written in Python, in process."""
 
+import concurrent.futures
 import json
 import pathlib
 import tempfile
@@ -180,6 +181,45 @@ class Estimators(unittest.TestCase):
         self.assertEqual(again.cases_before, 8)
         with self.assertRaisesRegex(sextant.Error, "python:mine"):
             sextant.sweep(plan, out=self.folder / "b", cache=self.folder / "cache", estimators={"other": least_squares})
+
+    def test_runs_in_threads_keep_their_functions(self):
+        def shifted(metres):
+            def estimator(problem):
+                T = problem.start.copy()
+                T[0, 3] += metres
+                return T
+            return estimator
+        plan = {"name": "t", "sources": ["synthetic:s18@0-2"], "estimators": ["python:e"], "seeds": 2,
+                "noise": {"parameter": "depth.delta_d_px", "levels": [0.1]}}
+
+        def by_sweep(metres):
+            records = sextant.sweep(plan, estimators={"e": shifted(metres)}, jobs=1).records()
+            return records[records.body == "ego"].errors_Et_m.mean()
+
+        def by_run(metres):
+            return sextant.run("synthetic:s18@0-2", estimator=shifted(metres), jobs=1).rows[0].metrics["Et_m"]
+        metres = [0, 10, 20, 30]
+        for call in (by_sweep, by_run):
+            with concurrent.futures.ThreadPoolExecutor(4) as pool:
+                for expected, found in zip(metres, pool.map(call, metres)):
+                    self.assertAlmostEqual(found, expected, delta=0.1)
+
+    def test_a_run_inside_an_estimator_is_refused(self):
+        def nested(problem):
+            sextant.run(SOURCE, out=self.folder / "inner", estimator=keep_start)
+        with self.assertRaisesRegex(sextant.Error, "outside of it"):
+            self.run_with(nested, jobs=2)
+        self.run_with(keep_start)  # the refusal leaves nothing behind
+
+    def test_a_refused_sweep_leaves_no_function_behind(self):
+        plan = {"name": "t", "sources": [SOURCE], "estimators": ["python:a"], "seeds": 2,
+                "noise": {"parameter": "depth.delta_d_px", "levels": [0.1]}}
+        with self.assertRaisesRegex(sextant.Error, "estimator b: expected a function"):
+            sextant.sweep(plan, out=self.folder / "a", estimators={"a": keep_start, "b": 5})
+        with self.assertRaisesRegex(sextant.Error, "python:a"):
+            sextant.sweep(plan, out=self.folder / "a", estimators={"z": keep_start})
+        with self.assertRaisesRegex(sextant.Error, "estimators: expected a dict"):
+            sextant.sweep(plan, out=self.folder / "a", estimators=[keep_start])
 
 
 if __name__ == "__main__":
