@@ -30,9 +30,19 @@ def number(name, value, *, above=-math.inf):
 
 
 def text(name, value):
+    """Returns a str that is not empty."""
     if not isinstance(value, str):
         raise Error(f"{name}: expected a text, got {value!r} of type {type(value).__name__}")
-    return unicode(name, value)
+    return _filled(name, unicode(name, value))
+
+
+def _filled(name, value):
+    """Returns a str for the program, where an empty one would be no value and a zero byte would end it."""
+    if not value:
+        raise Error(f"{name}: expected a text, got an empty one")
+    if "\0" in value:
+        raise Error(f"{name}: expected a text without zero bytes, got {value!r}")
+    return value
 
 
 def unicode(name, value):
@@ -54,7 +64,12 @@ def path(name, value):
         raise Error(f"{name}: expected a path, got {value!r} of type {type(value).__name__}") from None
     except UnicodeEncodeError:
         raise Error(f"{name}: expected a path that is UTF-8, got {value!r}: rename the file or folder") from None
-    return value
+    return _filled(name, value)
+
+
+def optional(check, name, value):
+    """Returns the checked value; None for None."""
+    return None if value is None else check(name, value)
 
 
 def choice(name, value, known):

@@ -13,7 +13,7 @@ import weakref
 
 from . import estimators as functions
 from ._core import Error
-from .arguments import choice, json_text, number, path, text, whole
+from .arguments import choice, json_text, number, optional, path, text, whole
 from .program_call import Progress, ProgramError, call, program
 from .records import read
 from .showing import Shown, axes_of
@@ -208,15 +208,14 @@ def _texts(name, values):
 
 
 def _flags(**given):
-    """Returns the flags --name value; True gives the flag without value, None and False give nothing."""
-    out = []
-    for name, value in given.items():
-        flag = "--" + name.replace("_", "-")
-        if value is True:
-            out.append(flag)
-        elif value is not None and value is not False:
-            out.append(f"{flag}={value}")
-    return out
+    """Returns the flags --name=value; None and False give nothing. Every flag has a value, so none can take the next argument."""
+    return [f"--{name.replace('_', '-')}={'true' if value is True else text(name, str(value))}"
+            for name, value in given.items() if value is not None and value is not False]
+
+
+def _data_folder(data):
+    """Returns the folder of data sets: the argument, else $SEXTANT_DATA, else None."""
+    return optional(path, "data", data if data is not None else os.environ.get("SEXTANT_DATA") or None)
 
 
 def _noise_text(noise):
@@ -253,19 +252,19 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
     out, kept = _results_folder(out)
     seeds, level = whole("seeds", seeds, 1, 1000000), number("level", level)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
-    data = path("data", data or os.environ.get("SEXTANT_DATA", ""))
+    data = _data_folder(data)
     if callable(estimator):
         if procedure is not None:
             raise Error("procedure: expected None with a function as estimator")
         summary = functions.run_here(sources, estimator, out=out, options=options,
-                                      noise="none" if noise == "none" else _noise_text(noise), data=data, level=level,
+                                      noise="none" if noise == "none" else _noise_text(noise), data=data or "", level=level,
                                       seeds=seeds, jobs=jobs, preset=text("preset", preset), force=bool(force),
                                       quiet=not progress)
         warnings = summary["problems"]
     else:
         flags = _flags(out=out, estimator=text("estimator", estimator), noise=_noise_text(noise), seeds=seeds, level=level,
-                       options=None if options is None else json_text("options", options), procedure=procedure,
-                       preset=text("preset", preset), jobs=jobs, data=data or None, force=bool(force))
+                       options=optional(json_text, "options", options), procedure=procedure,
+                       preset=text("preset", preset), jobs=jobs, data=data, force=bool(force))
         _, summary, warnings = call(["run", *sources, *flags, "--json"], progress=progress)
     return Run(pathlib.Path(out), summary["preset"], summary["aggregate"], [Row.of(row) for row in summary["rows"]],
                summary["classification"], warnings, kept)
@@ -282,16 +281,16 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
     """
     out, kept = _results_folder(out)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
-    data, cache = path("data", data or os.environ.get("SEXTANT_DATA", "")), path("cache", cache or "")
+    data, cache = _data_folder(data), optional(path, "cache", cache)
     if estimators:
         content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
         done = functions.sweep_here(content, "plan" if isinstance(plan, dict) else path("plan", plan),
-                                    estimators, out=out, data=data, cache=cache, jobs=jobs, force=bool(force),
-                                    reuse_stale=bool(reuse_stale), quiet=not progress)
+                                    estimators, out=out, data=data or "", cache=cache or "", jobs=jobs,
+                                    force=bool(force), reuse_stale=bool(reuse_stale), quiet=not progress)
         warnings = []
     else:
         with _plan_file(plan) as file:
-            flags = _flags(out=out, cache=cache or None, jobs=jobs, data=data or None, force=bool(force),
+            flags = _flags(out=out, cache=cache, jobs=jobs, data=data, force=bool(force),
                            reuse_stale=bool(reuse_stale))
             _, done, warnings = call(["sweep", file, *flags, "--json"], progress=progress)
     return Sweep(pathlib.Path(out), done["cases"], done["cases_before"], done["cases_stale"], done["records"],
@@ -309,8 +308,7 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
     if only is not None:
         choice("only", only, ("accuracy", "speed"))
     allowed = [flag for what in ([allow] if isinstance(allow, str) else allow) for flag in _flags(allow=text("allow", what))]
-    flags = _flags(policy=None if policy is None else path("policy", policy), only=only,
-                   out=None if out is None else path("out", out), jobs=jobs)
+    flags = _flags(policy=optional(path, "policy", policy), only=only, out=optional(path, "out", out), jobs=jobs)
     _, answer, _ = call(["compare", *_texts("base", base), *_texts("new", new), *flags, *allowed, "--json"],
                       good=(0, 1, 2, 3))
     rows = [Finding(kind, row) for kind in ("findings", "statuses", "accuracy", "speed") for row in answer[kind]]
@@ -329,8 +327,8 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
     """
     arguments = ["evaluate", "ego", *_texts("reference", reference), *_texts("estimates", estimates),
                  *_flags(align=text("align", align), relation=text("relation", relation), rpe=rpe, all_pairs=bool(all_pairs),
-                         format=format, out=None if out is None else path("out", out),
-                         save_zip=None if save_zip is None else path("save_zip", save_zip), data=data, **flags), "--json"]
+                         format=format, out=optional(path, "out", out), save_zip=optional(path, "save_zip", save_zip),
+                         data=data, **flags), "--json"]
     _, answer, warnings = call(arguments)
     warnings += [warning["text"] for warning in answer.get("warnings", [])]
     return EgoEvaluation(answer["n"], answer.get("n_matched", answer["n"]), ErrorStatistics(**answer["stats"]), answer["unit"], warnings,
@@ -347,7 +345,7 @@ def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, sta
     """
     arguments = ["evaluate", "objects", *_texts("folders", folders),
                  *_flags(format=text("format", format), preset=preset, truth=truth, rate=rate, stage=stage,
-                         out=None if out is None else path("out", out), data=data), "--json"]
+                         out=optional(path, "out", out), data=data), "--json"]
     _, answer, _ = call(arguments)
     rows = [Row.of({"preset": preset_rows["preset"], **row}) for preset_rows in answer["presets"] for row in preset_rows["rows"]]
     return ObjectEvaluation(rows, answer["warnings"], answer)

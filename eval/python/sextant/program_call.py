@@ -148,8 +148,6 @@ def call(arguments, *, progress=None, good=(0,)):
     if report is not None and not callable(report):
         raise Error(f"progress: expected True, False or a function, got {progress!r}")
     for argument in arguments:
-        if "\0" in argument:
-            raise Error(f"an argument of the program has a zero byte: {argument!r}")
         path("an argument of the program", argument)
     command = [program(), *arguments]
     if report is None:  # without a listener the program shows no progress

@@ -55,6 +55,22 @@ class Command(unittest.TestCase):
         self.assertEqual(caught.exception.exit_code, 2)
         self.assertFalse(out.exists())
 
+    def test_texts_that_are_no_names_are_refused(self):
+        """An empty value of a flag would take the next flag as its value; a zero byte would end a name."""
+        out, empty = self.folder / "a", "expected a text, got an empty one"
+        for name in ("out", "estimator", "preset", "data", "noise", "procedure"):
+            self.refuse(f"{name}: {empty}", sextant.run, SOURCE, **{"out": out, name: ""})
+        for name in ("out", "cache", "data"):
+            self.refuse(f"{name}: {empty}", sextant.sweep, {"name": "p"}, **{"out": out, name: ""})
+            self.refuse(f"{name}: {empty}", sextant.sweep, {"name": "p"}, estimators={"f": len}, **{"out": out, name: ""})
+        for name in ("save_zip", "rpe", "offset"):
+            self.refuse(f"{name}: {empty}", sextant.evaluate_ego, "a", "b", **{name: ""})
+        self.refuse("--offset: expected a finite number, got 'true'", sextant.evaluate_ego, "a", "b", offset=True)
+        for call in (sextant.read_trajectory, sextant.read_flow, sextant.read, sextant.run):
+            self.refuse("expected a text without zero bytes", call, "a\0b")
+            self.refuse(empty, call, "")
+        self.assertEqual(list(self.folder.iterdir()), [])
+
     def test_sweep_and_compare(self):
         plan = {"name": "t", "sources": [SOURCE], "estimators": ["motion_only"],
                 "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 3}
