@@ -110,6 +110,21 @@ def floats(name, value, dtype=numpy.float64):
         return numpy.ascontiguousarray(array, dtype=dtype)
 
 
+def ascending(name, value, n):
+    """Returns n finite numbers, each above the one before, as an array; None for None."""
+    array = floats(name, value)
+    if array is None:
+        return None
+    if array.shape != (n,):
+        raise Error(f"{name}: expected {n} numbers, one per pose, got shape {array.shape}")
+    if not numpy.isfinite(array).all():
+        raise Error(f"{name}: expected finite numbers, got {array[~numpy.isfinite(array)][0]}")
+    if (numpy.diff(array) <= 0).any():
+        k = int(numpy.argmax(numpy.diff(array) <= 0))
+        raise Error(f"{name}: expected each above the one before, got {array[k + 1]:.17g} after {array[k]:.17g} at [{k + 1}]")
+    return array
+
+
 def poses(name, value):
     """Returns the array (n, 4, 4) of a path, which is a Trajectory, an array or lists."""
     return floats(name, getattr(value, "poses", value))

@@ -12,20 +12,33 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import choice, floats, number, path, poses, text, whole
+from .arguments import ascending, choice, floats, number, path, poses, text, whole
 from .showing import Shown, axes_of
 
 
 @dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Trajectory(Shown):
-    """A path, read from a file or made from arrays."""
+    """A path, read from a file or made from arrays or lists, which are checked and converted."""
     poses: numpy.ndarray  #: (n, 4, 4), T_world_camera; the rotations are the matrices as read
-    stamps: typing.Optional[numpy.ndarray] = None  #: (n,), s
-    frames: typing.Optional[numpy.ndarray] = None  #: (n,), whole numbers
+    stamps: typing.Optional[numpy.ndarray] = None  #: (n,), s, ascending
+    frames: typing.Optional[numpy.ndarray] = None  #: (n,), whole numbers, ascending
     has_rotations: bool = True  #: False: positions only, the rotations are identities
     truth: typing.Optional["Trajectory"] = dataclasses.field(default=None, repr=False)  #: the true path, for logs that contain both
     format: str = ""
     warnings: typing.List[str] = dataclasses.field(default_factory=list)  #: repairs made while reading
+
+    def __post_init__(self):
+        found = floats("poses", self.poses)
+        if found is None or found.ndim != 3 or found.shape[1:] != (4, 4):
+            raise Error(f"poses: expected an array with shape (n, 4, 4), got "
+                        f"{'none' if found is None else f'shape {found.shape}'}")
+        frames = ascending("frames", self.frames, len(found))
+        if frames is not None:
+            if (frames != numpy.floor(frames)).any() or (abs(frames) >= 2**31).any():
+                raise Error("frames: expected whole numbers of 32 bits, got others")
+            frames = frames.astype(numpy.int64)
+        for name, value in (("poses", found), ("stamps", ascending("stamps", self.stamps, len(found))), ("frames", frames)):
+            object.__setattr__(self, name, value)
 
     def __len__(self):
         return len(self.poses)
@@ -38,7 +51,7 @@ class Trajectory(Shown):
     def _shown(self):
         steps = numpy.linalg.norm(numpy.diff(self.positions, axis=0), axis=1)
         told = [("poses", str(len(self))), ("length", f"{steps.sum():.6g} m"), ("format", self.format)]
-        if self.stamps is not None:
+        if self.stamps is not None and len(self):
             told.append(("time", f"{self.stamps[-1] - self.stamps[0]:.6g} s"))
         if not self.has_rotations:
             told.append(("rotations", "none"))

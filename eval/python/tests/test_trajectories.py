@@ -114,6 +114,42 @@ class Kinds(unittest.TestCase):
         self.assertLess(numpy.abs(single - wanted).max(), 1e-4)
 
 
+class Trajectories(unittest.TestCase):
+    def test_become_arrays_by_value(self):
+        poses, stamps = path(20, noise=1.0), numpy.cumsum(numpy.random.default_rng(2).uniform(0.2, 1.8, 20))
+        made = sextant.Trajectory(poses, stamps, numpy.arange(5, 25))
+        lists = sextant.Trajectory(poses.tolist(), stamps.tolist(), list(range(5, 25)))
+        self.assertEqual(repr(made), repr(lists))
+        for name in ("poses", "stamps", "frames"):
+            numpy.testing.assert_array_equal(getattr(made, name), getattr(lists, name))
+        try:
+            import pandas
+        except ImportError:
+            self.skipTest("pandas is not installed")
+        wanted = sextant.evaluate_trajectory(made, sextant.Trajectory(path(20), stamps), delta="3s")
+        other = sextant.Trajectory(poses, pandas.Series(stamps, index=numpy.arange(20) + 5))
+        found = sextant.evaluate_trajectory(other, sextant.Trajectory(path(20), pandas.Series(stamps)), delta="3s")
+        numpy.testing.assert_array_equal(found.pairs, wanted.pairs)
+
+    def test_empty_ones_are_shown(self):
+        self.assertEqual(repr(sextant.Trajectory(numpy.empty((0, 4, 4)), stamps=[])), "Trajectory(poses: 0, length: 0 m)")
+
+    def test_refused(self):
+        poses = path(4)
+        for words, arguments in (("poses: expected an array with shape (n, 4, 4), got shape (4, 3, 4)", {"poses": poses[:, :3]}),
+                                 ("poses: expected an array with shape (n, 4, 4), got none", {"poses": None}),
+                                 ("stamps: expected 4 numbers, one per pose, got shape (3,)", {"stamps": [0, 1, 2]}),
+                                 ("stamps: expected finite numbers, got nan", {"stamps": [0, 1, numpy.nan, 3]}),
+                                 ("stamps: expected each above the one before, got 1 after 2 at [2]", {"stamps": [0, 2, 1, 3]}),
+                                 ("stamps: expected each above the one before, got 2 after 2", {"stamps": [0, 1, 2, 2]}),
+                                 ("frames: expected each above the one before, got 1 after 1 at [2]", {"frames": [0, 1, 1, 2]}),
+                                 ("frames: expected whole numbers", {"frames": [0, 1, 1.5, 2]}),
+                                 ("frames: expected whole numbers", {"frames": [0, 1, 2, 2**31]})):
+            with self.assertRaises(sextant.Error) as caught:
+                sextant.Trajectory(**{"poses": poses, **arguments})
+            self.assertIn(words, str(caught.exception))
+
+
 class Files(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
