@@ -109,6 +109,24 @@ PoseSeries path_of(const py::handle& value, const std::string& name) {
   return path;
 }
 
+PairSelection selection_of(const std::string& delta) {
+  try {
+    return PairSelection::parse(delta);
+  } catch (const Error&) {
+    fail("delta: expected a number and a unit: 1f (frames), 10m, 5deg, 0.5rad or 2s, got '{}'", delta);
+  }
+}
+
+py::array_t<int64_t> array_of(const std::vector<PosePair>& pairs) {
+  const auto n = static_cast<py::ssize_t>(pairs.size());
+  py::array_t<int64_t> out({n, py::ssize_t{2}});
+  for (py::ssize_t i = 0; i < n; ++i) {
+    out.mutable_at(i, 0) = pairs[static_cast<size_t>(i)].first;
+    out.mutable_at(i, 1) = pairs[static_cast<size_t>(i)].second;
+  }
+  return out;
+}
+
 py::array_t<double> array_of(const std::vector<double>& values) {
   return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
 }

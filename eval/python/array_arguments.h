@@ -11,6 +11,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/geometry/trajectory.h"
+#include "sextant/metrics/trajectory_errors.h"
 
 namespace sextant {
 
@@ -41,9 +42,12 @@ std::vector<Eigen::Matrix4d> motions_of(const pybind11::handle& value, const std
 std::vector<SE3> rigid_motions_of(const pybind11::handle& value, const std::string& name);
 /// Returns the motions as a path whose rotations are the unchanged matrices.
 PoseSeries path_of(const pybind11::handle& value, const std::string& name);
+/// Parses "10m" and similar texts; the program's flag for it is --rpe.
+PairSelection selection_of(const std::string& delta);
 Eigen::Matrix4d motion_of(const pybind11::handle& value, const std::string& name);
 
 pybind11::array_t<double> array_of(const std::vector<double>& values);
+pybind11::array_t<int64_t> array_of(const std::vector<PosePair>& pairs);
 pybind11::array_t<double> array_of(const Eigen::Matrix4d& matrix);
 pybind11::array_t<double> array_of(const Matrix6d& matrix);
 

@@ -221,15 +221,6 @@ std::vector<double> stamps_of(const py::object& value, const std::string& name) 
   return stamps;
 }
 
-/// Parses "10m" and similar texts; the program's flag for it is --rpe.
-PairSelection selection_of(const std::string& delta) {
-  try {
-    return PairSelection::parse(delta);
-  } catch (const Error&) {
-    fail("delta: expected a number and a unit: 1f (frames), 10m, 5deg, 0.5rad or 2s, got '{}'", delta);
-  }
-}
-
 /// Returns the relative errors, and the pairs (i, j) behind them.
 py::tuple relative(const py::object& estimate, const py::object& reference, const std::string& delta,
                    bool all_pairs, double tolerance, bool pairs_from_reference, const std::string& relation,
@@ -252,13 +243,8 @@ py::tuple relative(const py::object& estimate, const py::object& reference, cons
     if (pairs.empty())
       fail("the reference does not move between any pair of poses: use relation='point_distance'");
   }
-  const auto n = static_cast<py::ssize_t>(pairs.size());
-  py::array_t<int64_t> of_pairs({n, py::ssize_t{2}});
-  for (py::ssize_t i = 0; i < n; ++i) {
-    of_pairs.mutable_at(i, 0) = pairs[static_cast<size_t>(i)].first;
-    of_pairs.mutable_at(i, 1) = pairs[static_cast<size_t>(i)].second;
-  }
-  return py::make_tuple(array_of(relative_errors(paths.estimate, paths.reference, pairs, kind)), of_pairs);
+  return py::make_tuple(array_of(relative_errors(paths.estimate, paths.reference, pairs, kind)),
+                        array_of(pairs));
 }
 
 /// Returns the aligned estimate, [s R | t], its scale, and the flatness of the points.
@@ -266,18 +252,8 @@ py::tuple aligned(const py::object& estimate, const py::object& reference, const
                   int first_n, const std::optional<std::array<double, 3>>& up) {
   Paths paths(estimate, reference);
   const auto how = from_name<Alignment>(method, "alignment");
-  if ((how == Alignment::yaw) != up.has_value())
-    fail(
-        "up: expected a direction if align='yaw', otherwise None: it is the upward direction in the worlds "
-        "of both paths, (0, 0, 1) if z points up");
-  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
-  if (up) {
-    axis = Eigen::Vector3d((*up)[0], (*up)[1], (*up)[2]);
-    if (!axis.allFinite() || axis.norm() < 1e-6)
-      fail("up: expected a direction, got a vector of length {}", axis.norm());
-    axis.normalize();
-  }
-  if (first_n < 0) fail("n_to_align: expected 0 (all poses) or more, got {}", first_n);
+  const Eigen::Vector3d axis =
+      up ? Eigen::Vector3d((*up)[0], (*up)[1], (*up)[2]).normalized() : Eigen::Vector3d::Zero();
   const AlignmentResult result = align(paths.estimate, paths.reference, how, first_n, axis);
   return py::make_tuple(array_of_path(paths.estimate), array_of(result.ref_from_est.matrix()),
                         result.ref_from_est.scale, result.flatness);
@@ -324,6 +300,9 @@ void bind_trajectories(py::module_& core) {
   core.def("statistics", statistics);
   core.def("kitti_odometry", kitti);
   core.def("associate", associate);
+  core.def("needs_rotations", [](const std::string& relation, bool relative) {
+    return needs_rotations(from_name<PoseRelation>(relation, "relation"), relative);
+  });
   core.def("unit_of", [](const std::string& relation) {
     return std::string(unit_of(from_name<PoseRelation>(relation, "relation")));
   });

@@ -96,7 +96,7 @@ LAYERS = {
                 "eval/experiment eval/profile eval/pictures eval/view eval/export eval/logs eval/evaluation eval/external "
                 "eval/gate eval/report eval/reproduce eval/workflow PAPER",
     "eval/python": "MEASUREMENT datasets/codec estimator/solvers estimator/estimators estimator noise metrics eval/logs "
-                   "eval/records eval/experiment eval/export eval/external eval/report eval/workflow",
+                   "eval/records eval/experiment eval/export eval/evaluation eval/external eval/report eval/workflow",
     "eval/fuzz": "base noise estimator estimator/points datasets datasets/codec datasets/channels eval/records eval/benchmark "
                  "eval/experiment eval/logs eval/evaluation eval/external eval/gate eval/report",
 }

@@ -2,8 +2,8 @@
 
 import json
 import math
-import numbers
 import os
+from numbers import Integral, Real
 
 import numpy
 
@@ -12,7 +12,7 @@ from ._core import Error
 
 def whole(name, value, low, high):
     """Returns an int within low..high."""
-    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+    if isinstance(value, bool) or not isinstance(value, Integral):
         raise Error(f"{name}: expected a whole number, got {value!r} of type {type(value).__name__}")
     if not low <= value <= high:
         raise Error(f"{name}: expected {low} to {high}, got {value}")
@@ -21,12 +21,23 @@ def whole(name, value, low, high):
 
 def number(name, value, *, above=-math.inf):
     """Returns a finite float above a bound."""
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise Error(f"{name}: expected a number, got {value!r} of type {type(value).__name__}")
     if not (math.isfinite(value) and value > above):
         limit = "" if above == -math.inf else f" above {above:g}"
         raise Error(f"{name}: expected a finite number{limit}, got {value!r}")
     return float(value)
+
+
+def numbers(name, value, n, **limits):
+    """Returns a list of n finite floats."""
+    try:
+        found = [number(name, each, **limits) for each in value]
+    except TypeError:
+        raise Error(f"{name}: expected {n} numbers, got {value!r} of type {type(value).__name__}") from None
+    if len(found) != n:
+        raise Error(f"{name}: expected {n} numbers, got {len(found)}")
+    return found
 
 
 def text(name, value):

@@ -12,7 +12,7 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import ascending, choice, floats, number, path, poses, text, whole
+from .arguments import ascending, choice, floats, number, numbers, optional, path, poses, text, whole
 from .showing import Shown, axes_of
 
 
@@ -111,6 +111,7 @@ def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
     >>> print(pathlib.Path("kitti.txt").read_text().splitlines()[0])
     1.0 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.0 1.0 0.0
     """
+    _check_rotations("a file of format tum or kitti", trajectory)
     T = poses("trajectory", trajectory)
     _core.align(T, T, "none", 0, None)  # raises an Error unless T is a path
     stamps = floats("stamps", stamps if stamps is not None else getattr(trajectory, "stamps", None))
@@ -178,10 +179,12 @@ class TrajectoryErrors(Shown):
     pairs: typing.Optional[numpy.ndarray]  #: (n, 2): the poses of error k; None: error k belongs to pose k
     estimate: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4), associated and aligned
     reference: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4)
+    warnings: typing.List[str] = dataclasses.field(default_factory=list)  #: those of `sextant evaluate ego` (docs/evaluate.md)
 
     def _shown(self):
-        return [("rmse", f"{self.statistics.rmse:.6g} {self.unit}".strip()), ("errors", str(len(self.errors))),
-                ("relation", self.relation)]
+        shown = [("rmse", f"{self.statistics.rmse:.6g} {self.unit}".strip()), ("errors", str(len(self.errors))),
+                 ("relation", self.relation)]
+        return shown + [("warnings", str(len(self.warnings)))] * bool(self.warnings)
 
     def _table(self):
         return [f"{self.relation} {f'[{self.unit}]' if self.unit else ''}", ""], [
@@ -235,9 +238,30 @@ def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignm
     >>> sextant.align(path, moved).transform[0, 3].round(9)
     5.0
     """
-    up = None if up is None else [number("up", value) for value in up]
+    if method == "origin":
+        _check_rotations("align='origin'", estimate, reference)
     return Alignment(*_core.align(poses("estimate", estimate), poses("reference", reference), text("method", method),
-                                  whole("n_to_align", n_to_align, 0, 2**31 - 1), up))
+                                  whole("n_to_align", n_to_align, 0, 2**31 - 1), _upward(up, method)))
+
+
+def _upward(up, method):
+    """Returns the upward direction for align="yaw", otherwise None."""
+    if (method == "yaw") != (up is not None):
+        raise Error("up: expected a direction if align='yaw', otherwise None: it is the upward direction in the worlds of both "
+                    "paths, (0, 0, 1) if z points up")
+    if up is None:
+        return None
+    direction = numbers("up", up, 3)
+    if numpy.linalg.norm(direction) < 1e-6:
+        raise Error(f"up: expected a direction, got a vector of length {numpy.linalg.norm(direction):g}")
+    return direction
+
+
+def _check_rotations(need, *paths):
+    """Raises an Error if a path has positions only, whose rotations are identities in the array of poses."""
+    if not all(getattr(path, "has_rotations", True) for path in paths):
+        raise Error(f"{need} needs rotations, but a path has positions only: for these use the relations trans_part "
+                    "(of poses) or point_distance, the alignments se3, sim3 or yaw, and pairs by frames, m or s")
 
 
 def absolute_errors(estimate, reference, *, relation="trans_part", align="none", n_to_align=0, up=None):
@@ -249,10 +273,10 @@ def absolute_errors(estimate, reference, *, relation="trans_part", align="none",
     >>> sextant.absolute_errors(off, path)
     array([0.  , 0.25])
     """
-    estimate, reference = poses("estimate", estimate), poses("reference", reference)
-    if align != "none":
-        estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
-    return _core.absolute_errors(estimate, reference, text("relation", relation))
+    if _core.needs_rotations(text("relation", relation), False):
+        _check_rotations(f"relation='{relation}'", estimate, reference)
+    estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
+    return _core.absolute_errors(estimate, poses("reference", reference), relation)
 
 
 def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relation="trans_part", tolerance=0.1,
@@ -265,43 +289,40 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
     >>> sextant.relative_errors(off, path).errors
     array([0.25, 0.  ])
     """
-    estimate, reference = poses("estimate", estimate), poses("reference", reference)
-    if align != "none":
-        estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
-    return RelativeErrors(*_core.relative_errors(estimate, reference, text("delta", delta), bool(all_pairs),
-                                                 number("tolerance", tolerance), bool(pairs_from_reference),
-                                                 text("relation", relation), floats("stamps", stamps)))
+    if _core.needs_rotations(text("relation", relation), True):
+        _check_rotations(f"relation='{relation}' of pairs", estimate, reference)
+    if text("delta", delta).endswith(("deg", "rad")):
+        _check_rotations(f"delta='{delta}'", reference if pairs_from_reference else estimate)
+    stamps = getattr(estimate, "stamps", None) if stamps is None else stamps
+    estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
+    return RelativeErrors(*_core.relative_errors(estimate, poses("reference", reference), delta, bool(all_pairs),
+                                                 number("tolerance", tolerance), bool(pairs_from_reference), relation,
+                                                 floats("stamps", stamps)))
 
 
 def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_part", delta=None, all_pairs=False,
-                        max_difference=0.01) -> TrajectoryErrors:
-    """Returns the errors of one path, equal to those of `sextant evaluate ego`. Poses are associated by their stamps if both paths
-    have some, else by their frame numbers, else one by one. `delta` (1f, 10m, ...) gives errors of pairs (RPE) instead of poses.
+                        max_difference=0.01, offset=0.0, n_to_align=0, up=None, max_speed=100.0) -> TrajectoryErrors:
+    """Returns the errors and warnings of `sextant evaluate ego` for one path, by the same code: poses are associated by their
+    stamps if both paths have some, else by frame numbers, else one by one, and what it refuses raises an Error. `delta` (1f, 10m,
+    ...) gives errors of pairs (RPE) instead of poses.
 
     >>> truth = numpy.tile(numpy.eye(4), (4, 1, 1))
     >>> truth[:, 2, 3] = range(4)
     >>> sextant.evaluate_trajectory(truth, truth)
-    TrajectoryErrors(rmse: 0 m, errors: 4, relation: trans_part)
+    TrajectoryErrors(rmse: 0 m, errors: 4, relation: trans_part, warnings: 1)
     """
-    a, b, stamps = poses("estimate", estimate), poses("reference", reference), None
-    times = [getattr(path, "stamps", None) for path in (estimate, reference)]
-    frames = [getattr(path, "frames", None) for path in (estimate, reference)]
-    if all(each is not None for each in times):
-        of_reference, of_estimate = associate(times[1], times[0], max_difference=max_difference)
-        a, b, stamps = a[of_estimate], b[of_reference], times[0][of_estimate]
-    elif all(each is not None for each in frames):
-        _, of_estimate, of_reference = numpy.intersect1d(*frames, assume_unique=True, return_indices=True)
-        if len(of_estimate) == 0:
-            raise Error("estimate, reference: expected frame numbers that both paths have, got none in common")
-        a, b = a[of_estimate], b[of_reference]
-    if align != "none":
-        a = globals()["align"](a, b, align).poses
-    if delta is None:
-        errors, pairs = absolute_errors(a, b, relation=relation), None
-    else:
-        relative = relative_errors(a, b, relation=relation, delta=delta, all_pairs=all_pairs, stamps=stamps)
-        errors, pairs = relative.errors, relative.pairs
-    return TrajectoryErrors(errors, statistics(errors), relation, _core.unit_of(relation), pairs, a, b)
+    from . import _files
+    if all_pairs and delta is None:
+        raise Error("all_pairs: selects pairs of relative errors, so delta is needed too, such as delta='1f'")
+    series = [(poses(name, given), getattr(given, "stamps", None), getattr(given, "frames", None),
+               getattr(given, "has_rotations", True)) for name, given in (("estimate", estimate), ("reference", reference))]
+    errors, pairs, a, b, warnings = _files.evaluate(
+        *series, text("align", align),
+        whole("n_to_align", n_to_align, 0, 2**31 - 1), _upward(up, align), text("relation", relation),
+        optional(text, "delta", delta), bool(all_pairs), number("max_difference", max_difference), number("offset", offset),
+        number("max_speed", max_speed, above=0))
+    return TrajectoryErrors(errors, statistics(errors), relation, _core.unit_of(relation), pairs, a, b,
+                            [*getattr(estimate, "warnings", []), *getattr(reference, "warnings", []), *warnings])
 
 
 def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
@@ -312,6 +333,7 @@ def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
     >>> sextant.kitti_odometry(path, path)[0].translation_percent
     0.0
     """
+    _check_rotations("kitti_odometry", estimate, reference)
     return [KittiError(*row) for row in _core.kitti_odometry(poses("estimate", estimate), poses("reference", reference))]
 
 

@@ -175,6 +175,86 @@ class Files(unittest.TestCase):
                     self.assertEqual(len(axes[1].lines[0].get_xdata()), by_program.n)
                     axes[0].figure.clear()
 
+    def both(self, estimate, reference, mine=None, **flags):
+        """Returns what evaluate_ego and evaluate_trajectory give for two files: the result, or None where it is refused."""
+        try:
+            by_program = sextant.evaluate_ego(reference, estimate, **flags)
+        except sextant.Error:
+            by_program = None
+        mine = {**flags, **(mine or {})}
+        formats = [mine.pop("est_format", "auto"), mine.pop("ref_format", "auto")]
+        if "rpe" in mine:
+            mine["delta"] = mine.pop("rpe")
+        try:
+            found = sextant.evaluate_trajectory(sextant.read_trajectory(estimate, formats[0]),
+                                                sextant.read_trajectory(reference, formats[1]), **mine)
+        except sextant.Error:
+            found = None
+        self.assertEqual(found is None, by_program is None, flags)
+        if found is not None:
+            self.assertEqual((found.statistics, len(found.errors)), (by_program.statistics, by_program.n))
+            self.assertEqual(len(found.warnings), len(by_program.warnings), (found.warnings, by_program.warnings))
+        return found
+
+    def test_frames_and_stamps_on_one_side(self):
+        truth, found = path(20), path(20, noise=1.0)
+        rows = [" ".join(map(repr, pose[:3].ravel().tolist())) for pose in found]
+        (self.folder / "numbered").write_text("".join(f"{k + 1} {row}\n" for k, row in enumerate(rows)))
+        (self.folder / "plain").write_text("".join(row + "\n" for row in rows))
+        sextant.write_trajectory(self.folder / "rows", truth)
+        sextant.write_trajectory(self.folder / "tum", truth, stamps=0.1 * numpy.arange(20))
+        shifted = self.both(self.folder / "numbered", self.folder / "rows")
+        self.assertEqual(len(shifted.errors), 19)
+        self.assertIn("begins at frame 1", shifted.warnings[0])
+        self.both(self.folder / "rows", self.folder / "numbered")
+        self.assertIsNone(self.both(self.folder / "plain", self.folder / "tum"))
+        self.assertIsNone(self.both(self.folder / "tum", self.folder / "plain"))
+        self.both(self.folder / "numbered", self.folder / "tum")
+
+    def test_few_matches_are_refused_or_reported(self):
+        truth, found, stamps = path(100), path(100, noise=1.0), 0.1 * numpy.arange(100)
+        sextant.write_trajectory(self.folder / "r", truth, stamps=stamps)
+        for late, n in ((1000, None), (9.9, None), (9.5, None), (5, 50), (0, 100)):
+            sextant.write_trajectory(self.folder / "e", found, stamps=stamps + late)
+            result = self.both(self.folder / "e", self.folder / "r")
+            self.assertEqual(n, result and len(result.errors))
+            self.assertEqual(n == 50, any("only 50 of 100 poses" in text for text in result.warnings) if result else False)
+        self.assertEqual(len(self.both(self.folder / "e", self.folder / "r", offset=0.2).errors), 98)
+        with self.assertRaisesRegex(sextant.Error, "at least 3 are needed"):
+            sextant.evaluate_trajectory(truth[:2], truth[:2])
+        jump = truth.copy()
+        jump[50:, 2, 3] += 500
+        sextant.write_trajectory(self.folder / "j", jump, stamps=stamps)
+        self.assertIsNone(self.both(self.folder / "e", self.folder / "j"))
+        self.both(self.folder / "e", self.folder / "j", max_speed=1e4)
+        self.both(self.folder / "e", self.folder / "r", {"up": (0, -1, 0)}, align="yaw", up="-y")
+        self.both(self.folder / "e", self.folder / "r", align="sim3", n_to_align=20)
+        with self.assertRaisesRegex(sextant.Error, "delta is needed"):
+            sextant.evaluate_trajectory(truth, truth, all_pairs=True)
+
+    def test_positions_only(self):
+        truth, found = path(150), path(150, noise=1.0)
+        sextant.write_trajectory(self.folder / "r", truth, stamps=0.1 * numpy.arange(150))
+        (self.folder / "e").write_text("".join(f"{k / 10} {p[0]!r} {p[1]!r} {p[2]!r}\n" for k, p in enumerate(found[:, :3, 3].tolist())))
+        allowed = 0
+        for align, relation, rpe in itertools.product(["none", "origin", "se3"], RELATIONS, [None, "1f", "10m", "5deg"]):
+            flags = {"align": align, "relation": relation, **({"rpe": rpe} if rpe else {})}
+            with self.subTest(**flags):
+                allowed += self.both(self.folder / "e", self.folder / "r", est_format="positions", **flags) is not None
+        self.assertEqual(allowed, 2 * (2 + 2))
+        positions, other = sextant.read_trajectory(self.folder / "e", "positions"), sextant.read_trajectory(self.folder / "r")
+        for call in (lambda: sextant.absolute_errors(positions, other, relation="angle_deg"),
+                     lambda: sextant.absolute_errors(other, positions, relation="angle_deg"),
+                     lambda: sextant.relative_errors(positions, other),
+                     lambda: sextant.relative_errors(positions, other, relation="point_distance", delta="5deg"),
+                     lambda: sextant.align(positions, other, "origin"), lambda: sextant.kitti_odometry(positions, other),
+                     lambda: sextant.write_trajectory(self.folder / "x", positions)):
+            with self.assertRaisesRegex(sextant.Error, "needs rotations"):
+                call()
+        numpy.testing.assert_array_equal(sextant.absolute_errors(positions, other, align="se3"),
+                                         sextant.evaluate_trajectory(positions, other, align="se3").errors)
+        sextant.relative_errors(positions, other, relation="point_distance", delta="2s")  # stamps of the estimate
+
     def test_written_and_read(self):
         truth = path(50)
         sextant.write_trajectory(self.folder / "a.txt", truth)
