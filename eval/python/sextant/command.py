@@ -170,12 +170,25 @@ class Comparison(Shown):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class EgoEvaluation(Shown):
-    n: int
-    n_matched: int
-    statistics: ErrorStatistics
+    """The evaluation of one estimate. With several estimates n, n_matched and statistics are None, and `systems` has those of
+    each; with several lengths in `rpe` n and statistics are None, and `lengths` has the statistics."""
+    n: typing.Optional[int]
+    n_matched: typing.Optional[int]
+    statistics: typing.Optional[ErrorStatistics]
     unit: str
     warnings: typing.List[str]
     details: dict  #: everything that --json prints
+    name: str = ""
+    systems: typing.List["EgoEvaluation"] = dataclasses.field(default_factory=list)  #: one per estimate, in the order given
+    lengths: dict = dataclasses.field(default_factory=dict)  #: ErrorStatistics by length ("5m"); None: no poses that far apart
+
+    @staticmethod
+    def of(answer, unit):
+        """Returns the evaluation of one estimate from its JSON."""
+        lengths = {row["delta"]: ErrorStatistics(**row["stats"]) if "stats" in row else None for row in answer.get("rpe", [])}
+        n, found = (None, None) if lengths else (answer["n"], ErrorStatistics(**answer["stats"]))
+        return EgoEvaluation(n, answer["n_matched"], found, unit, [warning["text"] for warning in answer["warnings"]], answer,
+                             answer["name"], [], lengths)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -317,7 +330,8 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
 
 def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", rpe=None, all_pairs=False, format=None,
                  out=None, save_zip=None, data=None, **flags) -> EgoEvaluation:
-    """Runs `sextant evaluate ego` on files. Other flags are given by name: n_to_align=100, offset=0.2, body_from_camera="...".
+    """Runs `sextant evaluate ego` on files, each FILE or SYSTEM=FILE. Other flags are given by name: n_to_align=100, offset=0.2,
+    body_from_camera="...".
 
     >>> path = numpy.tile(numpy.eye(4), (9, 1, 1))
     >>> path[:, 2, 3] = numpy.arange(9)
@@ -330,9 +344,11 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
                          format=format, out=optional(path, "out", out), save_zip=optional(path, "save_zip", save_zip),
                          data=data, **flags), "--json"]
     _, answer, warnings = call(arguments)
-    warnings += [warning["text"] for warning in answer.get("warnings", [])]
-    return EgoEvaluation(answer["n"], answer.get("n_matched", answer["n"]), ErrorStatistics(**answer["stats"]), answer["unit"], warnings,
-                         answer)
+    systems = [EgoEvaluation.of(run, answer["unit"]) for run in answer.get("runs", [answer])]
+    if len(systems) == 1:
+        return dataclasses.replace(systems[0], warnings=warnings + systems[0].warnings, systems=systems)
+    warnings += [f"{system.name}: {text}" for system in systems for text in system.warnings]
+    return EgoEvaluation(None, None, None, answer["unit"], warnings, answer, "", systems)
 
 
 def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, stage=None, out=None, data=None) -> ObjectEvaluation:

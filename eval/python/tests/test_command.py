@@ -7,6 +7,8 @@ import stat
 import tempfile
 import unittest
 
+import numpy
+
 import sextant
 
 SOURCE = "synthetic:s18@0-4"
@@ -104,6 +106,32 @@ class Command(unittest.TestCase):
         self.assertTrue((self.folder / "evo.zip").is_file())
         self.refuse("no-such.txt", sextant.evaluate_ego, files[0], self.folder / "no-such.txt")
         self.refuse("unknown flag '--aling'", sextant.evaluate_ego, *files, aling="se3")
+
+    def test_several_estimates_and_lengths(self):
+        turns = numpy.random.default_rng(1).normal(size=(30, 3))
+        truth = numpy.tile(numpy.eye(4), (30, 1, 1))
+        truth[:, :3, 3] = numpy.cumsum([0, 0, 1] + 0.1 * turns, axis=0)
+        files = {}
+        for name, off in (("truth", 0), ("a", 0.5), ("b", 2.0)):
+            poses = truth.copy()
+            poses[:, 0, 3] += off
+            files[name] = self.folder / f"{name}.txt"
+            sextant.write_trajectory(files[name], poses, stamps=0.1 * numpy.arange(30))
+        alone = [sextant.evaluate_ego(files["truth"], files[name]) for name in "ab"]
+        self.assertEqual([system.statistics for each in alone for system in each.systems], [each.statistics for each in alone])
+        self.assertTrue(alone[0].warnings)
+        both = sextant.evaluate_ego(files["truth"], [f"{name}={files[name]}" for name in "ab"])
+        self.assertEqual((both.n, both.n_matched, both.statistics), (None, None, None))
+        for system, one, name in zip(both.systems, alone, "ab"):
+            self.assertEqual((system.name, system.n, system.n_matched, system.statistics, system.warnings),
+                             (name, one.n, one.n_matched, one.statistics, one.warnings))
+        self.assertEqual(len(both.warnings), sum(len(one.warnings) for one in alone))
+        self.assertTrue(both.warnings[0].startswith("a: "))
+        lengths = sextant.evaluate_ego(files["truth"], files["a"], rpe="1f,5f,900m")
+        self.assertEqual((lengths.n, lengths.n_matched, lengths.statistics), (None, 30, None))
+        self.assertEqual(list(lengths.lengths), ["1f", "5f", "900m"])
+        self.assertIsNone(lengths.lengths["900m"])
+        self.assertEqual(lengths.lengths["5f"], sextant.evaluate_ego(files["truth"], files["a"], rpe="5f").statistics)
 
     def test_the_program_is_found_or_named_in_an_error(self):
         known = os.environ["SEXTANT_PROGRAM"]
