@@ -1,5 +1,6 @@
 #include "sextant/eval/python/array_arguments.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <cmath>
@@ -107,6 +108,31 @@ PoseSeries path_of(const py::handle& value, const std::string& name) {
   for (const Eigen::Matrix4d& m : motions_of(value, name))
     path.add(m.topLeftCorner<3, 3>(), m.topRightCorner<3, 1>());
   return path;
+}
+
+Matrix6d covariance_of(const py::handle& value, const std::string& name) {
+  const py::array array = finite_numbers(value, name, {6, 6}, "(6, 6)");
+  const Matrix6d C = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(
+      static_cast<const double*>(array.data()));
+  constexpr double rounding = 1e-6;
+  const Vector6d sigma = C.diagonal().cwiseAbs().cwiseSqrt();
+  Matrix6d correlation = Matrix6d::Zero();  // metres and radians are comparable in it
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      const double scale = sigma[i] * sigma[j];
+      if (std::abs(C(i, j) - C(j, i)) > rounding * scale) {
+        fail("{}: expected a symmetric matrix, got {:.6g} at [{}, {}] and {:.6g} at [{}, {}]", name, C(i, j),
+             i, j, C(j, i), j, i);
+      }
+      if (C(i, j) != 0) correlation(i, j) = scale > 0 ? C(i, j) / scale : std::copysign(2, C(i, j));
+    }
+  }
+  const double least = Eigen::SelfAdjointEigenSolver<Matrix6d>(correlation).eigenvalues()[0];
+  if (least < -rounding)
+    fail(
+        "{}: expected a positive definite matrix, got one whose correlation matrix has the eigenvalue {:.3g}",
+        name, least);
+  return C;
 }
 
 PairSelection selection_of(const std::string& delta) {

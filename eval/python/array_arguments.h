@@ -45,6 +45,9 @@ PoseSeries path_of(const pybind11::handle& value, const std::string& name);
 /// Parses "10m" and similar texts; the program's flag for it is --rpe.
 PairSelection selection_of(const std::string& delta);
 Eigen::Matrix4d motion_of(const pybind11::handle& value, const std::string& name);
+/// Returns a covariance (6, 6), which may be singular. Throws Error if it is not symmetric, to 1e-6 of the
+/// standard deviations, or has a negative eigenvalue.
+Matrix6d covariance_of(const pybind11::handle& value, const std::string& name);
 
 pybind11::array_t<double> array_of(const std::vector<double>& values);
 pybind11::array_t<int64_t> array_of(const std::vector<PosePair>& pairs);

@@ -96,11 +96,7 @@ class PythonEstimator final : public Estimator {
     if (estimate.status != Status::ok) return estimate;
     const std::string of = "estimator " + name_ + ": ";
     estimate.T_curr_prev = SE3::from_matrix(motion_of(answer[1], of + "T_curr_prev").topRows<3>());
-    if (!answer[2].is_none()) {
-      const py::array C = finite_numbers(answer[2], of + "covariance", {6, 6}, "(6, 6)");
-      estimate.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(
-          static_cast<const double*>(C.data()));
-    }
+    if (!answer[2].is_none()) estimate.covariance = covariance_of(answer[2], of + "covariance");
     if (!answer[3].is_none()) {
       const auto n = static_cast<py::ssize_t>(problem.points.size());
       const py::array used = checked_array(answer[3], of + "inliers", {"bool", {n}, fmt::format("({},)", n)});

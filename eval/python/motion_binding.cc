@@ -152,12 +152,6 @@ py::object bound(const std::array<double, 5>& camera, const py::object& pixels, 
                                                              : py::object(py::none()));
 }
 
-Matrix6d covariance_of(const py::object& value) {
-  const py::array array = finite_numbers(value, "covariance", {6, 6}, "(6, 6)");
-  return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(
-      static_cast<const double*>(array.data()));
-}
-
 }  // namespace
 
 void bind_motions(py::module_& core) {
@@ -165,13 +159,14 @@ void bind_motions(py::module_& core) {
   core.def("object_errors", object_errors);
   core.def("motion_bound", bound);
   core.def("rms_error", [](const py::object& covariance, const py::object& T) {
-    Matrix6d C = covariance_of(covariance);
+    Matrix6d C = covariance_of(covariance, "covariance");
     if (!T.is_none()) C = transported(C, SE3::from_matrix(motion_of(T, "T").topRows<3>()));
     const PoseChangeError e = rms_error(C);
     return py::make_tuple(e.Et_m, e.ER_deg);
   });
   core.def("nees", [](const py::object& estimate, const py::object& covariance, const py::object& truth) {
-    return nees(SE3::from_matrix(motion_of(estimate, "estimate").topRows<3>()), covariance_of(covariance),
+    return nees(SE3::from_matrix(motion_of(estimate, "estimate").topRows<3>()),
+                covariance_of(covariance, "covariance"),
                 SE3::from_matrix(motion_of(truth, "truth").topRows<3>()));
   });
 }

@@ -50,7 +50,9 @@ class Bound:
 
     def rms(self, T=None, *, both=False):
         """Returns the root mean squares (E_t [m], E_R [deg]); T (4, 4) transforms the twist into another frame."""
-        return _core.rms_error(self.both_depths if both else self.previous_depth, floats("T", T))
+        if both and self.both_depths is None:
+            raise Error("both: expected False, because this bound was computed without depth_curr, got True")
+        return _core.rms_error(floats("covariance", self.both_depths if both else self.previous_depth), floats("T", T))
 
 
 def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, delta_d_px=0.0, baseline_m=0.0, depth_curr=None,
@@ -89,7 +91,8 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
 
 
 def nees(estimate, covariance, truth):
-    """Returns the normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None if that is singular.
+    """Returns the normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None if that is singular. One that is not
+    symmetric or has a negative eigenvalue raises an Error.
 
     >>> estimate = numpy.eye(4)
     >>> estimate[0, 3] = 0.2

@@ -166,6 +166,8 @@ class Estimators(unittest.TestCase):
                              (numpy.full((4, 4), numpy.nan), "T_curr_prev: expected finite numbers, got nan"),
                              (2 * numpy.eye(4), "rigid motion"), ("no", "diverged.*got 'no'"), (None, "got NoneType"),
                              (sextant.Estimate(numpy.eye(4), covariance=numpy.eye(5)), r"covariance: .*got shape \(5, 5\)"),
+                             (sextant.Estimate(numpy.eye(4), covariance=numpy.tri(6)), "estimator <?lambda>?: covariance: .*symmetric"),
+                             (sextant.Estimate(numpy.eye(4), covariance=-numpy.eye(6)), "covariance: .*positive definite"),
                              (sextant.Estimate(numpy.eye(4), inliers=numpy.ones(3, bool)), "inliers: .*got shape")):
             with self.assertRaisesRegex(sextant.Error, message):
                 self.run_with(lambda problem: answer)

@@ -133,6 +133,8 @@ class TheBound(unittest.TestCase):
                 self.bound(**other)
             for part in parts:
                 self.assertIn(part, str(caught.exception))
+        with self.assertRaisesRegex(sextant.Error, "both: expected False"):
+            self.bound().rms(both=True)
         flow = self.flow()
         self.flow = lambda: flow
         self.depth[4] = -2
@@ -141,6 +143,25 @@ class TheBound(unittest.TestCase):
         self.depth[4] = numpy.nan
         with self.assertRaisesRegex(sextant.Error, r"depth: expected finite numbers, got nan at \[4\]"):
             self.bound()
+
+
+class Covariances(unittest.TestCase):
+    def test_of_nees(self):
+        truth, off = numpy.eye(4), motion([0, 0.01, 0], [0.1, 0, 0])
+        upper = numpy.diag([1.0, 1, 1, 1e-8, 1e-8, 1e-8])
+        upper[0, 3] = 0.9e-4
+        whole = upper + numpy.triu(upper, 1).T
+        self.assertGreater(sextant.nees(off, whole, truth), 0)
+        for covariance, words in ((upper, r"symmetric matrix, got 9e-05 at \[0, 3\] and 0 at \[3, 0\]"), (upper.T, "symmetric"),
+                                  (-numpy.eye(6), "positive definite"), (numpy.diag([1, 1, 1, -1e-9, 1, 1]), "positive definite"),
+                                  (whole + numpy.triu(0.2 * upper, 1) + numpy.triu(0.2 * upper, 1).T, "positive definite")):
+            with self.assertRaisesRegex(sextant.Error, f"covariance: expected a {words}"):
+                sextant.nees(off, covariance, truth)
+            with self.assertRaisesRegex(sextant.Error, words):
+                sextant.Bound(covariance, None).rms()
+        self.assertIsNone(sextant.nees(off, numpy.diag([1, 1, 1, 0, 1, 1]), truth))
+        whole[0, 3] *= 1 + 1e-9  # rounding
+        self.assertGreater(sextant.nees(off, whole, truth), 0)
 
 
 if __name__ == "__main__":
