@@ -14,7 +14,7 @@ import weakref
 from . import estimators as functions
 from ._core import Error
 from .arguments import choice, json_text, number, optional, path, text, whole
-from .program_call import Progress, ProgramError, call, program
+from .program_call import Progress, ProgramError, call, checked_progress, program
 from .records import read
 from .showing import Shown, axes_of
 from .trajectories import ErrorStatistics
@@ -132,12 +132,36 @@ def _plot_groups(records, metric, over, groups, ax):
     return ax
 
 
+_temporary = weakref.WeakValueDictionary()  # the folders of this process by name
+
+
 class _Temporary:
-    """A folder that is removed with the last reference to this object."""
+    """A folder that is removed with the last reference to this object, which copies of a result share."""
 
     def __init__(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_"))
-        weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+        _temporary[str(self.folder)] = self
+        weakref.finalize(self, _remove, self.folder, os.getpid())
+
+    def __reduce__(self):
+        return _temporary_folder, (str(self.folder),)
+
+
+def _temporary_folder(name):
+    """Returns the object of this process that keeps the folder; None in another process, or if the folder was removed."""
+    return _temporary.get(name)
+
+
+def _remove(folder, owner):
+    if os.getpid() == owner:  # not in a forked child
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _quiet(progress):
+    """Returns whether a run or sweep with functions shows no progress."""
+    if callable(checked_progress(progress)):
+        raise Error("progress: expected True or False, because the estimator is a function, got a function")
+    return not progress
 
 
 def _results_folder(out):
@@ -272,7 +296,7 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
         summary = functions.run_here(sources, estimator, out=out, options=options,
                                       noise="none" if noise == "none" else _noise_text(noise), data=data or "", level=level,
                                       seeds=seeds, jobs=jobs, preset=text("preset", preset), force=bool(force),
-                                      quiet=not progress)
+                                      quiet=_quiet(progress))
         warnings = summary["problems"]
     else:
         flags = _flags(out=out, estimator=text("estimator", estimator), noise=_noise_text(noise), seeds=seeds, level=level,
@@ -299,7 +323,7 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
         content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
         done = functions.sweep_here(content, "plan" if isinstance(plan, dict) else path("plan", plan),
                                     estimators, out=out, data=data or "", cache=cache or "", jobs=jobs,
-                                    force=bool(force), reuse_stale=bool(reuse_stale), quiet=not progress)
+                                    force=bool(force), reuse_stale=bool(reuse_stale), quiet=_quiet(progress))
         warnings = []
     else:
         with _plan_file(plan) as file:

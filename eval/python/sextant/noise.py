@@ -64,7 +64,11 @@ class Noise:
     """
 
     def __init__(self, options):
-        self._noise = _core.Noise(json_text("noise", options))
+        self._text = json_text("noise", options)
+        self._noise = _core.Noise(self._text)
+
+    def __reduce__(self):
+        return Noise, (self._text,)
 
     @property
     def options(self):

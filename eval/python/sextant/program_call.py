@@ -23,6 +23,9 @@ class ProgramError(Error):
         super().__init__(message)
         self.exit_code = exit_code
 
+    def __reduce__(self):
+        return ProgramError, (str(self), self.exit_code)
+
 
 @dataclasses.dataclass(frozen=True)
 class Progress:
@@ -141,12 +144,17 @@ def _drain(process, error_end, messages):
     return b"".join(out)
 
 
+def checked_progress(progress):
+    if progress is not None and not isinstance(progress, bool) and not callable(progress):
+        raise Error(f"progress: expected True, False or a function, got {progress!r}")
+    return progress
+
+
 def call(arguments, *, progress=None, good=(0,)):
     """Runs the program; returns (exit code, standard output as JSON, warnings). `progress`: True shows a line on standard error,
     a function is called with a Progress."""
+    progress = checked_progress(progress)
     report = _Shown() if progress is True else progress or None
-    if report is not None and not callable(report):
-        raise Error(f"progress: expected True, False or a function, got {progress!r}")
     for argument in arguments:
         path("an argument of the program", argument)
     command = [program(), *arguments]

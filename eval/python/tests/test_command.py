@@ -1,8 +1,11 @@
 """The program from Python: typed results, progress, errors with the program's message."""
 
+import copy
+import gc
 import json
 import os
 import pathlib
+import pickle
 import stat
 import tempfile
 import unittest
@@ -132,6 +135,30 @@ class Command(unittest.TestCase):
         self.assertEqual(list(lengths.lengths), ["1f", "5f", "900m"])
         self.assertIsNone(lengths.lengths["900m"])
         self.assertEqual(lengths.lengths["5f"], sextant.evaluate_ego(files["truth"], files["a"], rpe="5f").statistics)
+
+    def test_errors_pass_between_processes(self):
+        with self.assertRaises(sextant.ProgramError) as caught:
+            sextant.run("synthetic:nope", out=self.folder / "a")
+        again = pickle.loads(pickle.dumps(caught.exception))
+        self.assertEqual((type(again), str(again), again.exit_code), (sextant.ProgramError, str(caught.exception), 2))
+
+    def test_a_temporary_folder_exists_as_long_as_a_result(self):
+        run = sextant.run("synthetic:s18@0-1", estimator="motion_only")
+        child = os.fork()
+        if child == 0:
+            try:
+                del run
+                gc.collect()
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        n, out = len(run.records()), run.out
+        copies = [copy.copy(run), copy.deepcopy(run), pickle.loads(pickle.dumps(run))]
+        del run
+        while copies:
+            self.assertEqual(len(copies[0].records()), n)
+            del copies[0]
+        self.assertFalse(out.exists())
 
     def test_the_program_is_found_or_named_in_an_error(self):
         known = os.environ["SEXTANT_PROGRAM"]

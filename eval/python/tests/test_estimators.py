@@ -184,6 +184,14 @@ class Estimators(unittest.TestCase):
         with self.assertRaisesRegex(sextant.Error, "python:mine"):
             sextant.sweep(plan, out=self.folder / "b", cache=self.folder / "cache", estimators={"other": least_squares})
 
+    def test_progress(self):
+        with self.assertRaisesRegex(sextant.Error, "progress: expected True or False, because the estimator is a function"):
+            self.run_with(keep_start, progress=print)
+        with self.assertRaisesRegex(sextant.Error, "progress: expected True, False or a function, got 5"):
+            self.run_with(keep_start, progress=5)
+        with self.assertRaisesRegex(sextant.Error, "progress: expected"):
+            sextant.sweep({"name": "t"}, out=self.folder / "a", estimators={"a": keep_start}, progress=print)
+
     def test_runs_in_threads_keep_their_functions(self):
         def shifted(metres):
             def estimator(problem):

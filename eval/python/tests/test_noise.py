@@ -1,8 +1,10 @@
 """Noise on arrays: the bits of C++, and what is refused."""
 
+import copy
 import json
 import os
 import pathlib
+import pickle
 import subprocess
 import tempfile
 import unittest
@@ -81,6 +83,16 @@ class Bits(unittest.TestCase):
         self.assertEqual(draw(), draw())
         for other in ({"seed": 1}, {"dataset": "c"}, {"sequence": "c"}, {"frame": 1}):
             self.assertNotEqual(draw(), draw(**other), other)
+
+    def test_copies_draw_the_same(self):
+        depth = numpy.full((4, 5), 10, numpy.float32)
+        for options in NOISES:
+            noise = sextant.Noise(options)
+            for other in (copy.deepcopy(noise), copy.copy(noise), pickle.loads(pickle.dumps(noise))):
+                self.assertEqual((other.name, other.options), (noise.name, noise.options))
+                draws = [each.apply(seed=0, dataset="a", sequence="b", frame=0, camera=CAMERA, depth=depth).depth
+                         for each in (noise, other)]
+                numpy.testing.assert_array_equal(*draws)
 
     def test_input_stays_and_any_unsigned_mask_does(self):
         depth, mask = numpy.full((40, 50), 10, numpy.float32), numpy.zeros((40, 50), numpy.uint16)
