@@ -70,12 +70,12 @@ class Run(_Folder):
             for row in self.rows]
 
     def plot(self, metric="Et_m", ax=None):
-        """Plots the error of every body over the frames, averaged over seeds; returns the axes.
+        """Plots the error of every body of every sequence over the frames, averaged over seeds; returns the axes.
 
         >>> sextant.run("synthetic:s18@0-3", estimator="motion_only").plot("ER_deg").get_ylabel()
         'ER_deg'
         """
-        return _plot_groups(self.records(), metric, "frame", ["estimator", "body"], axes_of(ax))
+        return _plot(self.records(), metric, "frame", ["estimator", "body"], axes_of(ax))
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -91,7 +91,8 @@ class Sweep(_Folder):
     kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, if `out` was not given
 
     def plot(self, metric="Et_m", ax=None, *, body="ego"):
-        """Plots the mean error of a body against the noise level, one line per estimator, and the bound; returns the axes.
+        """Plots the mean error of a body against the noise level, one line for each estimator, sequence and kind of noise, and the
+        bound; returns the axes.
 
         >>> plan = {"name": "p", "sources": ["synthetic:s18@0-2"], "estimators": ["motion_only"],
         ...         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2}
@@ -102,11 +103,11 @@ class Sweep(_Folder):
         records = records[records.body == body]
         if records.empty:
             raise Error(f"body: expected a body of the records, such as 'ego', got {body!r}")
-        ax = _plot_groups(records, metric, "level", ["estimator"], axes_of(ax))
+        records = records.assign(kind=_kinds(records), bound="bound")
+        ax = _plot(records, metric, "level", ["estimator"], axes_of(ax))
         if f"bound_{metric}" in records:
-            bound = records.groupby("level")[f"bound_{metric}"].mean()
-            ax.plot(bound.index, bound.values, color="0.4", linestyle="--", label="bound")
-            ax.legend()
+            _draw_lines(records, f"bound_{metric}", "level", ["bound"], ax, color="0.4", linestyle="--")
+            ax.legend(fontsize="small")
         ax.set_title(body)
         return ax
 
@@ -115,19 +116,33 @@ def _digits(value):
     return "" if value is None else f"{value:.4g}"
 
 
-def _plot_groups(records, metric, over, groups, ax):
+def _kinds(records):
+    """Returns the noise of each record without the numbers that its level changes: "depth px" for "depth 0.2 px"."""
+    noise = records.noise.astype(str)
+    kinds = noise.str.replace(r"[\d.]+(e[-+]?\d+)?", "", regex=True).str.split().str.join(" ")
+    is_unique = records.assign(kind=kinds, noise=noise).groupby(["kind", "level"]).noise.nunique().max() == 1
+    return kinds if is_unique else noise
+
+
+def _draw_lines(records, column, over, groups, ax, **style):
+    """Draws means of a column, with one line per group, and also per data set, sequence and kind of noise if there are several."""
+    groups = groups + [name for name in ("dataset", "sequence", "kind") if name in records and records[name].nunique() > 1]
+    found = records.dropna(subset=[column]).groupby([*groups, over], observed=True)[column].mean()
+    for name, line in found.groupby(level=list(range(len(groups))), observed=True):
+        ax.plot(line.index.get_level_values(over), line.values, **style,
+                label=" ".join(map(str, name)) if isinstance(name, tuple) else str(name))
+
+
+def _plot(records, metric, over, groups, ax):
     column = f"errors_{metric}"
     if column not in records:
         known = ", ".join(sorted(name.removeprefix("errors_") for name in records if name.startswith("errors_")))
         raise Error(f"metric: expected one of {known}, got {metric!r}")
-    found = records.dropna(subset=[column]).groupby([*groups, over], observed=True)[column].mean()
-    for name, line in found.groupby(level=list(range(len(groups))), observed=True):
-        ax.plot(line.index.get_level_values(over), line.values, marker=".",
-                label=" ".join(map(str, name)) if isinstance(name, tuple) else str(name))
+    _draw_lines(records, column, over, groups, ax, marker=".")
     ax.set_xlabel(over)
     ax.set_ylabel(metric)
     ax.set_ylim(bottom=0)
-    if len(found):
+    if ax.get_legend_handles_labels()[0]:
         ax.legend(fontsize="small")
     return ax
 

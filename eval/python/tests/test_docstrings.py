@@ -88,6 +88,28 @@ class Shown(unittest.TestCase):
         del run
         self.assertFalse(kept.exists(), "a temporary folder lives as long as the result")
 
+    def test_plots_do_not_average_over_sequences_and_kinds_of_noise(self):
+        try:
+            import matplotlib  # noqa: F401
+            import pandas  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(f"{missing}: scripts/setup --python")
+        sources, delta = ["synthetic:s18@0-2", "synthetic:s01-turn@0-2"], {"depth": {"delta_d_px": 0.5}}
+        run = sextant.run(sources, estimator="motion_only", noise=delta)
+        records = run.records()
+        lines = {line.get_label(): line.get_ydata()[0] for line in run.plot().lines}
+        first = records[(records.body == "ego") & (records.frame == 1)].set_index("sequence").errors_Et_m
+        for sequence in ("s18", "s01-turn"):
+            self.assertEqual(lines[f"motion_only ego {sequence}"], first[sequence])
+        grids = [{"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, {"parameter": "flow.epe_px", "levels": [0.1, 0.2]}]
+        plan = {"name": "p", "sources": sources, "estimators": ["motion_only"], "noise": grids, "seeds": 1}
+        names = {line.get_label() for line in sextant.sweep(plan).plot().lines}
+        self.assertEqual({name for name in names if "bound" not in name},
+                         {f"motion_only {sequence} {kind} px" for sequence in ("s18", "s01-turn") for kind in ("depth", "flow")})
+        self.assertIn("bound s18 flow px", names)
+        plan.update(sources=sources[:1], noise=grids[1])
+        self.assertEqual([line.get_label() for line in sextant.sweep(plan).plot().lines], ["motion_only", "bound"])
+
     def test_without_matplotlib(self):
         hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == "matplotlib"}
         sys.modules["matplotlib"] = None
