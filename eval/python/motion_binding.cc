@@ -295,6 +295,7 @@ void bind_trajectories(py::module_& core) {
   core.def("statistics", statistics);
   core.def("kitti_odometry", kitti);
   core.def("associate", associate);
+  core.def("check_path", [](const py::object& path, const std::string& name) { motions_of(path, name); });
   core.def("needs_rotations", [](const std::string& relation, bool relative) {
     return needs_rotations(from_name<PoseRelation>(relation, "relation"), relative);
   });

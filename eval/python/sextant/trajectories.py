@@ -5,8 +5,8 @@ corresponding poses by time."""
 import dataclasses
 import os
 import pathlib
-import tempfile
 import typing
+import uuid
 
 import numpy
 
@@ -103,8 +103,8 @@ def _quaternions(R):
 
 
 def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
-    """Writes tum (t x y z qx qy qz qw) if there are stamps, otherwise kitti (twelve numbers per pose), with all digits. The file
-    appears only when it is complete.
+    """Writes tum (t x y z qx qy qz qw) if there are stamps, otherwise kitti (twelve numbers per pose, after the frame number where
+    the frames of a Trajectory are not 0, 1, 2, ...), with all digits. The file appears only when it is complete.
 
     >>> import pathlib
     >>> sextant.write_trajectory("kitti.txt", numpy.tile(numpy.eye(4), (2, 1, 1)))
@@ -113,23 +113,35 @@ def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
     """
     _check_rotations("a file of format tum or kitti", trajectory)
     T = poses("trajectory", trajectory)
-    _core.align(T, T, "none", 0, None)  # raises an Error unless T is a path
-    stamps = floats("stamps", stamps if stamps is not None else getattr(trajectory, "stamps", None))
+    _core.check_path(T, "trajectory")
+    stamps = ascending("stamps", stamps if stamps is not None else getattr(trajectory, "stamps", None), len(T))
+    frames = getattr(trajectory, "frames", None)
     format = choice("format", format or ("kitti" if stamps is None else "tum"), ("tum", "kitti"))
     if format == "tum":
-        if stamps is None or stamps.shape != (len(T),):
-            raise Error(f"stamps: expected {len(T)} numbers with format tum, got "
-                        f"{'none' if stamps is None else f'shape {stamps.shape}'}")
+        if stamps is None:
+            raise Error(f"stamps: expected {len(T)} numbers with format tum, got none")
         rows = numpy.column_stack([stamps, T[:, :3, 3], _quaternions(T[:, :3, :3])])
     else:
         rows = T[:, :3].reshape(-1, 12)
-    file = pathlib.Path(path("file", file))
+    lines = [" ".join(map(repr, row)) + "\n" for row in rows.tolist()]
+    if format == "kitti" and frames is not None and (frames != numpy.arange(len(T))).any():
+        lines = [f"{frame} {line}" for frame, line in zip(frames, lines)]
+    _write(pathlib.Path(path("file", file)), lines)
+
+
+def _write(file, lines):
+    """Writes a file under a temporary name and renames it; a symbolic link stays, and its target is written."""
+    target = pathlib.Path(os.path.realpath(file))
+    partial = target.with_name(f".{uuid.uuid4().hex}")
     try:
-        handle, partial = tempfile.mkstemp(prefix=file.name, dir=file.parent)
-        with os.fdopen(handle, "w", encoding="ascii") as out:
-            out.writelines(" ".join(map(repr, row)) + "\n" for row in rows.tolist())
-        os.chmod(partial, 0o644)
-        os.replace(partial, file)
+        if target.exists() and not target.is_file():
+            raise Error(f"{file}: cannot be written: it is not a regular file")
+        try:
+            with open(partial, "x", encoding="ascii") as out:
+                out.writelines(lines)
+            os.replace(partial, target)
+        finally:
+            partial.unlink(missing_ok=True)
     except OSError as error:
         raise Error(f"{file}: cannot be written: {error.strerror}") from None
 

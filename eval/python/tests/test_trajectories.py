@@ -268,6 +268,32 @@ class Files(unittest.TestCase):
             numpy.testing.assert_array_equal(back.stamps, numpy.arange(len(poses)) / 7)
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["a.txt", "b.txt"])
 
+    def test_frame_numbers_are_written(self):
+        frames = numpy.array([0, 5, 7, 9])
+        sextant.write_trajectory(self.folder / "a.txt", sextant.Trajectory(path(4), frames=frames))
+        back = sextant.read_trajectory(self.folder / "a.txt")
+        numpy.testing.assert_array_equal(back.frames, frames)
+        numpy.testing.assert_array_equal(back.poses, path(4))
+        sextant.write_trajectory(self.folder / "a.txt", sextant.Trajectory(path(4), frames=numpy.arange(4)))
+        self.assertIsNone(sextant.read_trajectory(self.folder / "a.txt").frames)
+
+    def test_the_place_that_is_written(self):
+        (self.folder / "taken").mkdir()
+        os.mkfifo(self.folder / "pipe")
+        for name in ("taken", "pipe"):
+            with self.assertRaisesRegex(sextant.Error, f"{name}: cannot be written: it is not a regular file"):
+                sextant.write_trajectory(self.folder / name, path(3))
+        (self.folder / "link").symlink_to("target")
+        before = os.umask(0o077)
+        try:
+            sextant.write_trajectory(self.folder / "link", path(3))
+            sextant.write_trajectory(self.folder / ("x" * 250), path(3))
+        finally:
+            os.umask(before)
+        self.assertTrue((self.folder / "link").is_symlink())
+        self.assertEqual((self.folder / "target").stat().st_mode & 0o777, 0o600)
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["link", "pipe", "taken", "target", "x" * 250])
+
     def test_refused(self):
         (self.folder / "bad.txt").write_text("0 0 0 0 0 0 0 1\n1 nan 0 0 0 0 0 1\n")
         for call, words in ((lambda: sextant.read_trajectory(self.folder / "bad.txt", "tum"), "bad.txt:2"),
@@ -275,7 +301,11 @@ class Files(unittest.TestCase):
                             (lambda: sextant.read_trajectory(self.folder / "bad.txt", "tumm"), "tum"),
                             (lambda: sextant.write_trajectory(self.folder / "no/x", path(3)), "cannot be written"),
                             (lambda: sextant.write_trajectory(self.folder / "x", path(3), stamps=[1]), "stamps: expected 3"),
-                            (lambda: sextant.write_trajectory(self.folder / "x", 2 * path(3)), "last row"),
+                            (lambda: sextant.write_trajectory(self.folder / "x", 2 * path(3)), "trajectory: expected rigid motions"),
+                            (lambda: sextant.write_trajectory(self.folder / "x", None), "trajectory: expected"),
+                            (lambda: sextant.write_trajectory(self.folder / "x", path(3), format="tum"), "stamps: expected 3"),
+                            (lambda: sextant.write_trajectory(self.folder / "x", path(3), stamps=[0, numpy.nan, 1]), "finite"),
+                            (lambda: sextant.write_trajectory(self.folder / "x", path(3), stamps=[0, 1, 1]), "each above"),
                             (lambda: sextant.read_flow(self.folder / "x.png"), "kitti or vkitti"),
                             (lambda: sextant.read_depth(self.folder / "x.png", "disparity256"), "bf")):
             with self.assertRaises(sextant.Error) as caught:
