@@ -57,8 +57,10 @@ py::array checked_array(const py::handle& value, const std::string& name, const 
       fmt::format("{}: expected a numpy array of {} with shape {}", name, expected.type, expected.in_words);
   if (!py::isinstance<py::array>(value)) fail("{}, got {}", wanted, type_name(value));
   const auto array = py::reinterpret_borrow<py::array>(value);
+  if (py::isinstance(value, py::module_::import("numpy").attr("ma").attr("MaskedArray")))
+    fail("{}, got one with a mask: give {}.filled(VALUE)", wanted, name);
   const std::string type = py::str(array.dtype());
-  if (type != expected.type) fail("{}, got {}: give {}.astype(numpy.{})", wanted, type, name, expected.type);
+  if (type != expected.type) fail("{}, got {}: give {}.astype('{}')", wanted, type, name, expected.type);
   if (!fits(array, expected.shape)) fail("{}, got shape {}", wanted, shape_text(array));
   constexpr int needed =
       static_cast<int>(py::array::c_style) | static_cast<int>(py::detail::npy_api::NPY_ARRAY_ALIGNED_);

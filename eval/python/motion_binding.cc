@@ -120,6 +120,8 @@ Correspondences points_of(const py::object& pixels, const py::object& depth, con
   py::array z_curr;
   if (!depth_curr.is_none()) {
     z_curr = checked_array(depth_curr, "depth_curr", {"float64", {n}, as_many});
+    const std::string none = places_of<double>(z_curr, [](double d) { return d <= 0; });
+    if (!none.empty()) fail("depth_curr: expected depths above 0 m, or NaN without a depth, got {}", none);
     d_curr = static_cast<const double*>(z_curr.data());
   }
   for (py::ssize_t i = 0; i < n; ++i) {

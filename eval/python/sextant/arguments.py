@@ -23,10 +23,14 @@ def number(name, value, *, above=-math.inf):
     """Returns a finite float above a bound."""
     if isinstance(value, bool) or not isinstance(value, Real):
         raise Error(f"{name}: expected a number, got {value!r} of type {type(value).__name__}")
-    if not (math.isfinite(value) and value > above):
+    try:
+        found = float(value)
+    except OverflowError:
+        found = math.inf
+    if not (math.isfinite(found) and found > above):
         limit = "" if above == -math.inf else f" above {above:g}"
-        raise Error(f"{name}: expected a finite number{limit}, got {value!r}")
-    return float(value)
+        raise Error(f"{name}: expected a finite number{limit}, got {found if found == math.inf else repr(value)}")
+    return found
 
 
 def numbers(name, value, n, **limits):

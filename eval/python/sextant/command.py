@@ -285,7 +285,7 @@ def _read(plan):
 def _plan_file(plan):
     """Yields the name of a file that contains the plan."""
     if not isinstance(plan, dict):
-        yield _texts("plan", plan)[0]
+        yield _texts("plan", [plan])[0]
         return
     with tempfile.TemporaryDirectory(prefix="sextant") as folder:
         file = pathlib.Path(folder) / "plan.json"
@@ -359,7 +359,7 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
     """
     if only is not None:
         choice("only", only, ("accuracy", "speed"))
-    allowed = [flag for what in ([allow] if isinstance(allow, str) else allow) for flag in _flags(allow=text("allow", what))]
+    allowed = [flag for what in (_texts("allow", allow) if allow not in ((), []) else []) for flag in _flags(allow=what)]
     flags = _flags(policy=optional(path, "policy", policy), only=only, out=optional(path, "out", out), jobs=jobs)
     _, answer, _ = call(["compare", *_texts("base", base), *_texts("new", new), *flags, *allowed, "--json"],
                       good=(0, 1, 2, 3))

@@ -21,7 +21,7 @@ import warnings
 import numpy
 
 from ._core import Error
-from .arguments import json_text, text
+from .arguments import json_text, text, whole
 from .fingerprint import fingerprint
 from .noise import Camera
 
@@ -43,7 +43,7 @@ class DeclaredNoise:
     independent_gaussian: bool
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Problem:
     """Measurements of one rigid body between two frames, with n points and without ground truth."""
     camera: Camera
@@ -63,7 +63,7 @@ class Problem:
         return rays * self.depth[:, None]
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Estimate:
     """An estimate; T_curr_prev maps the body's points from previous to current camera coordinates."""
     T_curr_prev: numpy.ndarray  #: (4, 4) float64
@@ -83,7 +83,8 @@ def _answer(name, answer):
     if not isinstance(answer, Estimate):
         raise Error(f"estimator {name}: expected a float64 array (4, 4), a sextant.Estimate or a status, "
                     f"got {type(answer).__name__}")
-    return "ok", answer.T_curr_prev, answer.covariance, answer.inliers, int(answer.iterations)
+    return ("ok", answer.T_curr_prev, answer.covariance, answer.inliers,
+            whole(f"estimator {name}: iterations", answer.iterations, 0, 2**31 - 1))
 
 
 def adapter(name, function):

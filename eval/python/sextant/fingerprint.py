@@ -359,6 +359,8 @@ class _Finder:
             content = str([self._value(one, where) for one in value.ravel().tolist()])
         else:
             content = hashlib.sha256(numpy.ascontiguousarray(value).tobytes()).hexdigest()
+        if isinstance(value, numpy.ma.MaskedArray):
+            content += self._array(numpy.ma.getmaskarray(value), where)
         kind = "" if type(value) is numpy.ndarray else self._value(type(value), where)
         return f"array {kind} {value.dtype.str} {value.dtype.descr if value.dtype.names else ''} {value.shape} {content}"
 

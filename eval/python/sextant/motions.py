@@ -7,7 +7,7 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import floats, number, poses
+from .arguments import floats, number, numbers, poses
 from .noise import camera_numbers
 
 
@@ -38,11 +38,11 @@ def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, tru
     """
     cameras = [tuple(poses(name, value) for value in pair) if isinstance(pair, (tuple, list)) else pair
                for name, pair in (("camera", camera), ("true_camera", true_camera))]
-    return _core.object_errors(poses("estimate", estimate), poses("truth", truth), floats("object_pose", object_pose),
+    return _core.object_errors(poses("estimate", estimate), poses("truth", truth), poses("object_pose", object_pose),
                                number("dt", dt), *cameras)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Bound:
     """Lower bounds on the covariance of the left twist [rho; omega] (m, rad) of T_curr_prev, and on E_t and E_R."""
     previous_depth: numpy.ndarray  #: (6, 6), from flow and the depth of the previous frame
@@ -59,7 +59,7 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
                  correlation=()):
     """Returns the Cramer-Rao bound of one body's motion; None if the points do not determine it.
 
-    pixels (n, 2), depth (n,), flow (n, 2): exact, float64; depth_curr (n,): NaN = none
+    pixels (n, 2), depth (n,), flow (n, 2): exact, float64; depth_curr (n,): above 0, NaN = none
     flow_sigma_px     (x, y), standard deviations
     delta_d_px        standard deviation of disparity: sigma(z) = z^2 / (fx baseline_m) delta_d_px, with camera.bf in place of
                       fx baseline_m if baseline_m is 0
@@ -72,19 +72,20 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
     >>> 0.01 < bound.rms()[0] < 1
     True
     """
-    numbers = camera_numbers(camera)
-    focal_baseline = numbers[0] * number("baseline_m", baseline_m) if baseline_m else numbers[4]
+    intrinsics = camera_numbers(camera)
+    focal_baseline = intrinsics[0] * number("baseline_m", baseline_m) if baseline_m else intrinsics[4]
     delta = number("delta_d_px", delta_d_px)
     if delta < 0:
         raise Error(f"delta_d_px: expected 0 or more, got {delta}")
     if delta > 0 and not focal_baseline > 0:
         raise Error(f"camera.bf: expected a number above 0 (or baseline_m) with delta_d_px, got {focal_baseline}")
-    sigma = [number("flow_sigma_px", value, above=0) for value in flow_sigma_px]
-    if len(sigma) != 2:
-        raise Error(f"flow_sigma_px: expected two numbers (x, y), got {len(sigma)}")
-    parts = [(number("correlation length", length, above=0), number("correlation share", share, above=0))
-             for length, share in correlation]
-    found = _core.motion_bound(numbers, floats("pixels", pixels), floats("depth", depth), floats("flow", flow),
+    sigma = numbers("flow_sigma_px", flow_sigma_px, 2, above=0)
+    if not isinstance(correlation, (list, tuple)):
+        raise Error(f"correlation: expected a list of (length_px, share), got {correlation!r}")
+    parts = [numbers("correlation", part, 2, above=0) for part in correlation]
+    if sum(share for _, share in parts) > 1 + 1e-9:
+        raise Error(f"correlation: expected shares with a sum of at most 1, got {sum(share for _, share in parts):g}")
+    found = _core.motion_bound(intrinsics, floats("pixels", pixels), floats("depth", depth), floats("flow", flow),
                                floats("depth_curr", depth_curr), floats("T_curr_prev", T_curr_prev),
                                [*sigma, delta / focal_baseline if delta else 0.0], parts)
     return None if found is None else Bound(*found)

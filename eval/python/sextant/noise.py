@@ -32,7 +32,7 @@ def camera_numbers(camera, name="camera"):
     return camera.numbers()
 
 
-@dataclasses.dataclass(frozen=True, repr=False)
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class NoisyFrame(Shown):
     """The given arrays after corruption; None for arrays that were not given. Depths that became invalid are NaN."""
     depth: typing.Optional[numpy.ndarray]

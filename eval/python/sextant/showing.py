@@ -53,6 +53,8 @@ class Shown:
 def axes_of(ax=None, n=1, figsize=(6, 4)):
     """Returns the axes to draw on: the given ones, or new ones of matplotlib, which is imported only here."""
     if ax is not None:
+        if not (hasattr(ax, "plot") if n == 1 else numpy.shape(ax) == (n,)):
+            raise Error(f"ax: expected {n} axes of matplotlib, got {ax!r}")
         return ax
     try:
         import matplotlib.pyplot

@@ -63,7 +63,9 @@ class Trajectory(Shown):
         >>> sextant.Trajectory(numpy.tile(numpy.eye(4), (3, 1, 1))).plot().get_xlabel()
         'x [m]'
         """
-        first, second = ("xyz".index(choice("plane", axis, "xyz")) for axis in text("plane", plane)[:2])
+        if len(text("plane", plane)) != 2:
+            raise Error(f"plane: expected two of x, y, z, such as 'xz', got {plane!r}")
+        first, second = ("xyz".index(choice("plane", axis, "xyz")) for axis in plane)
         ax = axes_of(ax)
         ax.plot(self.positions[:, first], self.positions[:, second], **line)
         ax.set_xlabel(f"{plane[0]} [m]")
@@ -158,7 +160,7 @@ class ErrorStatistics:
     sse: float
 
 
-@dataclasses.dataclass(frozen=True, repr=False)
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Alignment(Shown):
     poses: numpy.ndarray  #: the aligned estimate
     transform: numpy.ndarray  #: [s R | t; 0 0 0 1], reference from estimate
@@ -166,7 +168,7 @@ class Alignment(Shown):
     flatness: float  #: near 0 if the positions lie on a line: the rotation about the line is then arbitrary
 
 
-@dataclasses.dataclass(frozen=True, repr=False)
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class RelativeErrors(Shown):
     errors: numpy.ndarray
     pairs: numpy.ndarray  #: (n, 2): error k is the one between the poses pairs[k]

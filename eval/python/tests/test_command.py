@@ -99,6 +99,8 @@ class Command(unittest.TestCase):
         self.assertEqual((missing.verdict, missing.exit_code), ("invalid", 2))
         self.assertIn("no-such: does not exist", missing.rows[0].row["subject"])
         self.refuse("plan", sextant.sweep, {"sources": 3}, out=self.folder / "c")
+        self.refuse("plan: expected a path", sextant.sweep, ["a.json", "b.json"], out=self.folder / "c")
+        self.refuse("allow: expected a text or a list", sextant.compare, self.folder / "a", self.folder / "a", allow=5)
 
     def test_evaluate_ego(self):
         sextant.run(SOURCE, out=self.folder / "a")

@@ -110,6 +110,25 @@ class Shown(unittest.TestCase):
         plan.update(sources=sources[:1], noise=grids[1])
         self.assertEqual([line.get_label() for line in sextant.sweep(plan).plot().lines], ["motion_only", "bound"])
 
+    def test_results_with_arrays_can_be_compared(self):
+        path = numpy.tile(numpy.eye(4), (5, 1, 1))
+        path[:, 2, 3] = range(5)
+        for make in (lambda: sextant.align(path, path, "none"), lambda: sextant.relative_errors(path, path),
+                     lambda: sextant.Bound(numpy.eye(6), None), lambda: sextant.Estimate(numpy.eye(4))):
+            one, other = make(), make()
+            self.assertTrue(one == one)
+            self.assertFalse(one == other)
+
+    def test_what_plot_refuses(self):
+        path = numpy.tile(numpy.eye(4), (5, 1, 1))
+        for plane in ("x", "xyz", "xw"):
+            with self.assertRaisesRegex(sextant.Error, "plane: expected"):
+                sextant.Trajectory(path).plot(plane=plane)
+        with self.assertRaisesRegex(sextant.Error, "ax: expected 2 axes"):
+            sextant.evaluate_trajectory(path, path).plot(ax=3)
+        with self.assertRaisesRegex(sextant.Error, "ax: expected 1 axes"):
+            sextant.Trajectory(path).plot(ax=3)
+
     def test_without_matplotlib(self):
         hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == "matplotlib"}
         sys.modules["matplotlib"] = None

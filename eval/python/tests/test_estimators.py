@@ -168,6 +168,11 @@ class Estimators(unittest.TestCase):
                              (sextant.Estimate(numpy.eye(4), covariance=numpy.eye(5)), r"covariance: .*got shape \(5, 5\)"),
                              (sextant.Estimate(numpy.eye(4), covariance=numpy.tri(6)), "estimator <?lambda>?: covariance: .*symmetric"),
                              (sextant.Estimate(numpy.eye(4), covariance=-numpy.eye(6)), "covariance: .*positive definite"),
+                             (numpy.ma.masked_equal(numpy.eye(4), 0), "T_curr_prev: expected .* with a mask"),
+                             (sextant.Estimate(numpy.eye(4), iterations=-1), "estimator <?lambda>?: iterations: expected 0 to"),
+                             (sextant.Estimate(numpy.eye(4), iterations=2**40), "iterations: expected 0 to"),
+                             (sextant.Estimate(numpy.eye(4), iterations=None), "iterations: expected a whole number"),
+                             (sextant.Estimate(numpy.eye(4), inliers=numpy.ones(3, int)), r"give .*astype\('bool'\)"),
                              (sextant.Estimate(numpy.eye(4), inliers=numpy.ones(3, bool)), "inliers: .*got shape")):
             with self.assertRaisesRegex(sextant.Error, message):
                 self.run_with(lambda problem: answer)

@@ -89,6 +89,9 @@ class Fingerprints(unittest.TestCase):
         array = Holder(1)
         array.layers[0]["weights"][2] = 1.5
         self.assertEqual(self.changed(fingerprint(Holder(1)), fingerprint(array)), ["estimator"])
+        masked = [fingerprint(bound(numpy.ma.array([1.0, 2.0], mask=mask))) for mask in ([0, 1], [1, 0], [1, 0])]
+        self.assertEqual(self.changed(*masked[:2]), ["closure gain of bound.<locals>.inner"])
+        self.assertEqual(self.changed(*masked[1:]), [])
         before = fingerprint(Holder(1))
         Holder.scale = 2
         self.addCleanup(setattr, Holder, "scale", 1)

@@ -62,6 +62,11 @@ class ObjectErrors(unittest.TestCase):
         row = next(row for row in result.rows if row.labels["preset"] == "vdo_slam" and row.body == "7")
         self.assertEqual((row.n_truth, row.n_estimated), (39, 39))
 
+    def test_a_path_gives_the_poses_of_the_object(self):
+        H, L = path(5), path(5, seed=2)
+        found, wanted = (sextant.object_errors(H, H, object_pose=each) for each in (sextant.Trajectory(L), L))
+        numpy.testing.assert_array_equal(found["v_kmh"], wanted["v_kmh"])
+
     def test_refused(self):
         H = path(5)
         for parts, other in ((("object_pose", "expected 5", "got 3"), {"object_pose": H[:3].copy()}),
@@ -128,6 +133,13 @@ class TheBound(unittest.TestCase):
     def test_refused(self):
         for parts, other in ((("flow_sigma_px", "above 0", "got 0.0"), {"flow_sigma_px": (0.0, 1.0)}),
                              (("delta_d_px", "got -1"), {"delta_d_px": -1}),
+                             (("flow_sigma_px", "expected 2 numbers", "got 0.3 of type float"), {"flow_sigma_px": 0.3}),
+                             (("flow_sigma_px", "expected 2 numbers", "got 3"), {"flow_sigma_px": (1, 1, 1)}),
+                             (("correlation", "expected 2 numbers", "got 50"), {"correlation": (50, 0.7)}),
+                             (("correlation", "expected a list", "got 5"), {"correlation": 5}),
+                             (("correlation", "at most 1", "got 1.4"), {"correlation": [(50, 0.7), (20, 0.7)]}),
+                             (("depth_curr", "above 0 m, or NaN", "got 0 at [0] and 79 more"), {"depth_curr": 0 * self.depth}),
+                             (("depth_curr", "got -6"), {"depth_curr": numpy.append(self.depth[1:], -6.0)}),
                              (("depth_curr", "expected numbers"), {"depth_curr": self.depth.astype(complex)})):
             with self.assertRaises(sextant.Error) as caught:
                 self.bound(**other)

@@ -143,6 +143,7 @@ class Refused(unittest.TestCase):
         self.refuse("mask", "uint16", "got int32", mask=numpy.zeros((6, 8), numpy.int32))
         self.refuse("mask", "got bool", mask=numpy.zeros((6, 8), bool))
         self.refuse("mask", "65535", "got 70000", mask=numpy.full((6, 8), 70000, numpy.uint32))
+        self.refuse("mask", "with a mask", mask=numpy.ma.masked_equal(numpy.zeros((6, 8), numpy.uint16), 0))
         self.refuse("mask", "C-contiguous", mask=numpy.zeros((8, 6), numpy.uint8).T)
 
     def test_values(self):
