@@ -2,17 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <tuple>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/new_file.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/benchmark/card.h"
+#include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {
+
+/// A source of a plan, and the bodies that every estimator must have a record of.
+struct CheckedSource {
+  SequenceInfo info;
+  std::vector<std::pair<int, Interned>> counted;  ///< frame and body, of all that the track counts
+};
 
 /// A sweep of the submission, with the plan that the suite requires.
 struct CheckedSweep {
@@ -21,8 +30,8 @@ struct CheckedSweep {
   fs::path folder;
   Json plan;      ///< plan of the folder
   Plan expected;  ///< plan of the suite, with a placeholder for the estimator of the submission
-  std::vector<std::optional<SequenceInfo>> sources;  ///< of the expected plan; nullopt: its data are missing
-  std::vector<uint64_t> n_records;                   ///< number of records by case
+  std::vector<std::optional<CheckedSource>> sources;  ///< of the expected plan; nullopt: its data are missing
+  std::vector<uint64_t> n_records;                    ///< number of records by case
 };
 
 /// Keys of a plan that determine its cases, apart from the estimator.
@@ -50,17 +59,35 @@ std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
   return numbers;
 }
 
-/// Checks that every record has the data, frames, level, noise, seed and estimator of its case.
+/// Checks that every record has the data, frames, level, noise, seed and estimator of its case, and that the
+/// records of a case are one for each result of the card, frame and body that the track counts. Further
+/// records are of bodies that do not count.
 void check_records(const CheckedSweep& sweep, const Card& card) {
+  using Key = std::tuple<Interned, int, Interned>;  // estimator, frame, body
   const fs::path file = sweep.folder / "records.jsonl";
   uint64_t in_case = 0, number = 0, line = 0;
-  const auto skip_empty = [&] {
-    while (number < sweep.n_records.size() && in_case == sweep.n_records[number]) {
-      ++number;
-      in_case = 0;
+  std::set<Key> seen, missing;
+  const auto begin_case = [&] {
+    seen.clear();
+    const auto& source = sweep.sources[sweep.expected.at(number).source];
+    if (!source) return;
+    for (const std::string& result : card.results) {
+      for (const auto& [frame, body] : source->counted) missing.emplace(result, frame, body);
     }
   };
-  skip_empty();
+  const auto end_finished_cases = [&] {
+    while (number < sweep.n_records.size() && in_case == sweep.n_records[number]) {
+      if (!missing.empty()) {
+        const auto& [estimator, frame, body] = *missing.begin();
+        fail("{}:{}: case {} ends without a record of frame {}, body {}, estimator '{}'", file.string(), line,
+             number, frame, body.str(), estimator.str());
+      }
+      in_case = 0;
+      if (++number < sweep.n_records.size()) begin_case();
+    }
+  };
+  begin_case();
+  end_finished_cases();
   for_each_record(file, [&](Record& record) {
     ++line;
     if (number == sweep.n_records.size())
@@ -70,13 +97,15 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     const auto refuse = [&](const std::string& what) {
       fail("{}:{}: record of case {}: {}", file.string(), line, number, what);
     };
-    if (const std::optional<SequenceInfo>& source = sweep.sources[expected.source]) {
-      if (record.dataset != source->dataset || record.sequence != source->sequence)
+    const std::optional<CheckedSource>& source = sweep.sources[expected.source];
+    if (source) {
+      const SequenceInfo& info = source->info;
+      if (record.dataset != info.dataset || record.sequence != info.sequence)
         refuse(fmt::format("data '{} {}', expected '{} {}'", record.dataset.str(), record.sequence.str(),
-                           source->dataset, source->sequence));
-      if (record.frame <= source->first_frame || record.frame > source->last_frame)
-        refuse(fmt::format("frame {}, expected {} to {}", record.frame, source->first_frame + 1,
-                           source->last_frame));
+                           info.dataset, info.sequence));
+      if (record.frame <= info.first_frame || record.frame > info.last_frame)
+        refuse(
+            fmt::format("frame {}, expected {} to {}", record.frame, info.first_frame + 1, info.last_frame));
     }
     if (record.seed != expected.seed) refuse(fmt::format("seed {}, expected {}", record.seed, expected.seed));
     if (record.level != level.level) refuse(fmt::format("level {}, expected {}", record.level, level.level));
@@ -85,20 +114,46 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     if (std::ranges::find(card.results, std::string(record.estimator)) == card.results.end())
       refuse(
           fmt::format("estimator '{}', the card is of '{}'", std::string(record.estimator), card.estimator));
+    const Key key(record.estimator, record.frame, record.body);
+    if (!seen.insert(key).second)
+      refuse(fmt::format("a second record of frame {}, body {}", record.frame, record.body.str()));
+    // A record with status no_truth may count because of the errors of its flow; its motion has none.
+    const bool counts = sweep.track->counts(record) && record.status != Status::no_truth;
+    if (counts && missing.erase(key) == 0 && source)
+      refuse(fmt::format("frame {}, body {}: has no truth in the data", record.frame, record.body.str()));
     ++in_case;
-    skip_empty();
+    end_finished_cases();
   });
   if (number != sweep.n_records.size())
     fail("{}: ends before the records of case {}: the file is cut off", file.string(), number);
 }
 
+/// Returns the frames and bodies of a source that the track counts: those of a run that estimates nothing.
+std::vector<std::pair<int, Interned>> counted_bodies(const Sequence& sequence, const SuiteTrack& track) {
+  const SequenceInfo& info = sequence.info();
+  std::vector<std::pair<int, Interned>> counted;
+  for (int frame = info.first_frame + 1; frame <= info.last_frame; ++frame) {
+    FrameResult nothing{.prev = frame - 1, .curr = frame, .dt_s = 1.0 / info.rate_hz};
+    nothing.ego.status = Status::lost;
+    const PairContext context{.dataset = info.dataset,
+                              .sequence = info.sequence,
+                              .camera = info.camera.left,
+                              .truth = sequence.truth(),
+                              .estimated = Trajectory()};
+    for (const Record& record : evaluate_pair(nothing, context))
+      if (track.counts(record)) counted.emplace_back(record.frame, record.body);
+  }
+  return counted;
+}
+
 /// Opens the sources of a plan. Data that are missing here are no fault of the submission.
-std::vector<std::optional<SequenceInfo>> open_sources(const Plan& plan) {
-  std::vector<std::optional<SequenceInfo>> sources;
+std::vector<std::optional<CheckedSource>> open_sources(const Plan& plan, const SuiteTrack& track) {
+  std::vector<std::optional<CheckedSource>> sources;
   for (const SourceSpec& spec : plan.sources) {
-    std::optional<SequenceInfo>& source = sources.emplace_back();
+    std::optional<CheckedSource>& source = sources.emplace_back();
     try {
-      source = open_source(spec)->info();
+      const std::unique_ptr<Sequence> sequence = open_source(spec);
+      source = {sequence->info(), counted_bodies(*sequence, track)};
     } catch (const Error&) {
       continue;
     }
@@ -120,7 +175,7 @@ CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const Suite
   const Json estimators = json_list(sweep.plan, "estimators", where);
   if (estimators.size() != 1 || json_member<std::string>(estimators[0], "label", where) != card.estimator)
     fail("{}: belongs to another estimator than the card, '{}'", where, card.estimator);
-  sweep.sources = open_sources(sweep.expected);
+  sweep.sources = open_sources(sweep.expected, track);
   sweep.n_records = records_by_case(sweep.folder / "cases.jsonl", sweep.expected.n_cases());
   return sweep;
 }

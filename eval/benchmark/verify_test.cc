@@ -154,6 +154,49 @@ TEST_F(Benchmark, RefusesAMissingCase) {
   EXPECT_THAT(refusal(folder), HasSubstr("holds 3 cases, the suite has 4"));
 }
 
+TEST_F(Benchmark, RefusesDeletedDuplicatedAndInventedRecords) {
+  const fs::path folder = run("joint_flow");
+  const fs::path file = folder / "depth" / "records.jsonl", cases = folder / "depth" / "cases.jsonl";
+  const std::string honest = read_file(file);
+  // Changes the records, keeps cases.jsonl and the card consistent with them, and verifies.
+  const auto refusal_after = [&](const std::function<void(std::vector<Record>&)>& change) {
+    write_file(file, honest);
+    edit(file, change);
+    std::map<std::pair<double, uint64_t>, int> counts;  // by level and seed, the order of the cases
+    for (const Record& record : read_records(file)) ++counts[{record.level, record.seed}];
+    std::string lines;
+    for (const auto& [key, n] : counts)
+      lines += json_line({{"case", std::ranges::count(lines, '\n')}, {"records", n}}) + "\n";
+    write_file(cases, lines);
+    write_card(find_suite(suite_file()), folder, 1);
+    return refusal(folder);
+  };
+  const auto find = [](std::vector<Record>& records, std::string_view body) {
+    return std::ranges::find_if(records, [&](const Record& r) { return r.frame == 2 && r.body == body; });
+  };
+  EXPECT_EQ(refusal_after([](auto&) {}), "verified");
+  EXPECT_THAT(refusal_after([&](auto& records) { records.erase(find(records, "object:1")); }),
+              HasSubstr("case 0 ends without a record of frame 2, body object:1, estimator 'joint_flow'"));
+  EXPECT_THAT(refusal_after([&](auto& records) { find(records, "object:1")->values["dynamic_gt"] = 0; }),
+              HasSubstr("case 0 ends without a record of frame 2, body object:1"));
+  EXPECT_THAT(refusal_after([&](auto& records) { find(records, "ego")->frame = 1; }),
+              HasSubstr("a second record of frame 1, body ego"));
+  // Objects that do not count may be left out, as in results/benchmark.
+  EXPECT_EQ(refusal_after([&](auto& records) { records.erase(find(records, "object:2")); }), "verified");
+}
+
+TEST_F(Benchmark, RefusesRecordsOfObjectsThatTheDataDoNotHave) {
+  std::string every_object = small_suite;
+  const std::string listed = "\"objects\": {\"s18\": [1]},";
+  every_object.replace(every_object.find(listed), listed.size(), "");
+  write_file(suite_file(), every_object);
+  const fs::path folder = run("joint_flow");
+  EXPECT_EQ(refusal(folder), "verified");
+  edit(folder / "depth" / "records.jsonl",
+       [](auto& records) { std::ranges::find(records, "object:3", &Record::body)->body = "object:99"; });
+  EXPECT_THAT(refusal(folder), HasSubstr("frame 1, body object:99: has no truth in the data"));
+}
+
 TEST_F(Benchmark, RefusesARelabelledLevel) {
   const fs::path folder = run("joint_flow");
   edit(folder / "depth" / "records.jsonl", [](auto& records) {
