@@ -303,7 +303,8 @@ std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::pat
   return reasons;
 }
 
-/// Returns true if the names of the plans mark the sweeps of the folder as a quick run.
+}  // namespace
+
 bool is_quick_run(const Suite& suite, const fs::path& folder) {
   for (const SuiteTrack& track : suite.tracks) {
     for (const SuiteSweep& sweep : track.sweeps) {
@@ -316,8 +317,6 @@ bool is_quick_run(const Suite& suite, const fs::path& folder) {
   }
   fail("{}: holds no sweep of suite {}", folder.string(), suite.name);
 }
-
-}  // namespace
 
 const CurvePoint* Card::find_point(const std::string& result, const std::string& track,
                                    const std::string& body, double level) const {

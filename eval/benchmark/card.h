@@ -132,6 +132,10 @@ struct Card {
 /// Name of the file with the tracks that were not run, as {"TRACK": "reason"}, in the folder of the sweeps.
 inline constexpr const char* left_out_name = "left_out.json";
 
+/// Returns true if the names of the plans mark the sweeps in FOLDER/<sweep>/ as a quick run. Throws Error if
+/// there are none.
+bool is_quick_run(const Suite& suite, const std::filesystem::path& folder);
+
 /// Makes a card from the sweeps in FOLDER/<sweep>/ and from FOLDER/left_out.json. Throws Error if a sweep is
 /// missing, unfinished, or one of several shards.
 Card make_card(const Suite& suite, const std::filesystem::path& folder);
@@ -159,8 +163,8 @@ struct CardComparison {
   std::optional<double> p, p_corrected;
 };
 
-/// Compares two folders of sweeps, each with one result. Throws Error if they have no case in
-/// common.
+/// Compares two folders of sweeps, each with one result. Throws Error if only one is of a quick run, or if
+/// they have no case in common.
 std::vector<CardComparison> compare_benchmarks(const Suite& suite, const std::filesystem::path& folder,
                                                const std::filesystem::path& reference);
 

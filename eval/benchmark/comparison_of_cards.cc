@@ -58,6 +58,10 @@ std::vector<PairedSample> paired(const std::map<PairKey, double>& base,
 
 std::vector<CardComparison> compare_benchmarks(const Suite& suite, const fs::path& folder,
                                                const fs::path& reference) {
+  const bool is_quick = is_quick_run(suite, folder);
+  if (is_quick != is_quick_run(suite, reference))
+    fail("{} is of a quick run, {} of a complete one: run the quick one again without --quick",
+         (is_quick ? folder : reference).string(), (is_quick ? reference : folder).string());
   const Errors fresh = read_errors(suite, folder), base = read_errors(suite, reference);
   std::vector<CardComparison> rows;
   for (const auto& [key, errors] : fresh) {

@@ -336,6 +336,7 @@ std::vector<std::string> verify_benchmark(const fs::path& folder, const VerifyOp
   for (const CheckedSweep& part : sweeps) n_cases += part.n_records.size();
   lines.push_back(fmt::format("{} sweeps, {} cases: complete, with the levels and seeds of {}", sweeps.size(),
                               n_cases, suite.name));
+  if (card.quick) lines.push_back("a quick run, with one seed and few levels: not for publication");
   const Json stored = parse_json(text, file.string());
   check_card(suite, stored, folder);
   lines.push_back("the card agrees with the records to the last digit");

@@ -44,9 +44,11 @@ class Benchmark : public ::testing::Test {
     return request;
   }
   /// The folder of the estimator, with its card.
-  fs::path run(const std::string& estimator, const std::string& out = "out", int jobs = 1) {
+  fs::path run(const std::string& estimator, const std::string& out = "out", int jobs = 1,
+               bool quick = false) {
     BenchmarkRequest of = request(estimator, out);
     of.sweep.jobs = jobs;
+    of.quick = quick;
     fs::create_directories(of.out);
     const Suite suite = find_suite(of.suite);
     const BenchmarkPlan plan = plan_benchmark(of, suite).front();
@@ -259,6 +261,23 @@ TEST_F(Benchmark, APageHasEveryCardAndAComparisonPairsTheirRecords) {
   ASSERT_EQ(profile.size(), 2U);
   EXPECT_EQ(profile[0].n_cases, 4);
   EXPECT_DOUBLE_EQ(profile[0].share_within(1) + profile[1].share_within(1), 1);
+}
+
+TEST_F(Benchmark, AQuickRunIsNotComparedWithACompleteOneAndVerifySaysThatItIsQuick) {
+  const Suite suite = find_suite(suite_file());
+  const fs::path complete = run("joint_flow"), quick = run("joint_flow", "quick", 1, /*quick=*/true);
+  for (const auto& [one, other] : {std::pair(quick, complete), std::pair(complete, quick)}) {
+    try {
+      compare_benchmarks(suite, one, other);
+      ADD_FAILURE() << "compared";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(quick.string() + " is of a quick run, " + complete.string()));
+    }
+  }
+  EXPECT_EQ(compare_benchmarks(suite, quick, quick).size(), 2U);
+  EXPECT_THAT(verify_benchmark(quick, options_), ::testing::Contains(HasSubstr("a quick run")));
+  EXPECT_THAT(verify_benchmark(complete, options_),
+              ::testing::Not(::testing::Contains(HasSubstr("a quick run"))));
 }
 
 TEST_F(Benchmark, CardsAreReadBack) {
