@@ -168,6 +168,6 @@ struct CardComparison {
 std::vector<CardComparison> compare_benchmarks(const Suite& suite, const std::filesystem::path& folder,
                                                const std::filesystem::path& reference);
 
-Table comparison_table(const std::vector<CardComparison>& rows);
+Table comparison_table(const std::vector<CardComparison>& rows, const Suite& suite);
 
 }  // namespace sextant

@@ -223,7 +223,7 @@ Column significant(Column column) {
   return column;
 }
 
-Table nominal_table(const std::vector<NominalRow>& rows) {
+Table nominal_table(const std::vector<NominalRow>& rows, const Suite& suite) {
   using Row = NominalRow;
   std::vector<Column> range = range_columns("Et_low_mm", "Et_high_mm", 2);
   for (Column& column : range) column.significant = 3;
@@ -245,10 +245,12 @@ Table nominal_table(const std::vector<NominalRow>& rows) {
       {Column::text("records").only_in_files(), &Row::records}};
   return table_of(
       "At the nominal level",
-      "Mean errors at the nominal level of each track, with the 95 % interval of E_t; the breakdown level is "
-      "the level at which the mean of E_t has doubled or coverage falls below 90 % (\"> x\": not up to the "
-      "highest level x). Efficiency: Cramer-Rao bound over RMS error. ANEES: 6 where the covariance of the "
-      "estimator is right. E_t leads to the records.",
+      fmt::format(
+          "Mean errors at the nominal level of each track, with the 95 % interval of E_t; the breakdown "
+          "level is the level at which {} (\"> x\": not up to the highest level x). Efficiency: "
+          "Cramer-Rao bound over RMS error. ANEES: 6 where the covariance of the estimator is right. E_t "
+          "leads to the records.",
+          suite.breakdown_text()),
       fields, rows);
 }
 
@@ -294,12 +296,16 @@ ReportDocument card_document(const Card& card, const Suite& suite,
       (card.quick ? " A quick run has one seed and few levels: use it to look, not to publish." : "");
   ReportSection nominal{.name = "nominal", .heading = "At the nominal level"};
   if (!card.left_out.empty()) nominal.paragraphs.push_back(left_out_text(card));
-  nominal.tables.push_back({"nominal_level", nominal_table(nominal_rows(card, ""))});
+  nominal.tables.push_back({"nominal_level", nominal_table(nominal_rows(card, ""), suite)});
   std::vector<const Card*> behind;
   for (const PlacedCard& reference : references) behind.push_back(&reference.card);
   ReportSection curves{.name = "curves", .heading = "Growth of the errors"};
   curves.figures = curve_figures(suite, {&card}, behind);
-  curves.tables.push_back({"breakdown_levels", breakdown_table(card.breakdowns)});
+  Table breakdowns = breakdown_table(card.breakdowns);
+  breakdowns.caption = fmt::format(
+      "The level at which {}, linearly interpolated between levels; \"> x\": not up to the highest level x.",
+      suite.breakdown_text());
+  curves.tables.push_back({"breakdown_levels", std::move(breakdowns)});
   curves.tables.push_back({"errors_by_level", curve_table(card.curves)});
   ReportSection cost{.name = "cost", .heading = "Time and memory"};
   cost.tables.push_back({"cost_of_a_pair", cost_table(card.costs)});
@@ -404,7 +410,7 @@ ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& 
   if (cards.size() > 1) overview.figures.push_back(profile_figure(profile));
   overview.tables.push_back({"performance", profile_table(profile)});
   ReportSection table{.name = "nominal", .heading = "All tracks"};
-  table.tables.push_back({"nominal_level", nominal_table(nominal)});
+  table.tables.push_back({"nominal_level", nominal_table(nominal, suite)});
   ReportSection curves{.name = "curves", .heading = "Growth of the errors"};
   curves.figures = curve_figures(suite, shown, {});
   ReportSection cost{.name = "cost", .heading = "Time and memory"};

@@ -152,11 +152,7 @@ Table curve_table(const std::vector<CurvePoint>& rows) {
 }
 
 Table breakdown_table(const std::vector<Breakdown>& rows) {
-  return table_of(
-      "Breakdown levels",
-      "The level at which the mean of E_t is twice that of the nominal level, or coverage falls below 90 %, "
-      "linearly interpolated between levels; \"> x\": not up to the highest level x.",
-      breakdown_fields(), rows);
+  return table_of("Breakdown levels", "", breakdown_fields(), rows);
 }
 
 Table cost_table(const std::vector<Cost>& rows) {

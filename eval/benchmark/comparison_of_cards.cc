@@ -89,7 +89,7 @@ std::vector<CardComparison> compare_benchmarks(const Suite& suite, const fs::pat
   return rows;
 }
 
-Table comparison_table(const std::vector<CardComparison>& rows) {
+Table comparison_table(const std::vector<CardComparison>& rows, const Suite& suite) {
   using Row = CardComparison;
   Fields<Row> fields = {{Column::text("track"), &Row::track},
                         {Column::text("body"), &Row::body},
@@ -103,8 +103,10 @@ Table comparison_table(const std::vector<CardComparison>& rows) {
   fields.add(corrected, &Row::p_corrected);
   return table_of(
       "Paired comparison",
-      "Change of the mean E_t against the reference over the frame pairs that both estimated, with 95 % "
-      "interval; negative is better.",
+      fmt::format(
+          "Change of the mean {} against the reference over the frame pairs that both estimated, with "
+          "95 % interval; negative is better.",
+          suite.symbol()),
       fields, rows);
 }
 

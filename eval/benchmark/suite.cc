@@ -8,6 +8,7 @@
 #include "sextant/base/names.h"
 #include "sextant/base/text.h"
 #include "sextant/eval/report/figure.h"
+#include "sextant/metrics/definitions.h"
 
 namespace sextant {
 
@@ -47,6 +48,32 @@ std::vector<int> ids_in(const Json& json, const std::string& where) {
   return ids;
 }
 
+/// Throws Error unless the name is that of an error of which lower is better.
+void check_metric(const std::string& name, const std::string& where) {
+  std::vector<std::string> known;
+  for (const MetricDefinition& metric : metric_definitions())
+    if (metric.map == NumberMap::errors && metric.better == Better::lower) known.push_back(metric.name);
+  if (std::ranges::find(known, name) == known.end())
+    fail("{}: key 'metric': unknown error '{}': {}", where, name, suggest(name, known));
+}
+
+/// Appends the levels of the key "noise" of a plan: a grid, a single setting, or a list of these.
+void add_levels(const Json& noise, std::vector<double>& levels) {
+  if (noise.is_array()) {
+    for (const Json& grid : noise) add_levels(grid, levels);
+  } else if (noise.is_object()) {
+    const Json of_grid = noise.value("levels", Json::array({noise.value("level", Json(0))}));
+    for (const Json& level : of_grid)
+      if (level.is_number()) levels.push_back(level.get<double>());
+  }
+}
+
+void check_level(double level, const std::vector<double>& levels, const char* key, const std::string& where) {
+  if (std::ranges::find(levels, level) == levels.end())
+    fail("{}: key '{}': no plan of the track has level {}: expected one of {}", where, key, level,
+         fmt::join(levels, ", "));
+}
+
 SuiteTrack track_in(const Json& json, const std::string& where) {
   check_keys(json, {"name", "title", "level", "nominal", "quick", "needs_data", "objects", "plans"}, where);
   SuiteTrack track{.name = name_in(json, where),
@@ -63,13 +90,17 @@ SuiteTrack track_in(const Json& json, const std::string& where) {
     track.objects[item.key()] = ids_in(item.value(), where + ": objects of " + item.key());
   const Json plans = json_object(json, "plans", where);
   if (plans.empty()) fail("{}: key 'plans': expected at least one plan", where);
+  std::vector<double> levels;
   for (const auto& item : plans.items()) {
     const std::string of_plan = where + ": plan " + item.key();
     check_file_stem(item.key(), of_plan);
     check_keys(item.value(), {"sources", "noise", "seeds", "options"}, of_plan);
     if (!item.value().contains("noise")) fail("{}: key 'noise' is missing", of_plan);
     track.sweeps.push_back({item.key(), item.value()});
+    add_levels(item.value()["noise"], levels);
   }
+  check_level(track.nominal, levels, "nominal", where);
+  for (const double level : track.quick) check_level(level, levels, "quick", where);
   return track;
 }
 
@@ -79,6 +110,12 @@ bool is_quick(const SuiteTrack& track, const Json& level) {
 
 /// Reduces the key "noise" of a plan for a quick run; null if nothing remains.
 Json quick_noise(const SuiteTrack& track, Json noise) {
+  if (noise.is_array()) {
+    Json grids = Json::array();
+    for (const Json& grid : noise) grids.push_back(quick_noise(track, grid));
+    std::erase_if(grids.get_ref<Json::array_t&>(), [](const Json& grid) { return grid.is_null(); });
+    return grids.empty() ? Json() : grids;
+  }
   if (!noise.contains("levels")) return is_quick(track, noise.value("level", Json(0))) ? noise : Json();
   Json levels = Json::array();
   for (const Json& level : noise["levels"]) {
@@ -102,6 +139,14 @@ const SuiteTrack& Suite::track(const std::string& track_name) const {
   return find_entry(std::span<const SuiteTrack>(tracks), track_name, "track of suite " + name);
 }
 
+std::string Suite::symbol() const { return sextant::metric(NumberMap::errors, metric).symbol; }
+
+std::string Suite::breakdown_text() const {
+  return fmt::format("the mean of {} is {} that of the nominal level, or coverage falls below {:g} %",
+                     symbol(), error_ratio == 2 ? "twice" : fmt::format("{:g} times", error_ratio),
+                     100 * min_coverage);
+}
+
 BodyKind kind_of(const Record& record) { return record.is_ego() ? BodyKind::camera : BodyKind::object; }
 
 Suite parse_suite(std::string_view text, const std::string& name) {
@@ -111,12 +156,16 @@ Suite parse_suite(std::string_view text, const std::string& name) {
               .title = json_member<std::string>(json, "title", name),
               .metric = json_member<std::string>(json, "metric", name),
               .sha256 = sha256(text)};
+  check_metric(suite.metric, name);
   const Json breakdown = json_object(json, "breakdown", name);
   const std::string where = name + ": breakdown";
   check_keys(breakdown, {"error_ratio", "min_coverage"}, where);
   suite.error_ratio = json_member<double>(breakdown, "error_ratio", where);
   suite.min_coverage = json_member<double>(breakdown, "min_coverage", where);
-  if (suite.error_ratio <= 1) fail("{}: key 'error_ratio': expected more than 1", where);
+  if (suite.error_ratio <= 1)
+    fail("{}: key 'error_ratio': expected more than 1, got {}", where, suite.error_ratio);
+  if (suite.min_coverage < 0 || suite.min_coverage > 1)
+    fail("{}: key 'min_coverage': expected 0 to 1, got {}", where, suite.min_coverage);
   std::set<std::string> folders;
   for (const Json& track : json_list(json, "tracks", name)) {
     suite.tracks.push_back(track_in(track, fmt::format("{}: track {}", name, suite.tracks.size() + 1)));

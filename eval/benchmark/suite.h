@@ -5,14 +5,16 @@
 // change of a suite is a new file with a new name, so that two cards of one suite always mean the same cases.
 //
 //   { "name": "sextant-1", "title": "..",
-//     "metric": "Et_m",                                    // the error that defines the breakdown level
+//     "metric": "Et_m",                                    // the error that defines the breakdown level: a
+//                                                          // key of metrics/definitions.h, lower is better
 //     "breakdown": {"error_ratio": 2, "min_coverage": 0.9},
 //     "tracks": [
 //       { "name": "depth", "title": "Depth noise",
 //         "level": "disparity noise delta_d [px]",         // meaning of the numbers of its levels
 //         "nominal": 0.2,                                  // level to whose errors those of the other
-//                                                          levels are compared
-//         "quick": [0.2, 0.8],                             // levels of a quick run, which has seed 0 only
+//                                                          // levels are compared; a level of the plans
+//         "quick": [0.2, 0.8],                             // levels of a quick run, which has seed 0
+//                                                          // only; all are levels of the plans
 //         "objects": {"s18": [1, 2]},                      // objects that count, by sequence; without: all
 //         "needs_data": false,                             // true: left out if its data are missing
 //         "plans": {"depth": {"sources": [..], "noise": {..}, "seeds": 5, "options": {..}}} } ] }
@@ -63,13 +65,19 @@ struct Suite {
   std::vector<SuiteTrack> tracks;
   std::string sha256;  ///< hash of the file
 
+  /// Returns the symbol of the metric: "E_t".
+  std::string symbol() const;
+  /// Returns the condition of the breakdown level: "the mean of E_t is twice that of the nominal level, or
+  /// coverage falls below 90 %".
+  std::string breakdown_text() const;
   /// Returns the track of that name; throws Error that suggests the nearest one.
   const SuiteTrack& track(const std::string& name) const;
 };
 
 BodyKind kind_of(const Record& record);
 
-/// Parses a suite; throws Error "NAME: ..." on anything that is not a suite.
+/// Parses a suite; throws Error "NAME: ..." on anything that is not a suite, an unknown metric, and a nominal
+/// or quick level that no plan of its track has.
 Suite parse_suite(std::string_view text, const std::string& name);
 
 /// Reads a suite that comes with the program, or the file NAME.json. Throws Error on an unknown name,

@@ -107,7 +107,8 @@ void verify(const CardFlags& flags) {
 
 void compare(const CardFlags& flags) {
   const Suite suite = find_suite(flags.suite);
-  const Table table = comparison_table(compare_benchmarks(suite, flags.folders.at(0), flags.folders.at(1)));
+  const Table table =
+      comparison_table(compare_benchmarks(suite, flags.folders.at(0), flags.folders.at(1)), suite);
   fmt::print("{}", flags.json ? rows_to_json_text(table) : to_text(table));
 }
 
