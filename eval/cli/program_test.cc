@@ -169,6 +169,19 @@ TEST_F(ProgramOnFixture, RefusesWrongRequests) {
   expect_refused("not valid JSON", "--options {x");
 }
 
+TEST(Program, ExportedTablesRefuseTheChoiceOfOneCase) {
+  const TempFolder temp;
+  const std::string out = (temp.path() / "table").string();
+  for (const std::string flag :
+       {"--source synthetic:city", "--estimator joint_flow", "--level 0.1", "--seed 3", "--no-images"}) {
+    for (const std::string format : {"csv", "npz", "sqlite"})
+      expect_bad_input(
+          sextant_program(
+              fmt::format("export {} --format {} --out {} {}", temp.path().string(), format, out, flag)),
+          flag.substr(0, flag.find(' ')) + ": is for --format mcap, which holds one case: " + format);
+  }
+}
+
 TEST(Program, RefusesBadUsageInOneLine) {
   const TempFolder temp;
   const std::string out = (temp.path() / "results").string();

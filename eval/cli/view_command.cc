@@ -137,6 +137,17 @@ void export_recording(const ExportFlags& flags) {
   }
 }
 
+/// Throws Error if a flag is given that is for recordings only.
+void refuse_recording_flags(const CLI::App& command, const std::string& format) {
+  for (const char* flag : {"--source", "--estimator", "--level", "--seed", "--images", "--no-images"}) {
+    if (command.count(flag) > 0)
+      fail(
+          "{}: is for --format mcap, which holds one case: {} holds every record of the folder, in which the "
+          "columns dataset, sequence, estimator, level and seed distinguish the cases",
+          flag, format);
+  }
+}
+
 void export_table(const ExportFlags& flags) {
   const auto format = from_name<ExportFormat>(flags.format, "format");
   const ExportOutcome outcome = export_records(flags.folder, format, flags.out, flags.quiet);
@@ -167,13 +178,18 @@ void add_export_command(CLI::App& app) {
   command->add_flag("--quiet", flags->quiet, "No progress, nothing printed");
   command->add_flag("--json", flags->json, "Print the summary as JSON");
   command->footer(
-      "csv, npz and sqlite: one row per record, one column per field (dataset, .., errors_Et_m,\n"
-      "values_v_kmh, bound_Et_m, time_ms_total). mcap: poses, paths, object boxes and images of one\n"
-      "case as a recording for Foxglove; --source, --estimator, --level and --seed choose the case.\n"
+      "csv, npz and sqlite: one row per record of all cases, one column per field (dataset, ..,\n"
+      "errors_Et_m, values_v_kmh, bound_Et_m, time_ms_total). mcap: poses, paths, object boxes and\n"
+      "images of one case as a recording for Foxglove; --source, --estimator, --level and --seed\n"
+      "choose the case, and are refused for the other formats.\n"
       "Examples:\n  sextant export out --format csv --out records.csv\n"
       "  sextant export out --format sqlite --out records.db\n"
       "  sextant export out --format mcap --out run.mcap");
-  command->callback([flags] { flags->format == "mcap" ? export_recording(*flags) : export_table(*flags); });
+  command->callback([flags, command] {
+    if (flags->format == "mcap") return export_recording(*flags);
+    refuse_recording_flags(*command, flags->format);
+    export_table(*flags);
+  });
 }
 
 }  // namespace sextant
