@@ -1,8 +1,10 @@
 #include "sextant/eval/gate/policy.h"
 
+#include <algorithm>
 #include <array>
 
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/metrics/definitions.h"
 
 namespace sextant {
@@ -10,6 +12,16 @@ namespace {
 
 void check_share(const char* name, double value) {
   check_option(value >= 0 && value < 1e6, name, value, ">= 0");
+}
+
+/// Throws Error if the name looks like a misspelt one. Other names that are not in the list of metrics are
+/// legal, because third-party records may have errors of their own.
+void check_error_name(const std::string& name) {
+  std::vector<std::string> known;
+  for (const MetricDefinition& metric : metric_definitions())
+    if (metric.map == NumberMap::errors) known.push_back(metric.name);
+  if (std::ranges::find(known, name) == known.end() && !nearest_name(name, known).empty())
+    fail("option metrics: unknown error '{}': {}", name, suggest(name, known));
 }
 
 void check_alpha(double alpha) {
@@ -31,10 +43,15 @@ void AccuracyPolicy::check() const {
   check_share("inconclusive_effect", inconclusive_effect);
   check_option(replicates >= 100, "replicates", replicates, ">= 100");
   check_option(max_lost >= 0, "max_lost", max_lost, ">= 0");
+  for (const auto& [name, policy] : metrics) check_error_name(name);
 }
 
 MetricPolicy AccuracyPolicy::of(const std::string& metric) const {
-  if (const auto named = metrics.find(metric); named != metrics.end()) return named->second;
+  const auto named = metrics.find(metric);
+  return named != metrics.end() ? named->second : default_of(metric);
+}
+
+MetricPolicy AccuracyPolicy::default_of(const std::string& metric) const {
   MetricPolicy policy = other;
   const MetricDefinition* definition = find_metric(NumberMap::errors, metric);
   if (definition != nullptr && definition->better == Better::higher) policy.direction = Direction::higher;
@@ -59,6 +76,21 @@ std::span<const SamenessPolicy::Rule> SamenessPolicy::rules() {
        {"definitions", &SamenessPolicy::definitions, "schema, metrics and presets"},
        {"machine", &SamenessPolicy::machine, "CPU and cores; only where times are judged"}}};
   return rules;
+}
+
+Policy read_policy(const std::string& file) {
+  const Json json = read_json(file);
+  Policy policy;
+  try {
+    read_options(json, policy);
+    for (auto& [name, entry] : policy.accuracy.metrics) {
+      entry = policy.accuracy.default_of(name);
+      read_options(json["accuracy"]["metrics"][name], entry);
+    }
+  } catch (const Error& error) {
+    fail("{}: {}", file, error.what());
+  }
+  return policy;
 }
 
 }  // namespace sextant

@@ -52,13 +52,15 @@ struct AccuracyPolicy {
     v("replicates", replicates, "count", "resamples of the 95 % intervals of the exact gate");
     v("max_lost", max_lost, "count", "cases of one body that may be lost beyond those gained");
     v("default", other, "", "metrics that 'metrics' does not name");
-    v("metrics", metrics, "", "by key of a record's errors");
+    v("metrics", metrics, "", "by key of a record's errors; keys that an entry lacks are those of 'default'");
   }
   void check() const;
 
-  /// Returns the policy of one error: its entry in `metrics`, if there is one; otherwise `other`, but with
-  /// direction `higher` or `ignore` if metrics/definitions.h defines that higher is better, or neither.
+  /// Returns the policy of one error: its entry in `metrics`, if there is one, otherwise default_of().
   MetricPolicy of(const std::string& metric) const;
+  /// Returns `other`, but with direction `higher` or `ignore` if metrics/definitions.h defines that higher is
+  /// better, or neither.
+  MetricPolicy default_of(const std::string& metric) const;
 };
 
 enum class BenchmarkTime { cpu, real };
@@ -104,8 +106,9 @@ struct Policy {
                   (SpeedPolicy, speed, {}, "", "times"), (SamenessPolicy, same, {}, "", "each: must or note"))
 };
 
-/// Reads a policy; throws Error "FILE: ..." that names the key.
-inline Policy read_policy(const std::string& file) { return options_from<Policy>(file); }
+/// Reads a policy, in which an entry of `metrics` starts from AccuracyPolicy::default_of(). Throws Error
+/// "FILE: ..." that names the key.
+Policy read_policy(const std::string& file);
 
 /// Verdicts of the gate, by precedence: a comparison has the first of these verdicts that any of its parts
 /// has. It is `improved` only if something is improved and nothing is invalid, regressed or inconclusive.

@@ -1,0 +1,49 @@
+#include "sextant/eval/gate/policy.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sextant/base/error.h"
+#include "sextant/base/files.h"
+#include "sextant/base/testing.h"
+
+namespace sextant {
+namespace {
+
+using ::testing::HasSubstr;
+
+Policy policy_of(const std::string& text) {
+  const TempFolder temp;
+  const std::string file = (temp.path() / "policy.json").string();
+  write_file(file, text);
+  return read_policy(file);
+}
+
+TEST(Policy, AnEntryOfMetricsStartsFromTheDefault) {
+  const AccuracyPolicy policy =
+      policy_of(R"({"accuracy": {"metrics": {"Et_m": {"absolute": 1e-7}, "epe_initial_px": {"relative": 0}},
+                                 "default": {"minimum_effect": 0, "relative": 1e-3}}})")
+          .accuracy;
+  EXPECT_EQ(policy.of("Et_m").absolute, 1e-7);
+  EXPECT_EQ(policy.of("Et_m").minimum_effect, 0);
+  EXPECT_EQ(policy.of("Et_m").relative, 1e-3);
+  // Errors of the measurements are not judged, unless an entry says so.
+  EXPECT_EQ(policy.of("epe_initial_px").relative, 0);
+  EXPECT_EQ(policy.of("epe_initial_px").direction, Direction::ignore);
+}
+
+TEST(Policy, AMisspeltErrorIsRefusedButNotAnErrorOfThirdPartyRecords) {
+  try {
+    policy_of(R"({"accuracy": {"metrics": {"Et": {"minimum_effect": 0}}}})");
+    ADD_FAILURE() << "read";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("policy.json: option metrics: unknown error 'Et': did you mean 'Et_m'"));
+  }
+  const Policy policy =
+      policy_of(R"({"accuracy": {"metrics": {"altitude_drift_m": {"minimum_effect": 0.5}}}})");
+  EXPECT_EQ(policy.accuracy.of("altitude_drift_m").minimum_effect, 0.5);
+}
+
+}  // namespace
+}  // namespace sextant
