@@ -76,6 +76,12 @@ TEST_F(Past, TwoPointsShowAStepOfErrorsButNotOfTimes) {
   EXPECT_THAT(series(history, "estimate/joint_flow/3000", "benchmark").changes, ElementsAre());
 }
 
+TEST_F(Past, AStepOfErrorsIsFoundInTheLastOfThreeResults) {
+  const History history =
+      read_history({temp_.path() / "run-6", temp_.path() / "run-7", temp_.path() / "run-8"}, policy_);
+  EXPECT_THAT(series(history, "synthetic s18 joint_flow level 0.1 camera", "Et_m").changes, ElementsAre(2));
+}
+
 TEST_F(Past, DisturbedCasesAreNoLevelOfARunsTimes) {
   const auto slow_down = [&](int i, int every) {
     std::vector<Record> records = sweep_records(2);

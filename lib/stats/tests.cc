@@ -231,6 +231,7 @@ std::vector<double> holm(std::span<const double> p) {
 namespace {
 
 double noise_of(std::span<const double> values) {
+  if (values.size() < 4) return 0;  // of two steps, one change alone would determine the MAD
   std::vector<double> steps;
   for (size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
   return 1.4826 * mad(steps) / std::sqrt(2.0);

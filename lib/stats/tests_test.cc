@@ -226,6 +226,14 @@ TEST(ChangePoints, ExactSeriesChangeWhereTheyStep) {
   EXPECT_THAT(change_points(std::vector<double>{1}, 0.5), IsEmpty());
 }
 
+TEST(ChangePoints, FewerThanFourValuesAreAssumedToHaveNoNoise) {
+  EXPECT_THAT(change_points(std::vector<double>{1, 1, 3}, 0.01), ElementsAre(2));
+  EXPECT_THAT(change_points(std::vector<double>{1, 3, 3}, 0.01), ElementsAre(1));
+  EXPECT_THAT(change_points(std::vector<double>{1, 2, 3}, 0.01), ElementsAre(1, 2));
+  EXPECT_THAT(change_points(std::vector<double>{1, 1.005, 3}, 0.01), ElementsAre(2));
+  EXPECT_THAT(change_points(std::vector<double>{1, 1, 1, 3}, 0.01), ElementsAre(3));
+}
+
 TEST(ChangePoints, FindsAStepOfFourSigmaAndNoneInNoise) {
   int n_false = 0, n_found = 0;
   for (uint64_t draw = 1; draw <= 50; ++draw) {
