@@ -50,6 +50,9 @@ RunConfig rescored_run(const RescoreRequest& request) {
   const fs::path path = request.folder / "run.json";
   const Json run = read_object(path);
   const Json recorded = member(run, "configuration", path);
+  if (recorded.contains("estimators"))
+    fail("{}: belongs to a sweep, but this folder has no plan.json: expected the folder of the sweep itself",
+         path.string());
   RunConfig config;
   try {
     for (const Json& source : member(recorded, "sources", path))

@@ -23,6 +23,15 @@ TEST(Rescore, NumbersOfARunAreKeptOrRefused) {
   EXPECT_THAT(error("true", "2"), HasSubstr("run.json: key 'level': expected"));
 }
 
+TEST(Rescore, ASweepWithoutItsPlanIsNoRun) {
+  const TempFolder folder;
+  folder.write("run.json",
+               R"({"configuration": {"sources": [{"source": "synthetic:s18"}], "estimators": []}})");
+  EXPECT_FALSE(is_sweep(folder.path()));
+  EXPECT_THAT(error_of([&] { rescored_run({.folder = folder.path()}); }),
+              HasSubstr("run.json: belongs to a sweep, but this folder has no plan.json"));
+}
+
 TEST(Rescore, ShardOfASweepIsOneOfThem) {
   add_external_estimators();
   const TempFolder folder;

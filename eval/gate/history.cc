@@ -9,6 +9,7 @@
 #include "sextant/base/files.h"
 #include "sextant/eval/gate/accuracy.h"
 #include "sextant/eval/gate/speed.h"
+#include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/stats/summary.h"
@@ -52,7 +53,7 @@ std::vector<fs::path> points_of(const std::vector<fs::path>& paths) {
   std::vector<fs::path> points;
   for (const fs::path& path : paths) {
     if (!fs::exists(path)) fail("{}: does not exist: expected past results", path.string());
-    if (fs::is_regular_file(path) || fs::exists(path / "records.jsonl") ||
+    if (fs::is_regular_file(path) || has_results(path) || fs::exists(path / "journal.jsonl") ||
         std::ranges::any_of(fs::directory_iterator(path), is_benchmark_file)) {
       points.push_back(path);
       continue;

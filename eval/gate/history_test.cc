@@ -143,6 +143,21 @@ TEST_F(Past, PageOpensInABrowser) {
   EXPECT_THAT(dom, HasSubstr("<button type=\"button\" title=\"sort\">"));  // its script has run
 }
 
+TEST_F(Past, FoldersOfSummariesAndInterruptedSweepsAreRefusedAsSuch) {
+  for (const auto& [file, message] : {std::pair("summary.bin", "the sweep kept summaries"),
+                                      std::pair("journal.jsonl", "its sweep is not finished")}) {
+    const std::filesystem::path folder = temp_.path() / "sweep";
+    std::filesystem::create_directories(folder);
+    write_file(folder / "plan.json", "{}");
+    write_file(folder / file, "");
+    EXPECT_THAT(error_of([&] {
+                  read_history({folder, temp_.path() / "run-1"}, policy_);
+                }),
+                HasSubstr(message));
+    std::filesystem::remove_all(folder);
+  }
+}
+
 TEST_F(Past, OneResultOrNoneIsNoTrend) {
   EXPECT_THROW(read_history({temp_.path() / "run-1"}, policy_), Error);
   EXPECT_THROW(read_history({temp_.path() / "nothing"}, policy_), Error);

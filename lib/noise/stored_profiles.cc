@@ -4,6 +4,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/options.h"
+#include "sextant/noise/noise.h"
 
 namespace sextant {
 
@@ -48,6 +49,11 @@ Json without_profile(const Json& noise_options) {
         "{}: not a noise profile: expected an object with the noise options under \"noise\", as `sextant "
         "noise fit` writes it",
         name.get<std::string>());
+  try {
+    Noise(profile.at("noise"));
+  } catch (const Error& error) {
+    fail("{}: {}", name.get<std::string>(), error.what());
+  }
   Json scale = noise_options.value("scale", Json(1));
   if (!scale.is_number() || !std::isfinite(scale.get<double>()) || scale.get<double>() < 0)
     fail("option noise.scale: expected a number >= 0, got {}", json_excerpt(scale));

@@ -21,7 +21,8 @@ std::vector<std::string> noise_profile_names();
 
 /// Replaces `profile` and `scale` by the options that they stand for; options with neither key are returned
 /// unchanged. Throws Error for an unknown name (with the nearest known one), for a file that is not a
-/// profile, and for a scale that is not a number >= 0 or has no profile.
+/// profile, with its name for a value in it that is no option of noise, and for a scale that is not a number
+/// >= 0 or has no profile.
 Json without_profile(const Json& noise_options);
 
 }  // namespace sextant

@@ -57,6 +57,9 @@ TEST(StoredProfiles, RefusesInvalidProfiles) {
     SCOPED_TRACE(text);
     expect_refused({{"profile", path}}, "not a noise profile");
   }
+  const std::string path = (temp.path() / "p.json").string();
+  write_file(path, R"({"noise": {"flow": {"epe_x_px": -1}}})");
+  expect_refused({{"profile", path}}, path + ": option flow.epe_x_px = -1: must be >= 0");
 }
 
 }  // namespace
