@@ -84,11 +84,15 @@ std::string label_of(const fs::path& path, const Side& side) {
 }
 
 void add_errors(const RunFolder& run, Point& point) {
+  const auto pooled = [](Subject subject) {
+    subject.body = subject.body == "ego" ? "camera" : "objects";
+    return subject;
+  };
+  SubjectNames names;
+  for (const SubjectCases& cases : run.subjects) names.add(pooled(cases.subject));
   std::map<Key, std::vector<double>> samples;
   for (const SubjectCases& cases : run.subjects) {
-    Subject subject = cases.subject;
-    subject.body = subject.body == "ego" ? "camera" : "objects";
-    const std::string group = to_string(subject);
+    const std::string group = names(pooled(cases.subject));
     std::vector<double>& coverage = samples[{group, "coverage"}];
     for (size_t row = 0; row < cases.size(); ++row) {
       if (cases.have_truth[row]) coverage.push_back(cases.statuses[row] == Status::ok ? 1 : 0);
@@ -155,8 +159,15 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   std::map<Key, std::vector<std::optional<double>>> all;
   const std::vector<fs::path> points = points_of(paths);
   std::vector<SubjectCases> reference;  // of the first point that has a run; its times are the reference
+  Json first_run;
+  std::string first_name;
   for (size_t i = 0; i < points.size(); ++i) {
     Side side = read_side(points[i]);
+    if (!side.runs.empty() && side.runs.front().provenance.is_object()) {
+      const std::string name = side.runs.front().path + "/run.json";
+      if (first_name.empty()) first_run = side.runs.front().provenance, first_name = name;
+      check_same_definitions(first_run, first_name, side.runs.front().provenance, name);
+    }
     history.labels.push_back(label_of(points[i], side));
     Point point;
     if (!side.runs.empty()) add_errors(side.runs.front(), point);

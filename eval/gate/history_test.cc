@@ -50,6 +50,14 @@ TEST_F(Past, ChangesOfLevelAreFoundWhereTheyHappened) {
   EXPECT_THAT(series(history, "ransac/3000/30", "benchmark").changes, ElementsAre());
 }
 
+TEST_F(Past, ResultsOfOtherDefinitionsHaveNoTrend) {
+  const std::filesystem::path file = temp_.path() / "run-9" / "run.json";
+  Json run = read_json(file);
+  run["metric_definitions"]["Et_m"] = "2: in mm";
+  write_file(file, run.dump());
+  expect_error([&] { read_history({temp_.path()}, policy_); }, "run-9/run.json: Et_m is defined as");
+}
+
 TEST_F(Past, TimesAreTheKindThatThePolicyOrTheNameRequests) {
   const auto last = [&](const Policy& policy, const std::string& name) {
     return series(read_history({temp_.path()}, policy), name, "benchmark").values.back().value();
