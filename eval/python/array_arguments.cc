@@ -57,15 +57,16 @@ py::array checked_array(const py::handle& value, const std::string& name, const 
       fmt::format("{}: expected a numpy array of {} with shape {}", name, expected.type, expected.in_words);
   if (!py::isinstance<py::array>(value)) fail("{}, got {}", wanted, type_name(value));
   const auto array = py::reinterpret_borrow<py::array>(value);
+  const std::string variable = name.substr(name.rfind(' ') + 1);  // without "estimator NAME: "
   if (py::isinstance(value, py::module_::import("numpy").attr("ma").attr("MaskedArray")))
-    fail("{}, got one with a mask: give {}.filled(VALUE)", wanted, name);
+    fail("{}, got one with a mask: give {}.filled(VALUE)", wanted, variable);
   const std::string type = py::str(array.dtype());
-  if (type != expected.type) fail("{}, got {}: give {}.astype('{}')", wanted, type, name, expected.type);
+  if (type != expected.type) fail("{}, got {}: give {}.astype('{}')", wanted, type, variable, expected.type);
   if (!fits(array, expected.shape)) fail("{}, got shape {}", wanted, shape_text(array));
   constexpr int needed =
       static_cast<int>(py::array::c_style) | static_cast<int>(py::detail::npy_api::NPY_ARRAY_ALIGNED_);
   if ((array.flags() & needed) != needed)
-    fail("{}, C-contiguous and aligned, got one that is not: give {}.copy()", wanted, name);
+    fail("{}, C-contiguous and aligned, got one that is not: give {}.copy()", wanted, variable);
   return array;
 }
 

@@ -92,8 +92,8 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
 
 
 def nees(estimate, covariance, truth):
-    """Returns the normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None if that is singular. One that is not
-    symmetric or has a negative eigenvalue raises an Error.
+    """Returns the normalised estimation error squared of one motion (4, 4) with its covariance (6, 6); None if that is singular.
+    A covariance that is not symmetric or has a negative eigenvalue raises an Error.
 
     >>> estimate = numpy.eye(4)
     >>> estimate[0, 3] = 0.2
