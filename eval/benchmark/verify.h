@@ -4,9 +4,9 @@
 //
 //   suite      the card belongs to a suite of this program, by SHA-256
 //   plans      every sweep has the sources, noise, levels, seeds and options of the suite
-//   cases      every case of a plan exists, and its records have its source, noise, level, seed and estimator:
-//              one record for each frame and body that the track counts according to the truth of the source,
-//              which is not checked for sources whose data are missing
+//   cases      every case of a plan exists, and its records have its source, noise, level, seed and
+//              estimator: one record for each frame and body that the track counts according to the truth
+//              of the source, which is not checked for sources whose data are missing
 //   card       the card equals the one computed from the records, to the last digit, except for costs and the
 //              version of the program
 //   rerun      a sample of cases is run again and gives the same records within a relative difference of

@@ -89,10 +89,10 @@ std::optional<RocCurve> roc_curve(std::vector<ScoredDetection> detections);
 //
 //   penalty   2 + 2 ln n
 //   scale     noise of the series, 1.4826 MAD of its steps / sqrt 2, but at least min_step / penalty, for
-//             which a single value that is off by min_step just pays for one cut. The MAD is that of the noise
-//             if fewer than half of the steps are changes; fewer than three steps cannot show it, and the
-//             noise of fewer than four values is assumed to be 0. If the scale is 0, every change of the value
-//             is a change point
+//             which a single value that is off by min_step just pays for one cut. The MAD is that of the
+//             noise if fewer than half of the steps are changes; fewer than three steps cannot show it,
+//             so the noise of fewer than four values is assumed to be 0. If the scale is 0, every change
+//             of the value is a change point
 //
 // Afterwards, adjacent segments whose medians differ by less than `min_step` are joined, the most similar
 // ones first.
