@@ -6,7 +6,8 @@
 // samples. Clustering by seed alone would be wrong: a neutral change, such as another order of the points,
 // can raise the error of one frame and lower that of the next by the same amount in all seeds.
 //
-//   pooling        r = sum_s w_s (N_s / B_s - 1), N_s and B_s the sums of sample s, w_s its share of all cases
+//   pooling        r = sum_s w_s (N_s / B_s - 1), N_s and B_s the sums of sample s, w_s its share of all
+//                  cases
 //   influence      g = sum_s w_s (N_si - (N_s / B_s) B_si) / min(B_s, N_s) of cell i, one seed and frame of a
 //                  source: linearisation (delta method), with the smaller of both sums as the unit. 0
 //                  everywhere if NEW is a multiple of BASE. The smaller sum is the better side, without
@@ -19,8 +20,9 @@
 //                  1)), at most 1000 and rounded down
 //   p              two-sided, of r / sqrt(v) after Student's t, but never below 2^(1 - n) for n cases that
 //                  changed: the smallest p of a sign test
-//   interval       r -+ t sqrt(v); below r = 0, where the unit is the sum of NEW, (1 + r) / (1 +- t sqrt(v)) -
-//                  1. It excludes 0 if p is below 1 - confidence, except where 2^(1 - n) raises p
+//   interval       r -+ t sqrt(v); below r = 0, where the unit is the sum of NEW,
+//                  (1 + r) / (1 +- t sqrt(v)) - 1. It excludes 0 if p is below 1 - confidence, except where
+//                  2^(1 - n) raises p
 //   detectable     (t_{1 - alpha/2} + z_power) sqrt(v): smallest change found at alpha with probability
 //                  `power`
 //
