@@ -309,6 +309,10 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
   const Finding& finding = findings[check];
   Diagnosis out{finding, finding.outcome(), ""};
   if (!finding.checkable()) return out;
+  if (finding.only_some_frames) {
+    out.cause = "only some frames are wrong";
+    return out;
+  }
   const bool passes = finding.passes();
   if (passes && (!finding.sharp || finding.ratio() < negligible)) return out;
   std::vector<const Trial*> fits, perfect;

@@ -93,6 +93,8 @@ struct Finding {
   std::string message;  ///< may be empty
   /// The value is about 0 for exact data, so a hypothesis that makes it about 0 is right.
   bool sharp = false;
+  /// Only some frames are wrong, so that no mistake that all frames share is the cause.
+  bool only_some_frames = false;
 
   bool checkable() const { return value.has_value(); }
   bool passes() const { return checkable() && *value <= limit; }

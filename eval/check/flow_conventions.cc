@@ -193,10 +193,11 @@ void find_wrong_pairs(const std::vector<PairResidual>& pairs, Finding& finding) 
     if (wrong.size() == shown + 1) frames += ", ..";
   }
   if (wrong.empty()) return;
+  finding.only_some_frames = true;
   finding.value = median(wrong);
   finding.message = fmt::format(
-      "in {} of {} pairs, of frames {}; the median over all pairs is {:.3f} px: are flow, depth or pose of "
-      "these frames wrong?",
+      "in {} of {} pairs, of frames {}; the median over all pairs is {:.3f} px: check their flow, depth and "
+      "poses",
       wrong.size(), pairs.size(), frames, typical);
 }
 

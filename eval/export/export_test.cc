@@ -28,7 +28,7 @@ class Export : public testing::Test {
     strange.status = Status::gated;
     strange.gate = Gate::area;
     strange.seed = UINT64_MAX;
-    strange.errors = {{"x\"y,../z", -0.5}};
+    strange.errors = {{"x\"y,../z", 0.5}};
     write_file(folder() / "records.jsonl", write_records({plain, strange}));
   }
   const fs::path& folder() const { return temp_.path(); }
@@ -52,7 +52,7 @@ TEST_F(Export, CsvQuotesUntrustedTexts) {
       "\"errors_x\"\"y,../z\"\n"
       "d,,,none,0,0,0,ego,ok,,0,0,,0.1,\n"
       "\"a,\"\"b\"\"\n'); DROP TABLE records; "
-      "--\",,,none,0,18446744073709551615,0,object:2,gated,area,0,0,,,-0.5\n");
+      "--\",,,none,0,18446744073709551615,0,object:2,gated,area,0,0,,,0.5\n");
 }
 
 TEST_F(Export, SqliteHoldsTheSame) {
@@ -75,7 +75,7 @@ TEST_F(Export, SqliteHoldsTheSame) {
   EXPECT_EQ(text(0), hostile);
   EXPECT_EQ(text(1), "18446744073709551615");
   EXPECT_EQ(sqlite3_column_type(rows, 2), SQLITE_NULL);
-  EXPECT_EQ(sqlite3_column_double(rows, 3), -0.5);
+  EXPECT_EQ(sqlite3_column_double(rows, 3), 0.5);
   EXPECT_EQ(text(4), "area");
   EXPECT_EQ(sqlite3_step(rows), SQLITE_DONE);
   sqlite3_finalize(rows);
