@@ -178,7 +178,7 @@ bool is_count(int n);
 inline constexpr double largest_number = 1e100;
 inline bool is_number(double value) { return value >= -largest_number && value <= largest_number; }
 inline constexpr const char* expected_number = "of a size of at most 1e100";
-/// Returns true if the map `map` may contain the value. Errors listed in lib/metrics must not be negative.
+/// Returns true if the map `map` may contain the value. Errors must not be negative.
 bool is_number_of(std::string_view map, double value);
 
 /// Returns the number as used by statistics: magnitudes below 1e-100 become 0, so that ratios are finite
