@@ -30,7 +30,7 @@ def strangers():
     gated = {key: gated[key] for key in list(gated)[:10]} | {"gate": "area"} | {key: gated[key] for key in list(gated)[10:]}
     return [record(), gated,
             record(dataset=HOSTILE, estimator="é 日本 🙂", seed=2**64 - 1, frame=2,
-                   errors={"Et_m": 1e-300, 'x"y,../../z\n': -2.5}, values={"Et_m": 7.0}, bound={"both_Et_m": 0.25})]
+                   errors={"Et_m": 1e-300, 'x"y,../../z\n': 2.5}, values={"Et_m": 7.0}, bound={"both_Et_m": 0.25})]
 
 
 class Folder(unittest.TestCase):
