@@ -128,7 +128,8 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     fail("{}: ends before the records of case {}: the file is cut off", file.string(), number);
 }
 
-/// Returns the frames and bodies of a source that the track counts: those of a run that estimates nothing.
+/// Returns the frames and bodies of a source that the track counts, from the records of an estimator that
+/// estimates nothing.
 std::vector<std::pair<int, Interned>> counted_bodies(const Sequence& sequence, const SuiteTrack& track) {
   const SequenceInfo& info = sequence.info();
   std::vector<std::pair<int, Interned>> counted;

@@ -52,7 +52,8 @@ struct AccuracyPolicy {
     v("replicates", replicates, "count", "resamples of the 95 % intervals of the exact gate");
     v("max_lost", max_lost, "count", "cases of one body that may be lost beyond those gained");
     v("default", other, "", "metrics that 'metrics' does not name");
-    v("metrics", metrics, "", "by key of a record's errors; keys that an entry lacks are those of 'default'");
+    v("metrics", metrics, "",
+      "by key of a record's errors; a key that an entry lacks has its value from 'default'");
   }
   void check() const;
 

@@ -209,8 +209,8 @@ class Comparison(Shown):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class EgoEvaluation(Shown):
-    """The evaluation of one estimate. With several estimates n, n_matched and statistics are None, and `systems` has those of
-    each; with several lengths in `rpe` n and statistics are None, and `lengths` has the statistics."""
+    """The evaluation of one estimate. With several estimates n, n_matched and statistics are None, and `systems` has one
+    evaluation per estimate; with several lengths in `rpe` n and statistics are None, and `lengths` has the statistics."""
     n: typing.Optional[int]
     n_matched: typing.Optional[int]
     statistics: typing.Optional[ErrorStatistics]
