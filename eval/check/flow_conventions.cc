@@ -160,10 +160,6 @@ std::string nothing_to_compare(const ConventionData& data, bool poses, bool obje
   return otherwise;
 }
 
-}  // namespace
-
-namespace {
-
 /// The largest residual that the median of a pair, or of all pairs, may have, px.
 double static_limit(double parallax_px, double truth_error_px) {
   return std::hypot(std::max(static_floor_px, parallax_px < far_off_px ? static_share * parallax_px : 0),

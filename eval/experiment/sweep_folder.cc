@@ -160,7 +160,8 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   std::map<uint64_t, std::string> folder_of;      // by number of the shard
   std::map<std::string, std::string> first_with;  // by source: the first folder that names its data
   std::map<std::string, Json> sources;            // of run.json, by source
-  Fingerprints versions;                          // of estimators, by label
+  SameDefinitions definitions;
+  Fingerprints versions;  // of estimators, by label
   for (const fs::path& folder : folders) {
     const Json of_folder = read_plan_file(folder);
     if (plan.is_null()) {
@@ -212,8 +213,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       }
     }
     const Json run = read_run_json(folder);
-    check_same_definitions(read_run_json(folders.front()), (folders.front() / "run.json").string(), run,
-                           (folder / "run.json").string());
+    definitions.check(run, folder);
     Json kept = {{"shard", of_folder["shard"]}};  // content of the merged run.json about a shard
     for (const char* key :
          {"version", "git_commit", "compiler", "flags", "packages", "machine", "programs", "records"})

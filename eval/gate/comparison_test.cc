@@ -498,22 +498,5 @@ TEST_F(Gate, BenchmarksThatAreMissingOrBrokenAreInvalid) {
   EXPECT_EQ(changed([](Json& j) { j["context"]["library_build_type"] = "debug"; }), GateVerdict::invalid);
 }
 
-TEST_F(Gate, PolicyIsReadStrictly) {
-  const fs::path file = temp_.path() / "policy.json";
-  const auto message = [&](const std::string& text) {
-    write_file(file, text);
-    return error_of([&] { read_policy(file.string()); });
-  };
-  const Policy defaults;
-  EXPECT_EQ(message(write_options(defaults).dump()), "no error");
-  EXPECT_EQ(message(R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":0.02}}}})"), "no error");
-  EXPECT_THAT(message(R"({"accuracy":{"default":{"minimum_efect":1}}})"), HasSubstr("minimum_effect"));
-  EXPECT_THAT(message(R"({"accuracy":{"default":{"direction":"up"}}})"),
-              HasSubstr("known: lower, higher, ignore"));
-  EXPECT_THAT(message(R"({"same":{"machine":"maybe"}})"), HasSubstr("known: must, note"));
-  EXPECT_THAT(message(R"({"speed":{"alpha":2}})"), HasSubstr("alpha"));
-  EXPECT_THAT(message("{"), HasSubstr("not valid JSON"));
-}
-
 }  // namespace
 }  // namespace sextant

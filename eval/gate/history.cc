@@ -159,15 +159,11 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   std::map<Key, std::vector<std::optional<double>>> all;
   const std::vector<fs::path> points = points_of(paths);
   std::vector<SubjectCases> reference;  // of the first point that has a run; its times are the reference
-  Json first_run;
-  std::string first_name;
+  SameDefinitions definitions;
   for (size_t i = 0; i < points.size(); ++i) {
     Side side = read_side(points[i]);
-    if (!side.runs.empty() && side.runs.front().provenance.is_object()) {
-      const std::string name = side.runs.front().path + "/run.json";
-      if (first_name.empty()) first_run = side.runs.front().provenance, first_name = name;
-      check_same_definitions(first_run, first_name, side.runs.front().provenance, name);
-    }
+    if (!side.runs.empty() && side.runs.front().provenance.is_object())
+      definitions.check(side.runs.front().provenance, side.runs.front().path);
     history.labels.push_back(label_of(points[i], side));
     Point point;
     if (!side.runs.empty()) add_errors(side.runs.front(), point);

@@ -19,6 +19,18 @@ Policy policy_of(const std::string& text) {
   return read_policy(file);
 }
 
+TEST(Policy, IsReadStrictly) {
+  const auto message = [](const std::string& text) { return error_of([&] { policy_of(text); }); };
+  EXPECT_EQ(message(write_options(Policy()).dump()), "no error");
+  EXPECT_EQ(message(R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":0.02}}}})"), "no error");
+  EXPECT_THAT(message(R"({"accuracy":{"default":{"minimum_efect":1}}})"), HasSubstr("minimum_effect"));
+  EXPECT_THAT(message(R"({"accuracy":{"default":{"direction":"up"}}})"),
+              HasSubstr("known: lower, higher, ignore"));
+  EXPECT_THAT(message(R"({"same":{"machine":"maybe"}})"), HasSubstr("known: must, note"));
+  EXPECT_THAT(message(R"({"speed":{"alpha":2}})"), HasSubstr("alpha"));
+  EXPECT_THAT(message("{"), HasSubstr("not valid JSON"));
+}
+
 TEST(Policy, AnEntryOfMetricsStartsFromTheDefault) {
   const AccuracyPolicy policy =
       policy_of(R"({"accuracy": {"metrics": {"Et_m": {"absolute": 1e-7}, "epe_initial_px": {"relative": 0}},

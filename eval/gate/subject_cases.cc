@@ -94,10 +94,6 @@ void sort_cases(SubjectCases& cases) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 std::string name_of(const Subject& s, const std::string& noise) {
   const std::string level = s.noise == "none" ? "" : fmt::format(" level {}", s.level);
   return fmt::format("{} {} {}{}{} {}", s.dataset, s.sequence, s.estimator, level, noise, s.body);

@@ -100,14 +100,17 @@ std::string missing_records(const Json& run, uint64_t n_records, const std::file
       folder.string(), n_records, stated);
 }
 
-void check_same_definitions(const Json& run, const std::string& name, const Json& other,
-                            const std::string& other_name) {
-  const char* const key = "metric_definitions";
-  const Json a = json_object(run, key, name), b = json_object(other, key, other_name);
-  for (const auto& [metric, definition] : a.items()) {
-    if (b.contains(metric) && b[metric] != definition)
-      fail("{}: {} is defined as {}, but in {} as {}: run again with one version of the program", other_name,
-           metric, json_excerpt(b[metric]), name, json_excerpt(definition));
+void SameDefinitions::check(const Json& run, const std::filesystem::path& folder) {
+  const std::string file = (folder / "run.json").string();
+  Json definitions = json_object(run, "metric_definitions", file);
+  for (const auto& [metric, definition] : first_.items()) {
+    if (definitions.contains(metric) && definitions[metric] != definition)
+      fail("{}: {} is defined as {}, but in {} as {}: run again with one version of the program", file,
+           metric, json_excerpt(definitions[metric]), first_file_, json_excerpt(definition));
+  }
+  if (first_.empty()) {
+    first_ = std::move(definitions);
+    first_file_ = file;
   }
 }
 

@@ -26,16 +26,22 @@ Json build_provenance();
 /// cases is a number. Throws Error that names file and key.
 Json read_run_json(const std::filesystem::path& folder);
 
-// Checks of results that are compared or shown. `run`, `other`: contents of run.json.
+// Checks of results that are compared or shown. `run`: content of run.json.
 
 /// Throws Error if the folder holds one of several shards of a sweep.
 void check_whole_sweep(const Json& run, const std::filesystem::path& folder);
 /// Returns a sentence if run.json states another number of records than the folder holds; otherwise "".
 std::string missing_records(const Json& run, uint64_t n_records, const std::filesystem::path& folder);
-/// Throws Error if both runs have an error whose definitions differ: their numbers cannot be compared. The
-/// names are those of the two files.
-void check_same_definitions(const Json& run, const std::string& name, const Json& other,
-                            const std::string& other_name);
+/// Compares runs whose numbers are shown together with the first of them.
+class SameDefinitions {
+ public:
+  /// Throws Error if the first run and this one define an error differently. `folder`: of its run.json.
+  void check(const Json& run, const std::filesystem::path& folder);
+
+ private:
+  Json first_ = Json::object();
+  std::string first_file_;
+};
 
 // ---- Fingerprint of an external estimator: a program that sextant starts, or a Python function. Two results
 // come from the same estimator if its fingerprints are equal.

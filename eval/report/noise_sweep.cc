@@ -23,8 +23,9 @@ void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::
   }
 }
 
-/// Returns the dotted key of the noise whose value equals the level at every level of a run.json's
-/// configuration; "" if there is none, or only one level.
+/// Returns the swept parameter of each level in a run.json's configuration: the dotted key of the noise whose
+/// value equals the level at every level of its grid; "" if there is none, or only one level in the grid. A
+/// grid ends where no key equals all of its levels and the next one.
 std::vector<std::string> swept_parameters(const Json& configuration) {
   const Json levels = configuration.value("noise", Json());
   std::vector<std::string> parameters;
@@ -51,23 +52,6 @@ std::vector<std::string> swept_parameters(const Json& configuration) {
   if (levels.is_array()) end_grid(levels.size());
   return parameters;
 }
-
-/// Assigns records to the grids of a plan: the n-th kind of noise in the order of the records is the n-th
-/// level of the plan, because the cases of a plan are in this order.
-class GridsOfRecords {
- public:
-  explicit GridsOfRecords(const Json& configuration) : parameters_(swept_parameters(configuration)) {}
-
-  const std::string& parameter_of(Interned noise) {
-    const auto [kind, is_new] = kinds_.try_emplace(noise.str(), kinds_.size());
-    static const std::string none;
-    return kind->second < parameters_.size() ? parameters_[kind->second] : none;
-  }
-
- private:
-  std::vector<std::string> parameters_;
-  std::map<std::string, size_t> kinds_;
-};
 
 /// A sweep lists its noise by source and level; a run has one entry per source.
 std::vector<AchievedNoise> achieved_noise(const Json& run) {
@@ -168,8 +152,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     std::vector<AchievedNoise> achieved;
   };
   std::map<std::string, Content> by_parameter;
-  Json first_run;
-  std::string first_name;
+  SameDefinitions definitions;
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
     if (!has_results(folder)) {
@@ -177,11 +160,19 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
            summary_file_name);
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
-    const std::string name = (folder / "run.json").string();
-    if (!first_name.empty()) check_same_definitions(first_run, first_name, run, name);
-    if (first_name.empty()) first_run = run, first_name = name;
-    GridsOfRecords grids(run.value("configuration", Json::object()));
-    const auto add = [&](const auto& of) { by_parameter[grids.parameter_of(of.noise)].levels.add(of); };
+    definitions.check(run, folder);
+    const std::vector<std::string> parameters = swept_parameters(run.value("configuration", Json::object()));
+    const auto content_of_level = [&](size_t level) {
+      return &by_parameter[level < parameters.size() ? parameters[level] : ""];
+    };
+    // The cases of a plan are in the order of its levels, so the n-th kind of noise to appear is that of the
+    // n-th level.
+    std::map<Interned, Content*> content_of_noise;
+    const auto add = [&](const auto& of) {
+      const auto [content, is_new] = content_of_noise.try_emplace(of.noise, nullptr);
+      if (is_new) content->second = content_of_level(content_of_noise.size() - 1);
+      content->second->levels.add(of);
+    };
     if (has_records) {
       uint64_t n_records = 0;
       for_each_record(folder / "records.jsonl", [&](const Record& record) {
@@ -193,13 +184,11 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     } else {
       for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) { add(summary); });
     }
-    const std::vector<std::string> parameters = swept_parameters(run.value("configuration", Json::object()));
     std::map<std::string, size_t> n_of_source;  // a source has one entry for each level, in their order
     for (AchievedNoise& achieved : achieved_noise(run)) {
       achieved.file = folder / "run.json";
-      const size_t level = n_of_source[achieved.source]++;
-      const std::string parameter = level < parameters.size() ? parameters[level] : "";
-      by_parameter[parameter].achieved.push_back(std::move(achieved));
+      Content* const content = content_of_level(n_of_source[achieved.source]++);
+      content->achieved.push_back(std::move(achieved));
     }
   }
   std::vector<NoiseSweep> sweeps;
