@@ -13,6 +13,7 @@
 #include "sextant/base/progress.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/check/conventions.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/summary.h"
 
@@ -433,6 +434,25 @@ Json check_json(const std::string& source, const std::vector<SourceCheck>& check
             {"checks", Json::array()}};
   for (const SourceCheck& c : checks) json["checks"].push_back(to_json(c));
   return json;
+}
+
+std::vector<std::string> failures(const std::string& source, const std::vector<SourceCheck>& checks) {
+  std::vector<std::pair<std::string, std::string>> names_of_cause;
+  for (const SourceCheck& check : checks) {
+    if (check.outcome != CheckOutcome::fail) continue;
+    const std::string& cause = check.cause.empty() ? check.message : check.cause;
+    const auto known = std::ranges::find(names_of_cause, cause, [](const auto& at) { return at.first; });
+    if (known == names_of_cause.end()) {
+      names_of_cause.emplace_back(cause, check.name);
+    } else {
+      known->second += ", " + check.name;
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [cause, names] : names_of_cause)
+    lines.push_back(fmt::format("{}: {} (failed: {}); `sextant data check {}` shows the numbers", source,
+                                cause, names, shell_word(source)));
+  return lines;
 }
 
 void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks) {

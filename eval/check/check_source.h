@@ -58,6 +58,9 @@ std::string check_page(const std::string& source, const SequenceInfo& info,
                        const std::vector<SourceCheck>& checks);
 /// Returns {"source","failed","suspect","checks":[{"check","outcome",..,"cause","message"}]}.
 Json check_json(const std::string& source, const std::vector<SourceCheck>& checks);
+/// Returns one line for each different cause of the failed checks, with the names of these checks, "SOURCE:
+/// CAUSE (failed: static flow, heading); `sextant data check SOURCE` shows the numbers".
+std::vector<std::string> failures(const std::string& source, const std::vector<SourceCheck>& checks);
 /// Throws Error with the number of failed checks and the first one of them, if a check failed.
 void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks);
 

@@ -117,6 +117,17 @@ TEST_F(ProgramOnFixture, DataCheckPassesAndFails) {
   EXPECT_THAT(outcome.out, HasSubstr("FAIL  depth"));
 }
 
+TEST_F(ProgramOnFixture, RunNamesTheMistakesOfItsInput) {
+  EXPECT_EQ(run("--seeds 2").err, "");
+  std::map<int, SE3> inverse;
+  for (const auto& [k, pose] : fixture_.T_world_camera) inverse[k] = pose.inverse();
+  write_file(file("pose_gt.txt"), encode_pose_text(inverse));
+  const Outcome outcome = run("--force");
+  EXPECT_EQ(outcome.code, 0);  // the results are those of the files
+  EXPECT_THAT(outcome.err, HasSubstr("warning: " + fixture_.source() + ": camera poses are inverted"));
+  EXPECT_THAT(outcome.err, HasSubstr("`sextant data check " + fixture_.source() + "` shows the numbers"));
+}
+
 TEST_F(ProgramOnFixture, OverlayDrawsAPicture) {
   const std::string picture = (temp_.path() / "o.png").string();
   EXPECT_EQ(sextant_program(fmt::format("overlay {} --frame 2 --out {}", fixture_.source(), picture)).code,

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/geometry/axes.h"
 
 namespace sextant {
 namespace {
@@ -281,10 +282,18 @@ using PosePlant = std::function<SE3(const SE3&, int)>;
 
 TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
   const Scene truth = scene(2, 20, 0.5);
+  const auto in_axes = [](Axes axes) -> PosePlant {
+    const SE3 C(Eigen::Quaterniond(opencv_from_axes(axes)), Eigen::Vector3d::Zero());
+    return [C](const SE3& p, int) { return C.inverse() * p * C; };
+  };
   const std::map<std::string, PosePlant> plants = {
       {"inverse", [](const SE3& p, int) { return p.inverse(); }},
       {"centimetres", [](const SE3& p, int) { return SE3(p.rotation(), 100 * p.translation()); }},
       {"transposed", [](const SE3& p, int) { return SE3(p.rotation().conjugate(), p.translation()); }},
+      {"scale", [](const SE3& p, int) { return SE3(p.rotation(), 0.3 * p.translation()); }},
+      {"axes_opengl", in_axes(Axes::opengl)},
+      {"axes_ned", in_axes(Axes::ned)},
+      {"axes_flu", in_axes(Axes::flu)},
       {"quaternion_w_first",
        [](const SE3& p, int) {
          const Eigen::Quaterniond& q = p.rotation();
@@ -307,6 +316,7 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     EXPECT_TRUE(explain_poses(right).empty());
     for (const auto& [code, change] : plants) {
       if (code == "frame_camera" && shared == SharedFrame::body) continue;
+      if (code == "scale" && shared == SharedFrame::world) continue;
       PoseData data = right;
       for (auto& [key, pose] : data.given) pose = change(pose, key.second);
       const auto found = explain_poses(data);

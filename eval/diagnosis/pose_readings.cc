@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sextant/geometry/axes.h"
+
 namespace sextant {
 namespace {
 
@@ -37,6 +39,24 @@ PoseData of_objects(const PoseData& data, const std::set<int>& ids) {
   PoseData some = data;
   std::erase_if(some.given, [&](const auto& at) { return !ids.contains(at.first.first); });
   return some;
+}
+
+/// Multiplies the positions by the factor s that minimises the sum of |s t_given - t_reference|^2 over the
+/// steps of one body, in its axes before each step. A factor within 10 % of 1 is an error of the estimate.
+bool fit_scale(PoseData& data, double& scale) {
+  constexpr double least_change = 1.1;
+  if (data.shared != SharedFrame::body) return false;
+  double products = 0, squares = 0;
+  for_each_step(data, [&](const SE3& g0, const SE3& g1, const SE3& r0, const SE3& r1) {
+    const Eigen::Vector3d given = (g0.inverse() * g1).translation();
+    products += given.dot((r0.inverse() * r1).translation());
+    squares += given.squaredNorm();
+  });
+  if (!(products > 0)) return false;
+  scale = products / squares;
+  if (scale < least_change && scale > 1 / least_change) return false;
+  for (auto& [key, pose] : data.given) pose = SE3(pose.rotation(), scale * pose.translation());
+  return true;
 }
 
 }  // namespace
@@ -78,6 +98,17 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
   add("too_small_100", "the positions are 100 times too small", "multiply them by 100", scaled(100));
   add("too_small_1000", "the positions are 1000 times too small (kilometres?)", "multiply them by 1000",
       scaled(1000));
+  constexpr double price_of_scale = 0.6;
+  table.push_back({"scale", "the positions look scaled: they agree when they are multiplied by {:.4g}",
+                   "multiply them by this factor", fit_scale, price_of_scale, true});
+  for (const Axes axes : {Axes::opengl, Axes::ned, Axes::flu}) {
+    const SE3 T_opencv_axes(Eigen::Quaterniond(opencv_from_axes(axes)), Eigen::Vector3d::Zero());
+    add(fmt::format("axes_{}", to_string(axes)),
+        fmt::format("the poses look like those in {} axes, not in those of a camera (opencv)",
+                    to_string(axes)),
+        "write C P inverse(C) with the rotation C from these axes to opencv's",
+        [T_opencv_axes](const SE3& pose) { return T_opencv_axes * pose * T_opencv_axes.inverse(); });
+  }
   const auto turned = [](auto change) {
     return [change](const SE3& pose) { return SE3(change(pose.rotation()), pose.translation()); };
   };

@@ -63,7 +63,7 @@ struct SourceRun {
   CaseMotions motions;                ///< motions of the first seed
   std::vector<BodyTrack> tracks;      ///< tracks of the first seed
   Json noise;                         ///< requested and achieved, over all seeds; null without noise
-  std::vector<std::string> problems;  ///< problems of the estimator, over all seeds
+  std::vector<std::string> problems;  ///< problems of the estimator, over all seeds, and of the source
   std::map<std::string, InputLog::Entry> inputs;
 };
 

@@ -75,6 +75,14 @@ def main():
         inverse = of_each(np.linalg.inv)
         steps = {k: np.linalg.inv(camera.get(k - 1, camera[k])) @ T for k, T in camera.items()}
 
+        def in_axes(opencv_from_axes):
+            C = np.eye(4)
+            C[:3, :3] = opencv_from_axes
+            return of_each(lambda T: C.T @ T @ C)
+
+        opengl = in_axes(np.diag([1.0, -1.0, -1.0]))
+        flu = in_axes(np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]))
+
         def in_camera(rows):
             return {k: np.linalg.inv(camera[k]) @ H @ camera[k - 1] for k, H in rows.items()}
         # (file, expected message; None: no message)
@@ -82,17 +90,19 @@ def main():
                    "millimetres": (kitti(scaled(1000)(camera)), "look like millimetres"),
                    "inverse": (kitti(inverse(camera)), "look inverted"), "steps": (kitti(steps), "motions from frame to frame"),
                    "w_first": (w_first(camera), "w first")}
+        axes = {"opengl": (kitti(opengl(camera)), "opengl axes"), "flu": (kitti(flu(camera)), "flu axes"),
+                "scaled": (kitti(scaled(0.37)(camera)), r"multiplied by 2\.7")}
         objects = {"right": (kitti(motion), None), "centimetres": (kitti(scaled(100)(motion)), "look like centimetres"),
                    "too_small": (kitti(scaled(0.01)(motion)), "100 times too small"),
                    "inverse": (kitti(inverse(motion)), "look inverted"), "camera": (kitti(in_camera(motion)), "camera"),
                    "w_first": (w_first(motion), "w first")}
-        for kind, plants in (("camera", cameras), ("objects", objects)):
+        for kind, plants in (("camera", cameras), ("axes", axes), ("objects", objects)):
             results = {}
             (folder / kind).mkdir()
             (folder / kind / "camera.txt").write_text(kitti(camera))
             for name, (text, _) in plants.items():
                 (folder / kind / f"{kind}_{name}_1.txt").write_text(text)
-                results[name] = ({"camera": {"file": f"camera_{name}_1.txt"}} if kind == "camera" else
+                results[name] = ({"camera": {"file": f"{kind}_{name}_1.txt"}} if kind != "objects" else
                                  {"camera": {"file": "camera.txt"},
                                   "objects": {"format": "motions", "files": f"objects_{name}_*.txt"}})
             (folder / kind / "program.json").write_text(
@@ -117,7 +127,8 @@ def main():
                             named += 1
                         else:
                             wrong.append(f"{command} of {kind}, {name}: expected '{expected}': {of_result}\n{finished.stderr}")
-                print(f"{command}: {named} of {len(plants) - 1} plants in {kind} are named")
+                n_plants = sum(expected is not None for _, expected in plants.values())
+                print(f"{command}: {named} of {n_plants} plants in {kind} are named")
         print("\n".join(wrong))
         sys.exit(1 if wrong else 0)
 

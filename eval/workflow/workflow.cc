@@ -5,6 +5,8 @@
 #include "sextant/base/error.h"
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
+#include "sextant/eval/check/check_source.h"
+#include "sextant/eval/diagnosis/motion_readings.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/evaluation/trajectory_series.h"
@@ -35,6 +37,48 @@ void set_noise(RunConfig& config) {
   noise.merge_patch(*given);
   config.noise = Noise(noise);
   config.options.erase("noise");
+}
+
+/// Returns the pose of the estimate, or of the truth, at a point of a track; empty if it is not known.
+std::optional<SE3> pose_of(const TrackPoint& point, bool of_truth) {
+  const auto& position_m = of_truth ? point.truth_m : point.estimate_m;
+  const auto& rotation = of_truth ? point.truth_rotation : point.estimate_rotation;
+  return position_m && rotation ? std::optional(SE3(*rotation, *position_m)) : std::nullopt;
+}
+
+/// Returns true if the true steps of the track are longer than 5 cm, but the estimated ones deviate from them
+/// by more than a quarter of their length, or do not exist. Both are trimmed means (motion_readings.h).
+bool contradicts_truth(const BodyTrack& track) {
+  constexpr double least_step_m = 0.05, largest_share = 0.25;
+  std::vector<double> errors, steps;
+  for (size_t i = 1; i < track.points.size(); ++i) {
+    const TrackPoint &before = track.points[i - 1], &after = track.points[i];
+    const auto step = [&](bool of_truth) -> std::optional<SE3> {
+      const auto from = pose_of(before, of_truth), to = pose_of(after, of_truth);
+      if (!from || !to || after.frame != before.frame + 1) return std::nullopt;
+      return from->inverse() * *to;
+    };
+    const std::optional<SE3> truth = step(true), estimate = step(false);
+    if (truth) steps.push_back(squared_residual(SE3(), *truth));
+    if (truth && estimate) errors.push_back(squared_residual(*estimate, *truth));
+  }
+  const auto of_steps = trimmed_mean(std::move(steps), fewest_steps);
+  if (!of_steps || *of_steps < least_step_m * least_step_m) return false;
+  const auto of_errors = trimmed_mean(std::move(errors), fewest_steps);
+  return !of_errors || *of_errors > largest_share * largest_share * *of_steps;
+}
+
+/// Checks the conventions of a source if the estimate contradicts the truth, because an estimator cannot be
+/// better than its input. Returns one line for each cause of a failed check.
+std::vector<std::string> mistakes_of_input(const RunConfig& config, const SourceRun& run, SourceSpec spec) {
+  if (std::ranges::none_of(run.tracks, contradicts_truth)) return {};
+  try {
+    spec.add_options(config.options.value("source", Json::object()));
+    return failures(run.source,
+                    check_source(*open_source(spec), {.jobs = config.jobs, .quiet = true, .quick = true}));
+  } catch (const Error&) {  // a source that cannot be checked has no known mistakes
+    return {};
+  }
 }
 
 }  // namespace
@@ -80,7 +124,7 @@ WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output) {
     worst.add(pair, of_pair);
   };
   WrittenRun folder{.result = run(resumable), .warnings = {}};
-  const RunResult& result = folder.result;
+  RunResult& result = folder.result;
   const Table summary = summary_table(result.records, preset);
   OutputFiles files = run_files(result);
   try {
@@ -95,6 +139,9 @@ WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output) {
   files["summary.csv"] = to_csv(summary);
   write_output_folder(output.out, files);
   journal.remove();
+  for (size_t i = 0; i < result.sources.size(); ++i)
+    std::ranges::move(mistakes_of_input(config, result.sources[i], config.sources[i]),
+                      std::back_inserter(result.sources[i].problems));
   return folder;
 }
 

@@ -57,8 +57,9 @@ struct WrittenRun {
 };
 
 /// Runs and writes the folder: run_files(), summary.md, summary.csv and report.html. An interrupted run is
-/// resumed after its last finished source. Throws Error and Interrupted as run() does, and Error if the
-/// folder contains the results of another run and output.force is off.
+/// resumed after its last finished source. If the estimate of a source contradicts its truth, the failed
+/// checks of the source (check_source.h) are added to SourceRun::problems. Throws Error and Interrupted as
+/// run() does, and Error if the folder contains the results of another run and output.force is off.
 WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output);
 
 /// Result of rescoring: exactly one member is set.

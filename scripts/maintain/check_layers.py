@@ -90,8 +90,8 @@ LAYERS = {
     "eval/external": "MEASUREMENT ESTIMATOR DATASETS truth noise eval/records eval/experiment eval/diagnosis eval/logs",
     "eval/reproduce": "base datasets/codec eval/records eval/experiment eval/pictures eval/logs eval/evaluation eval/report "
                       "PAPER",
-    "eval/workflow": "base eval/records eval/experiment eval/external eval/view eval/evaluation eval/report eval/report/paper "
-                     "eval/reproduce PAPER",
+    "eval/workflow": "base geometry eval/records eval/diagnosis eval/check eval/experiment eval/external eval/view "
+                     "eval/evaluation eval/report eval/report/paper eval/reproduce PAPER",
     "eval/cli": "base geometry noise estimator datasets datasets/synthetic eval/records eval/check eval/benchmark "
                 "eval/experiment eval/profile eval/pictures eval/view eval/export eval/logs eval/evaluation eval/external "
                 "eval/gate eval/report eval/reproduce eval/workflow PAPER",
