@@ -131,7 +131,7 @@ std::string largest_change(const Comparison& c) {
     return fmt::format("{}: {:+.1f} %{}", what, 100 * change,
                        interval
                            ? fmt::format(" [{:+.1f}, {:+.1f}]", 100 * interval->low, 100 * interval->high)
-                           : " (no interval: one seed)");
+                           : " (no interval)");
   };
   const FamilyRow* first = nullptr;
   for (const FamilyRow& row : c.families) {
@@ -178,10 +178,13 @@ std::string headline(const Comparison& c) {
   std::string scope;
   if (!c.accuracy.empty()) scope = fmt::format("{} errors over {} cases", c.accuracy.size(), c.n_cases);
   if (!c.speed.empty()) scope += fmt::format("{}{} times", scope.empty() ? "" : ", ", c.speed.size());
-  return fmt::format(
-      "{}: {}{}", to_string(c.verdict),
-      parts.empty() ? largest_change(c).empty() ? "nothing changed" : "no change that counts" : parts,
-      scope.empty() ? "" : fmt::format(" ({} compared)", scope));
+  const auto is_changed = [](const SpeedRow& row) {
+    return std::abs(std::log(row.ratio)) > std::log1p(SpeedPolicy{}.minimum_effect);
+  };
+  const bool nothing = largest_change(c).empty() && std::ranges::none_of(c.speed, is_changed);
+  if (parts.empty()) parts = nothing ? "nothing changed" : "no change that counts";
+  return fmt::format("{}: {}{}", to_string(c.verdict), parts,
+                     scope.empty() ? "" : fmt::format(" ({} compared)", scope));
 }
 
 Table findings_table(const Comparison& c) {

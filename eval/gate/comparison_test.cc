@@ -429,6 +429,10 @@ TEST_F(Gate, OneRunOfEachSideIsNoProofOfSpeed) {
   int n = 0;
   const auto often_slower = [&](Record& r) { r.time_ms["refine"] *= ++n % 5 == 0 ? 1 : 3; };
   EXPECT_EQ(compare_changed(often_slower).verdict, GateVerdict::ok);  // the processor was busy
+  EXPECT_EQ(compare_changed([](Record& r) {
+              if (!r.is_ego()) r.time_ms["refine"] *= 3;
+            }).verdict,
+            GateVerdict::inconclusive);
 }
 
 TEST_F(Gate, RepeatedRunsAreJudgedByTheirTimes) {

@@ -93,14 +93,13 @@ TEST_F(Past, AStepOfErrorsIsFoundInTheLastOfThreeResults) {
 TEST_F(Past, DisturbedCasesAreNoLevelOfARunsTimes) {
   const auto slow_down = [&](int i, int every) {
     std::vector<Record> records = sweep_records(2);
-    for (size_t k = 0; k < records.size(); ++k)
-      records[k].time_ms["refine"] *= k % static_cast<size_t>(every) == 0 ? 4 : 1;
+    for (Record& r : records) r.time_ms["refine"] *= r.frame % every == 0 ? 4 : 1;
     write_file(temp_.path() / fmt::format("run-{}", i) / "records.jsonl", write_records(records));
   };
   const auto changes = [&] {
     return series(read_history({temp_.path()}, policy_), "synthetic s18 joint_flow refine", "time").changes;
   };
-  for (const int i : {4, 8, 9, 10, 11}) slow_down(i, 3);  // a third of the cases
+  for (const int i : {4, 8, 9, 10, 11}) slow_down(i, 3);  // a third of the frames
   EXPECT_THAT(changes(), ElementsAre());
   for (const int i : {8, 9, 10, 11}) slow_down(i, 1);
   EXPECT_THAT(changes(), ElementsAre(8));

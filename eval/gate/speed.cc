@@ -153,8 +153,8 @@ std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjec
     for (const NumberColumn& before : pair.base->times) {
       const NumberColumn* after = find_column(pair.fresh->times, before.name);
       if (after == nullptr) continue;
-      StageTimes& times =
-          stages_of[fmt::format("{} {} {} {}", s.dataset, s.sequence, s.estimator, before.name)];
+      StageTimes& times = stages_of[fmt::format("{} {} {} {}{}", s.dataset, s.sequence, s.estimator,
+                                                before.name, s.body == "ego" ? "" : " of objects")];
       for (const auto& [b, f] : rows) {
         if (pair.base->statuses[b] != Status::ok || pair.fresh->statuses[f] != Status::ok) continue;
         const double a_ms = before.numbers[b], b_ms = after->numbers[f];

@@ -2,7 +2,8 @@
 
 // Compares times. A sample is one repetition: each repetition of a benchmark, for Google Benchmark; each
 // folder, for runs, as the median over its cases of time / time in the first folder of BASE, per data set,
-// sequence, estimator and stage. All computations use logarithms, so effects are ratios new / base:
+// sequence, estimator and stage, apart for the camera and for all objects. All computations use logarithms,
+// so effects are ratios new / base:
 //
 //   ratio       exp of the Hodges-Lehmann shift (median of all log new - log base), with the 95 % interval of
 //               the shifts that the Mann-Whitney test does not reject
@@ -46,15 +47,16 @@ struct SpeedComparison {
   std::vector<Mismatch> findings;
 };
 
-/// Time of one stage of one estimator in one sequence, relative to a reference.
+/// Time of one stage of one estimator for the camera, or for the objects, of one sequence, relative to a
+/// reference.
 struct RunTime {
   double reference_ms = 0;  ///< median time in the reference
   double ratio = 1;         ///< median over the cases of time / reference time
   Interval ratios;          ///< 10 % and 90 % quantiles of these ratios
 };
 
-/// Returns times by "dataset sequence estimator stage", over the cases that have status ok and a time above 0
-/// on both sides.
+/// Returns times by "dataset sequence estimator stage" for the camera, and by the same name followed by " of
+/// objects" for all objects, over the cases that have status ok and a time above 0 on both sides.
 std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
                                          const std::vector<SubjectCases>& reference);
 
