@@ -251,6 +251,8 @@ void NoiseApplication::frame(Frame& frame) {
     fail("noise: frame {} has no mask, which flow.bodies requires: give masks, or leave flow.bodies out",
          frame.index);
   }
+  // Before the flow, whose bodies are those of the corrupted masks, as they are for points.
+  noise_.corrupt_mask(frame.mask);
   const auto rows = [&](const auto& image, auto corrupt) {
     Pixels pixels;
     for (int x = 0; x < image.width(); ++x) pixels.x.push_back(x);
@@ -265,7 +267,6 @@ void NoiseApplication::frame(Frame& frame) {
     rows(frame.backward_flow,
          [&](const Pixels& p, int y) { frame_flow(frame.backward_flow, frame, p, y, true); });
   }
-  noise_.corrupt_mask(frame.mask);
 }
 
 NoisyPair Noise::apply(const FramePair& pair, const Draws& draws) const {

@@ -66,7 +66,7 @@ class Noise {
   NoisyPair apply(const FramePair& pair, const Draws& draws) const;
   /// Applies the noise to depth, flow, backward flow and mask of one frame; other channels stay unchanged.
   /// Throws Error if the flow noise differs between bodies and a frame with flow has no mask. Bodies are the
-  /// ids of the mask before its corruption.
+  /// ids of the corrupted mask, as in the points that are extracted from corrupted frames.
   NoisyFrame apply(const Frame& frame, const StereoCamera& camera, const Draws& draws) const;
 
   /// Return the standard deviation of the Gaussian noise of all models together, without rounding and

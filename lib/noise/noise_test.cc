@@ -112,6 +112,22 @@ TEST(Noise, PointsAndDenseFramesAgreeBitForBit) {
   }
 }
 
+TEST(Noise, FlowOfPointsAndFramesHasTheLevelsOfTheCorruptedMasks) {
+  const Noise noise(Json::parse(R"({"mask": {"dilate_px": 5},
+      "flow": {"epe_px": 0.1, "bodies": {"object:1": {"epe_px": 3}}}})"));
+  Frame prev = make_frame(7), curr = make_frame(8);
+  const NoisyFrame dense = noise.apply(prev, camera, draws_of_test);
+  for (Frame* frame : {&prev, &curr}) noise.corrupt_mask(frame->mask);
+  const NoisyPair points = noise.without_masks().apply(make_pair(prev, curr, 1), draws_of_test);
+  const Correspondences& noisy = points.pair.objects[0].points;
+  ASSERT_GT(noisy.size(), 4000U);
+  for (size_t i = 0; i < noisy.size(); ++i) {
+    const int x = static_cast<int>(noisy.u[i]), y = static_cast<int>(noisy.v[i]);
+    ASSERT_EQ(noisy.flow_u[i], dense.frame.flow(x, y).u) << x << " " << y;
+    ASSERT_EQ(noisy.flow_v[i], dense.frame.flow(x, y).v) << x << " " << y;
+  }
+}
+
 TEST(Noise, APointDoesNotDependOnOtherPoints) {
   const Frame prev = make_frame(7), curr = make_frame(8);
   const Noise some = noise(everything);
