@@ -436,7 +436,8 @@ std::vector<OptionHelp> describe_noise_options() {
                    fmt::format("measured noise, whose models the options above replace: {}; or a file that "
                                "`sextant noise fit` wrote",
                                fmt::join(noise_profile_names(), ", "))});
-  lines.push_back({"noise.scale", "1", "1", "factor on the EPE, delta_d and outlier radius of the profile"});
+  lines.push_back({"noise.scale", "1", "1",
+                   "factor on the EPE, delta_d, disparity step and outlier radius of the profile"});
   return lines;
 }
 

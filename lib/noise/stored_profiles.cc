@@ -20,10 +20,25 @@ Json read_profile(const std::string& name) {
        suggest(name, noise_profile_names()));
 }
 
-void scale_number(Json& options, const char* model, const char* key, double scale) {
-  if (!options.contains(model) || !options.at(model).is_object() || !options.at(model).contains(key)) return;
-  Json& value = options.at(model).at(key);
-  if (value.is_number()) value = value.get<double>() * scale;
+void scale_number(Json& options, const char* key, double scale) {
+  if (options.contains(key)) options[key] = options[key].get<double>() * scale;
+}
+
+/// Scales the sizes of the errors in the options of a profile, which have been checked.
+void scale_errors(Json& options, double scale) {
+  constexpr const char* end_point_errors[] = {"epe_px", "epe_x_px", "epe_y_px"};
+  if (options.contains("flow")) {
+    Json& flow = options["flow"];
+    for (const char* key : end_point_errors) scale_number(flow, key, scale);
+    if (flow.contains("bodies")) {
+      for (Json& body : flow["bodies"])
+        for (const char* key : end_point_errors) scale_number(body, key, scale);
+    }
+  }
+  for (const auto& [model, key] :
+       {std::pair{"depth", "delta_d_px"}, {"quantisation", "step_px"}, {"outliers", "radius_px"}})
+    if (options.contains(model)) scale_number(options[model], key, scale);
+  if (scale == 0) options.erase("outliers");  // without offsets there are no outliers
 }
 
 }  // namespace
@@ -58,13 +73,7 @@ Json without_profile(const Json& noise_options) {
   if (!scale.is_number() || !std::isfinite(scale.get<double>()) || scale.get<double>() < 0)
     fail("option noise.scale: expected a number >= 0, got {}", json_excerpt(scale));
   Json options = profile.at("noise");
-  for (const auto& [model, key] : {std::pair{"flow", "epe_px"},
-                                   {"flow", "epe_x_px"},
-                                   {"flow", "epe_y_px"},
-                                   {"depth", "delta_d_px"},
-                                   {"outliers", "radius_px"}})
-    scale_number(options, model, key, scale.get<double>());
-  if (scale.get<double>() == 0) options.erase("outliers");  // without offsets there are no outliers
+  scale_errors(options, scale.get<double>());
   for (const auto& item : noise_options.items())
     if (item.key() != "profile" && item.key() != "scale") options[item.key()] = item.value();
   return options;

@@ -44,6 +44,19 @@ TEST(StoredProfiles, ScaleMultipliesSizes) {
             "independent");
 }
 
+TEST(StoredProfiles, ScaleMultipliesTheErrorsOfBodiesAndTheDisparityStep) {
+  TempFolder temp;
+  const std::string path = (temp.path() / "p.json").string();
+  write_file(path, R"({"noise": {"quantisation": {"step_px": 0.25}, "flow": {"scale": 3,
+    "bodies": {"background": {"epe_px": 1}, "object:2": {"epe_x_px": 2, "epe_y_px": 4}}}}})");
+  const Noise half(Json{{"profile", path}, {"scale", 0.5}});
+  EXPECT_EQ(half.flow_sigma(0).x_px, 1.5);
+  EXPECT_EQ(half.flow_sigma(2).x_px, 3);
+  EXPECT_EQ(half.flow_sigma(2).y_px, 6);
+  EXPECT_EQ(half.options().at("quantisation").at("step_px"), 0.125);
+  EXPECT_TRUE(Noise(Json{{"profile", path}, {"scale", 0}}).none());
+}
+
 TEST(StoredProfiles, RefusesInvalidProfiles) {
   const std::string known = noise_profile_names().front();
   expect_refused({{"profile", known.substr(1)}}, "did you mean '" + known + "'");
