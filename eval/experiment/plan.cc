@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -179,6 +180,7 @@ class PlanReader {
     }
     check_keys(grid, {"parameter", "levels", "base"});
     const std::string parameter = text_of(grid.value("parameter", Json()), "parameter");
+    std::map<std::string, double> level_of_noise;  // by options
     for (const Json& value : list_of(grid, "levels")) {
       Json noise = grid.value("base", Json::object());
       if (!noise.is_object()) fail("key 'base': expected an object, got {}", json_excerpt(noise));
@@ -194,6 +196,14 @@ class PlanReader {
       }
       *node = value;
       plan.levels.push_back({level_of(value, "levels"), Noise(noise)});
+      const PlanLevel& level = plan.levels.back();
+      const auto it = level_of_noise.try_emplace(json_line(level.noise.options()), level.level).first;
+      if (it->second != level.level || (level.level > 0 && level.noise.none())) {
+        fail(
+            "'{}' does not change the noise, which is {} at level {}: give the noise that it changes in "
+            "'base'",
+            parameter, level.noise.name(), level.level);
+      }
     }
   }
 

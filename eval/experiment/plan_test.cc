@@ -71,6 +71,10 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[]})"); }, "list that is not empty");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,-0.2]})"); }, "got -0.2");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,0.1]})"); }, "is repeated");
+  expect_error([&] { noisy(R"({"parameter":"flow.scale","levels":[1]})"); }, "does not change the noise");
+  expect_error(
+      [&] { noisy(R"({"parameter":"flow.scale","levels":[0.5,1],"base":{"depth":{"delta_d_px":1}}})"); },
+      "'flow.scale' does not change the noise, which is depth 1 px at level 1: give the noise");
   expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than the 10000000 cases");
   expect_error([&] { parse(plan_text("{\"level\":1}", "[1,1]")); }, "p.json:4: seeds");
   expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "expected at least one seed");
