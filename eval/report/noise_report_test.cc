@@ -1,6 +1,7 @@
 // Comparisons, trends and the reading of sweeps, on records made by hand.
 
 #include <cmath>
+#include <map>
 
 #include "sextant/base/philox.h"
 #include "sextant/base/testing.h"
@@ -11,6 +12,7 @@
 #include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/noise_sweep_testing.h"
 #include "sextant/eval/report/trends.h"
+#include "sextant/noise/noise.h"
 
 namespace sextant {
 namespace {
@@ -183,27 +185,98 @@ TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
   EXPECT_THAT(warnings[0], HasSubstr("but run.json states 1000"));
 }
 
-TEST(NoiseSweep, GridsOfOnePlanWithTheSameLevelsAreApart) {
-  const TempFolder folder;
-  Json run;
-  std::vector<Record> records;
-  const auto add = [&](double level, double delta_d_px, double epe_px) {
-    run["configuration"]["noise"].push_back(
-        {{"level", level},
-         {"noise", {{"depth", {{"delta_d_px", delta_d_px}}}, {"flow", {{"epe_px", epe_px}}}}}});
-    Record record = record_of("a", level, 0, 1, 1 + epe_px);
-    record.noise = fmt::format("depth {} px + flow {} px", delta_d_px, epe_px);
+using NoiseByParameter = std::map<std::string, std::vector<std::string>>;
+
+/// A sweep of noise on depth and flow, with one case for each level.
+struct SweepOfTwoChannels {
+  Json run{};
+  std::vector<Record> records{};
+
+  void add(double level, double delta_d_px, double epe_px) {
+    const Noise noise(Json{{"depth", {{"delta_d_px", delta_d_px}}}, {"flow", {{"epe_px", epe_px}}}});
+    run["configuration"]["noise"].push_back({{"level", level}, {"noise", noise.options()}});
+    run["noise"].push_back({{"source", "x"},
+                            {"level", level},
+                            {"noise", {{"requested", noise.options()}, {"depth", {{"n", 1}}}}}});
+    Record record = record_of("a", level, 0, 1, 1);
+    record.noise = noise.name();
     records.push_back(std::move(record));
-  };
-  for (const double level : {0.1, 0.2}) add(level, level, 0.3);
-  for (const double level : {0.1, 0.2}) add(level, 0.3, level);
-  write_file(folder.path() / "records.jsonl", write_records(records));
-  write_file(folder.path() / "run.json", run.dump());
-  const std::vector<NoiseSweep> sweeps = read_noise_sweeps({folder.path()});
-  ASSERT_EQ(sweeps.size(), 2U);
-  EXPECT_EQ(sweeps[0].parameter, "depth.delta_d_px");
-  EXPECT_EQ(sweeps[1].parameter, "flow.epe_px");
-  for (const NoiseSweep& sweep : sweeps) EXPECT_EQ(sweep.levels.size(), 2U);
+  }
+  void add_depth_grid(const std::vector<double>& levels, double epe_px) {
+    for (const double level : levels) add(level, level, epe_px);
+  }
+  void add_flow_grid(const std::vector<double>& levels, double delta_d_px) {
+    for (const double level : levels) add(level, delta_d_px, level);
+  }
+  /// Writes the sweep and reads it; returns the noise of the levels of each parameter.
+  NoiseByParameter read() const {
+    const TempFolder folder;
+    write_file(folder.path() / "records.jsonl", write_records(records));
+    write_file(folder.path() / "run.json", run.dump());
+    NoiseByParameter noise;
+    for (const NoiseSweep& sweep : read_noise_sweeps({folder.path()})) {
+      for (const NoiseLevelRef& level : sweep.levels)
+        noise[sweep.parameter].push_back(level->key().noise.str());
+      EXPECT_EQ(sweep.achieved.size(), sweep.levels.size()) << sweep.parameter;
+    }
+    return noise;
+  }
+};
+
+TEST(NoiseSweep, GridsOfOnePlanWithTheSameLevelsAreApart) {
+  SweepOfTwoChannels sweep;
+  sweep.add_depth_grid({0.1, 0.2}, 0.5);
+  sweep.add_flow_grid({0.1, 0.2}, 0.5);
+  EXPECT_EQ(
+      sweep.read(),
+      (NoiseByParameter{{"depth.delta_d_px", {"depth 0.1 px + flow 0.5 px", "depth 0.2 px + flow 0.5 px"}},
+                        {"flow.epe_px", {"depth 0.5 px + flow 0.1 px", "depth 0.5 px + flow 0.2 px"}}}));
+}
+
+TEST(NoiseSweep, AGridEndsWhereTheOtherNoiseChanges) {
+  SweepOfTwoChannels sweep;
+  sweep.add_depth_grid({0.25, 0.5}, 0);
+  sweep.add_flow_grid({0.5, 1}, 0.5);  // at its first level delta_d is the level, too
+  EXPECT_EQ(sweep.read(),
+            (NoiseByParameter{{"depth.delta_d_px", {"depth 0.25 px", "depth 0.5 px"}},
+                              {"flow.epe_px", {"depth 0.5 px + flow 0.5 px", "depth 0.5 px + flow 1 px"}}}));
+}
+
+TEST(NoiseSweep, GridsOfOneParameterUnderDifferentNoiseAreApart) {
+  SweepOfTwoChannels sweep;
+  sweep.add_depth_grid({0.1, 0.2}, 0.5);
+  sweep.add_depth_grid({0.1, 0.2}, 0);
+  EXPECT_EQ(sweep.read(),
+            (NoiseByParameter{{"depth.delta_d_px with flow 0.5 px",
+                               {"depth 0.1 px + flow 0.5 px", "depth 0.2 px + flow 0.5 px"}},
+                              {"depth.delta_d_px with none", {"depth 0.1 px", "depth 0.2 px"}}}));
+  EXPECT_EQ(parameter_title("flow.epe_px with depth 0.5 px"), parameter_title("flow.epe_px"));
+}
+
+TEST(NoiseSweep, LevelZeroBelongsToItsGrid) {
+  SweepOfTwoChannels sweep;
+  sweep.add_depth_grid({0, 0.2}, 0.5);
+  sweep.add_flow_grid({0, 0.2}, 0.5);
+  EXPECT_EQ(sweep.read(),
+            (NoiseByParameter{{"depth.delta_d_px", {"flow 0.5 px", "depth 0.2 px + flow 0.5 px"}},
+                              {"flow.epe_px", {"depth 0.5 px", "depth 0.5 px + flow 0.2 px"}}}));
+  SweepOfTwoChannels without_base;
+  without_base.add_depth_grid({0.1, 0.2}, 0);
+  without_base.add_flow_grid({0, 0.1}, 0);
+  EXPECT_EQ(without_base.read(), (NoiseByParameter{{"depth.delta_d_px", {"depth 0.1 px", "depth 0.2 px"}},
+                                                   {"flow.epe_px", {"none", "flow 0.1 px"}}}));
+}
+
+TEST(NoiseSweep, LevelsThatAShardLacksDoNotShiftTheOthers) {
+  SweepOfTwoChannels sweep;
+  sweep.add_depth_grid({0.1, 0.2}, 0.5);
+  sweep.add_flow_grid({0.1, 0.2}, 0.5);
+  sweep.records.erase(sweep.records.begin() + 1);
+  sweep.run["noise"].erase(1);
+  EXPECT_EQ(
+      sweep.read(),
+      (NoiseByParameter{{"depth.delta_d_px", {"depth 0.1 px + flow 0.5 px"}},
+                        {"flow.epe_px", {"depth 0.5 px + flow 0.1 px", "depth 0.5 px + flow 0.2 px"}}}));
 }
 
 }  // namespace

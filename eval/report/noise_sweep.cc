@@ -1,6 +1,7 @@
 #include "sextant/eval/report/noise_sweep.h"
 
 #include <algorithm>
+#include <compare>
 #include <map>
 #include <optional>
 #include <set>
@@ -10,6 +11,7 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
+#include "sextant/noise/noise.h"
 
 namespace sextant {
 namespace {
@@ -23,34 +25,136 @@ void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::
   }
 }
 
-/// Returns the swept parameter of each level in a run.json's configuration: the dotted key of the noise whose
-/// value equals the level at every level of its grid; "" if there is none, or only one level in the grid. A
-/// grid ends where no key equals all of its levels and the next one.
-std::vector<std::string> swept_parameters(const Json& configuration) {
-  const Json levels = configuration.value("noise", Json());
-  std::vector<std::string> parameters;
-  std::set<std::string> candidates;  // parameters that equal the level in the whole grid so far
-  size_t first = 0;                  // of the grid
-  const auto end_grid = [&](size_t end) {
-    const bool is_grid = end - first > 1 && !candidates.empty();
-    parameters.resize(end, is_grid ? *candidates.begin() : "");
-    first = end;
-  };
-  for (size_t i = 0; levels.is_array() && i < levels.size(); ++i) {
-    const Json& level = levels[i];
-    if (!level.is_object() || !level.contains("noise") || !level["noise"].is_object()) return {};
-    std::map<std::string, double> numbers;
-    collect_numbers(level["noise"], "", numbers);
-    std::set<std::string> equal, common;
-    for (const auto& [key, value] : numbers) {
-      if (value == json_member<double>(level, "level", "run.json: configuration.noise", 0)) equal.insert(key);
-    }
-    std::ranges::set_intersection(equal, candidates, std::inserter(common, common.end()));
-    if (i > first && common.empty()) end_grid(i);
-    candidates = i == first ? std::move(equal) : std::move(common);
+/// A sweep of one parameter under the same other noise.
+struct Grid {
+  std::string parameter;  ///< dotted key; "" if nothing is swept
+  std::string others;     ///< the noise without the parameter
+  auto operator<=>(const Grid&) const = default;
+};
+
+/// A noise level of the configuration in run.json.
+struct ConfiguredLevel {
+  double level = 0;
+  Json noise;                             ///< Noise::options()
+  std::string name;                       ///< text in records; "" if this version cannot read the options
+  std::map<std::string, double> numbers;  ///< of `noise`, by dotted key
+  Grid grid;
+};
+
+std::string noise_name(const Json& options) {
+  if (options.contains("profile")) return "";  // would be read from a file
+  try {
+    return Noise(options).name();
+  } catch (const Error&) {
+    return "";
   }
-  if (levels.is_array()) end_grid(levels.size());
-  return parameters;
+}
+
+/// Sets the number at a dotted key.
+void set_number(const std::string& key, const Json& value, Json& noise) {
+  Json* number = &noise;
+  for (const std::string& part : split(key, '.')) number = &(*number)[part];
+  *number = value;
+}
+
+/// Returns the text of the noise of a level without the parameter.
+std::string others_of(const ConfiguredLevel& level, const std::string& parameter) {
+  Json noise = level.noise;
+  set_number(parameter, 0, noise);
+  const std::string name = noise_name(noise);
+  const size_t correlation = level.name.find(" (");
+  if (name != "none" || correlation == std::string::npos) return name;
+  return name + level.name.substr(correlation);
+}
+
+/// Returns true if the number `key` is the level at both levels and their noise is otherwise equal. At level
+/// 0 the model of the number may be missing, because options list only models that have an effect.
+bool is_swept(const std::string& key, const ConfiguredLevel& a, const ConfiguredLevel& b) {
+  const std::string model = key.substr(0, key.find('.'));
+  const auto is_level = [&](const ConfiguredLevel& level) {
+    const auto it = level.numbers.find(key);
+    if (it != level.numbers.end()) return it->second == level.level;
+    return level.level == 0 && !level.noise.contains(model);
+  };
+  if (!is_level(a) || !is_level(b)) return false;
+  const bool has_model = a.noise.contains(model) && b.noise.contains(model);
+  const bool has_correlation = !a.noise.empty() && !b.noise.empty();
+  const auto rest = [&](Json noise) {
+    if (!has_correlation) noise.erase("correlation");
+    if (!has_model) {
+      noise.erase(model);
+      return noise;
+    }
+    set_number(key, nullptr, noise);
+    return noise;
+  };
+  return rest(a.noise) == rest(b.noise);
+}
+
+/// Determines the grid of each level. A grid consists of successive levels of which one parameter is
+/// swept; it ends where no parameter fits the next level too. A level 0 that could end one grid or begin the
+/// next one begins the next one.
+void find_grids(std::vector<ConfiguredLevel>& levels) {
+  using Keys = std::set<std::string>;
+  const auto fitting = [&](const Keys& keys, size_t a, size_t b) {
+    Keys fit;
+    for (const std::string& key : keys) {
+      if (is_swept(key, levels[a], levels[b])) fit.insert(key);
+    }
+    return fit;
+  };
+  const auto swept_by_two = [&](size_t a) {
+    Keys keys;
+    for (const size_t i : {a, a + 1}) {
+      for (const auto& [key, value] : levels[i].numbers) keys.insert(key);
+    }
+    return fitting(keys, a, a + 1);
+  };
+  size_t first = 0;  // of the grid
+  Keys keys;         // parameters that fit the grid so far
+  for (size_t i = 1; i <= levels.size(); ++i) {
+    Keys longer;
+    if (i < levels.size()) longer = i == first + 1 ? swept_by_two(first) : fitting(keys, first, i);
+    const bool may_begin_next = i + 1 < levels.size() && levels[i].level == 0;
+    if (may_begin_next && fitting(longer, first, i + 1).empty() && !swept_by_two(i).empty()) longer.clear();
+    if (longer.empty()) {
+      if (!keys.empty()) {
+        const ConfiguredLevel& highest =
+            *std::max_element(&levels[first], &levels[i - 1] + 1,
+                              [](const auto& a, const auto& b) { return a.level < b.level; });
+        const Grid grid{*keys.begin(), others_of(highest, *keys.begin())};
+        for (size_t k = first; k < i; ++k) levels[k].grid = grid;
+      }
+      first = i;
+    }
+    keys = std::move(longer);
+  }
+}
+
+/// Returns the noise levels of a run.json's configuration, in their order; none where it lists no levels.
+std::vector<ConfiguredLevel> configured_levels(const Json& configuration) {
+  const Json list = configuration.value("noise", Json());
+  std::vector<ConfiguredLevel> levels;
+  for (size_t i = 0; list.is_array() && i < list.size(); ++i) {
+    const Json& entry = list[i];
+    if (!entry.is_object() || !entry.contains("noise") || !entry["noise"].is_object()) return {};
+    ConfiguredLevel level{.level = json_member<double>(entry, "level", "run.json: configuration.noise", 0),
+                          .noise = entry["noise"],
+                          .name = noise_name(entry["noise"])};
+    collect_numbers(level.noise, "", level.numbers);
+    levels.push_back(std::move(level));
+  }
+  find_grids(levels);
+  return levels;
+}
+
+/// Returns the grid of the first level that `is_level` accepts; otherwise that of level `position`, or none
+/// if there are fewer levels.
+template <typename IsLevel>
+Grid grid_of(const std::vector<ConfiguredLevel>& levels, IsLevel is_level, size_t position) {
+  const auto it = std::ranges::find_if(levels, is_level);
+  if (it != levels.end()) return it->grid;
+  return position < levels.size() ? levels[position].grid : Grid();
 }
 
 /// A sweep lists its noise by source and level; a run has one entry per source.
@@ -151,7 +255,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     NoiseLevels levels;
     std::vector<AchievedNoise> achieved;
   };
-  std::map<std::string, Content> by_parameter;
+  std::map<Grid, Content> by_grid;
   SameDefinitions definitions;
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
@@ -161,17 +265,20 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
     definitions.check(run, folder);
-    const std::vector<std::string> parameters = swept_parameters(run.value("configuration", Json::object()));
-    const auto content_of_level = [&](size_t level) {
-      return &by_parameter[level < parameters.size() ? parameters[level] : ""];
-    };
-    // The cases of a plan are in the order of its levels, so the n-th kind of noise to appear is that of the
-    // n-th level.
-    std::map<Interned, Content*> content_of_noise;
+    const std::vector<ConfiguredLevel> levels = configured_levels(run.value("configuration", Json::object()));
+    // A shard may lack levels of its plan, so levels are found by their noise. Where the noise is unknown,
+    // the n-th kind of noise to appear is that of the n-th level, because cases are in the order of the
+    // levels.
+    std::map<std::pair<Interned, double>, Content*> content_of_noise;
     const auto add = [&](const auto& of) {
-      const auto [content, is_new] = content_of_noise.try_emplace(of.noise, nullptr);
-      if (is_new) content->second = content_of_level(content_of_noise.size() - 1);
-      content->second->levels.add(of);
+      const auto [it, is_new] = content_of_noise.try_emplace({of.noise, of.level}, nullptr);
+      if (is_new) {
+        const auto is_level = [&](const ConfiguredLevel& level) {
+          return level.level == of.level && level.name == Interned(of.noise).str();
+        };
+        it->second = &by_grid[grid_of(levels, is_level, content_of_noise.size() - 1)];
+      }
+      it->second->levels.add(of);
     };
     if (has_records) {
       uint64_t n_records = 0;
@@ -187,19 +294,26 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     std::map<std::string, size_t> n_of_source;  // a source has one entry for each level, in their order
     for (AchievedNoise& achieved : achieved_noise(run)) {
       achieved.file = folder / "run.json";
-      Content* const content = content_of_level(n_of_source[achieved.source]++);
-      content->achieved.push_back(std::move(achieved));
+      const auto is_level = [&](const ConfiguredLevel& level) {
+        return level.level == achieved.level && level.noise == achieved.noise.value("requested", Json());
+      };
+      Content& content = by_grid[grid_of(levels, is_level, n_of_source[achieved.source]++)];
+      content.achieved.push_back(std::move(achieved));
     }
   }
   std::vector<NoiseSweep> sweeps;
-  for (auto& [parameter, content] : by_parameter)
-    sweeps.push_back(
-        {parameter, content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
+  for (auto& [grid, content] : by_grid) {
+    const auto is_same = [&](const auto& other) { return other.first.parameter == grid.parameter; };
+    const bool is_one_of_several = std::ranges::count_if(by_grid, is_same) > 1;
+    sweeps.push_back({grid.parameter + (is_one_of_several ? " with " + grid.others : ""),
+                      content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
+  }
   check_once(sweeps, folders);
   return sweeps;
 }
 
-std::string parameter_title(const std::string& parameter) {
+std::string parameter_title(const std::string& swept) {
+  const std::string parameter = swept.substr(0, swept.find(" with "));
   if (parameter == "depth.delta_d_px") return "depth noise: disparity accuracy \u0394d [px]";
   if (parameter == "flow.scale") return "flow noise [\u00d7 each body's EPE level]";
   if (parameter == "flow.epe_px") return "flow noise: end-point error [px]";

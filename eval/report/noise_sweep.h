@@ -25,7 +25,9 @@ struct AchievedNoise {
 
 /// Levels of one or several folders that vary the same parameter.
 struct NoiseSweep {
-  std::string parameter;  ///< "depth.delta_d_px": key of the noise whose value is the level; "": none
+  /// "depth.delta_d_px": key of the noise whose value is the level; "": none. Where the folders vary it under
+  /// several kinds of other noise, "depth.delta_d_px with flow 0.3 px".
+  std::string parameter;
   std::vector<NoiseLevelRef> levels;  ///< in order of key
   std::vector<Interned> estimators;   ///< in order of first appearance
   std::vector<AchievedNoise> achieved{};
@@ -49,10 +51,10 @@ struct CurveKey {
 /// Adds the levels of `more` to `sweep`.
 void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
-/// Reads folders; returns one sweep for each noise parameter that they vary, in order of parameter. A plan
-/// with several grids of noise gives several sweeps. Appends to `warnings`, unless null, where run.json
-/// states another number of records. Throws Error on a folder without records.jsonl and summary.bin, on
-/// damaged files, if a case occurs twice, and if folders define an error differently.
+/// Reads folders; returns one sweep for each noise parameter that they vary and for each kind of other noise,
+/// in order of parameter. Appends to `warnings`, unless null, where run.json states another number of
+/// records. Throws Error on a folder without records.jsonl and summary.bin, on damaged files, if a case
+/// occurs twice, and if folders define an error differently.
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders,
                                           std::vector<std::string>* warnings = nullptr);
 

@@ -36,9 +36,11 @@ Evidence read_evidence(const ReproduceConfig& config) {
     const fs::path folder = config.out / "parts" / part.name;
     if (!fs::exists(folder / "records.jsonl") || fs::exists(folder / "journal.jsonl")) continue;
     std::vector<NoiseSweep> sweeps = read_noise_sweeps({folder});
-    SEXTANT_CHECK(sweeps.size() == 1);
+    SEXTANT_CHECK(!sweeps.empty());
+    NoiseSweep& sweep = sweeps.front();
+    for (size_t i = 1; i < sweeps.size(); ++i) add_levels(sweeps[i], sweep);
     evidence.parts.push_back(
-        {part.name, part.role, std::move(sweeps.front()), read_records(folder / "records.jsonl")});
+        {part.name, part.role, std::move(sweep), read_records(folder / "records.jsonl")});
   }
   if (evidence.parts.empty())
     fail(

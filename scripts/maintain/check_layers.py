@@ -72,7 +72,7 @@ LAYERS = {
     "eval/profile": "MEASUREMENT DATASETS truth noise estimator estimator/points estimator/start stats eval/records eval/report "
                     "eval/report/figures",
     "eval/pictures": "MEASUREMENT DATASETS estimator eval/records eval/experiment",
-    "eval/report": "base stats metrics eval/records",
+    "eval/report": "base stats metrics noise eval/records",
     "eval/report/figures": "base stats eval/records eval/report",
     "eval/report/html": "base eval/records eval/report",
     "eval/report/tables": "base stats eval/records eval/report",
