@@ -237,7 +237,9 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
   }
   if (any)
     limits.push_back(
-        {"quantiles", "exact within 0.5 %, the width of the histogram bins; everything else is exact"});
+        {"quantiles",
+         "exact within 0.5 %, the width of the histogram bins; the ends of their intervals may differ more, "
+         "because values of one bin count as ties; everything else is exact"});
   if (one_seed) limits.push_back({"intervals of one seed", "need frames, which only records have"});
   if (any && n_left_out > 0) {
     limits.push_back(
