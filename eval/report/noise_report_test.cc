@@ -267,6 +267,14 @@ TEST(NoiseSweep, LevelZeroBelongsToItsGrid) {
                                                    {"flow.epe_px", {"none", "flow 0.1 px"}}}));
 }
 
+TEST(NoiseSweep, KeysWithDotsAreNoParameters) {
+  SweepOfTwoChannels sweep;
+  sweep.add_depth_grid({1, 2}, 0);
+  for (Json& level : sweep.run["configuration"]["noise"])
+    level["noise"] = {{"a", level["level"]}, {"a.b", level["level"]}};
+  EXPECT_EQ(sweep.read(), (NoiseByParameter{{"", {"depth 1 px", "depth 2 px"}}}));
+}
+
 TEST(NoiseSweep, LevelsThatAShardLacksDoNotShiftTheOthers) {
   SweepOfTwoChannels sweep;
   sweep.add_depth_grid({0.1, 0.2}, 0.5);

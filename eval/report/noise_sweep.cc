@@ -50,10 +50,13 @@ std::string noise_name(const Json& options) {
   }
 }
 
-/// Sets the number at a dotted key.
+/// Sets the number at a dotted key; does nothing for a key that itself contains a dot.
 void set_number(const std::string& key, const Json& value, Json& noise) {
   Json* number = &noise;
-  for (const std::string& part : split(key, '.')) number = &(*number)[part];
+  for (const std::string& part : split(key, '.')) {
+    if (!number->is_object()) return;
+    number = &(*number)[part];
+  }
   *number = value;
 }
 
