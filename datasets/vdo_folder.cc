@@ -295,7 +295,7 @@ ObjectTruth read_object(const TextRows& rows) {
   if (object.id > 65535) rows.fail_here("expected an object id of at most 65535, got {}", object.id);
   object.box = rows.box(2);
   const Eigen::Vector3d position(rows.metres(6, "x"), rows.metres(7, "y"), rows.metres(8, "z"));
-  const double yaw = rows.finite(9, "ry") + std::numbers::pi / 2;
+  const double yaw = rows.radians(9, "ry") + std::numbers::pi / 2;
   const Eigen::Quaterniond rotation(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));
   object.T_camera_object = SE3(rotation, position);
   return object;

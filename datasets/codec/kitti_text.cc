@@ -148,7 +148,7 @@ void read_pose(const TextRows& rows, KittiLabel& label) {
   label.width_m = rows.metres(11, "the width");
   label.length_m = rows.metres(12, "the length");
   label.position_m = {rows.metres(13, "x"), rows.metres(14, "y"), rows.metres(15, "z")};
-  label.rotation_y_rad = rows.finite(16, "rotation_y");
+  label.rotation_y_rad = rows.radians(16, "rotation_y");
   if (label.dont_care()) return;
   if (label.track_id < 0)
     rows.fail_here("expected a track id >= 0 for a {}, got {}", label.type, label.track_id);

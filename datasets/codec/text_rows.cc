@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
 
 namespace sextant {
 namespace {
@@ -99,6 +100,14 @@ double TextRows::metres(size_t i, std::string_view what) const {
   return value;
 }
 
+double TextRows::radians(size_t i, std::string_view what) const {
+  const double value = finite(i, what);
+  if (std::abs(value) > 4 * std::numbers::pi)
+    fail_here("expected radians between -4 pi and 4 pi for {}, got '{}': convert degrees to radians", what,
+              field(i));
+  return value;
+}
+
 ImageBox TextRows::box(size_t first) const {
   const auto edge = [&](size_t i) { return finite(first + i, "the box"); };
   return {edge(0), edge(1), edge(2), edge(3)};
@@ -164,6 +173,11 @@ double TextTable::finite() {
 double TextTable::metres() {
   const size_t i = step();
   return rows_.metres(columns_[i], names_[i]);
+}
+
+double TextTable::radians() {
+  const size_t i = step();
+  return rows_.radians(columns_[i], names_[i]);
 }
 
 Eigen::Vector3d TextTable::vector_m() { return Eigen::Vector3d{metres(), metres(), metres()}; }

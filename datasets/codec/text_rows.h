@@ -116,10 +116,11 @@ class TextRows {
   double number(size_t i, std::string_view what) const;  ///< may be NaN or infinite
   double finite(size_t i, std::string_view what) const;
   double metres(size_t i,
-                std::string_view what) const;          ///< finite and at most 1e7 in magnitude, as poses are
-  ImageBox box(size_t first) const;                    ///< left, top, right, bottom
-  int integer(size_t i, std::string_view what) const;  ///< also accepts "3.0" and "3e0"
-  int frame(size_t i) const;                           ///< frame number: 0 to 9,999,999
+                std::string_view what) const;  ///< finite and at most 1e7 in magnitude, as poses are
+  double radians(size_t i, std::string_view what) const;  ///< finite, between -4 pi and 4 pi
+  ImageBox box(size_t first) const;                       ///< left, top, right, bottom
+  int integer(size_t i, std::string_view what) const;     ///< also accepts "3.0" and "3e0"
+  int frame(size_t i) const;                              ///< frame number: 0 to 9,999,999
   int track(size_t i) const;  ///< track id: 0 to 65534, so that masks can contain id + 1
 
   template <typename... Args>
@@ -149,6 +150,7 @@ class TextTable {
   // Fields of the row in the order of `names`, one per call.
   double finite();
   double metres();
+  double radians();            ///< as TextRows::radians
   Eigen::Vector3d vector_m();  ///< three values as metres()
   int integer();
   int not_negative();   ///< integer >= 0

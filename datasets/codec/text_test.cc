@@ -128,6 +128,10 @@ TEST(TextRows, NumbersOutsideThePlausibleRangeAreRefused) {
   expect_error([&] { first_of("1e300").metres(0, "x"); },
                "x.txt:1: expected metres between -1e7 and 1e7 for x, got '1e300'");
   expect_error([&] { first_of("nan").metres(0, "x"); }, "x.txt:1: expected a finite number for x");
+  EXPECT_EQ(first_of("-10").radians(0, "ry"), -10);  // KITTI's regions of type DontCare
+  expect_error(
+      [&] { first_of("90").radians(0, "ry"); },
+      "x.txt:1: expected radians between -4 pi and 4 pi for ry, got '90': convert degrees to radians");
   EXPECT_EQ(first_of("9999999").frame(0), 9999999);
   expect_error([&] { first_of("2147483647").frame(0); }, "expected a frame number of at most 9999999");
   expect_error([&] { first_of("-1").frame(0); }, "expected a frame number >= 0, got -1");

@@ -51,7 +51,8 @@ Vkitti1Object read_object(TextTable& row) {
   if (!(object.size_m.minCoeff() > 0))
     row.fail_here("expected w3d, h3d and l3d > 0, got {}", fmt::join(object.size_m, " "));
   auto& [ry, rx, rz] = object.angles;
-  for (double* value : {&ry, &rx, &rz, &object.truncr, &object.occupr}) *value = row.finite();
+  for (double* value : {&ry, &rx, &rz}) *value = row.radians();
+  for (double* value : {&object.truncr, &object.occupr}) *value = row.finite();
   object.orig_label = row.word();
   object.moving = row.flag();
   object.model = row.word();
@@ -239,9 +240,9 @@ std::vector<Vkitti2Pose> decode_vkitti2_poses(std::string_view text, const std::
     row.world_m = table.vector_m();
     if (!(row.size_m.minCoeff() > 0))
       table.fail_here("expected width, height and length > 0, got {}", fmt::join(row.size_m, " "));
-    row.world_angles = {table.finite(), table.finite(), table.finite()};
+    row.world_angles = {table.radians(), table.radians(), table.radians()};
     row.camera_m = table.vector_m();
-    row.camera_angles = {table.finite(), table.finite(), table.finite()};
+    row.camera_angles = {table.radians(), table.radians(), table.radians()};
     return row;
   });
 }
