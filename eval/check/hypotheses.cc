@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "sextant/eval/check/undo_mistake.h"
+#include "sextant/eval/diagnosis/dense_readings.h"
 
 namespace sextant {
 
@@ -23,44 +24,6 @@ struct Table {
 };
 
 double bf(const ConventionData& data) { return data.camera.bf; }
-
-/// Possible meanings of the integers n of a depth image, as depth in m.
-struct Meaning {
-  const char* name;
-  double (*z_m)(double n, double bf);
-};
-constexpr Meaning meanings[] = {
-    {"disparity * 256", [](double n, double bf) { return bf * 256 / n; }},
-    {"disparity in whole px", [](double n, double bf) { return bf / n; }},
-    {"centimetres", [](double n, double) { return n / 100; }},
-    {"millimetres", [](double n, double) { return n / 1000; }},
-    {"depth * 256 (KITTI depth)", [](double n, double) { return n / 256; }},
-    {"depth * 5000 (TUM)", [](double n, double) { return n / 5000; }},
-    {"whole metres", [](double n, double) { return n; }},
-};
-
-/// Inverse of the reader of a kind of depth files (SequenceInfo::depth_kind): from depth to the integer n.
-struct Reader {
-  const char* kind;
-  const char* meaning;
-  double (*n)(double z_m, double bf);
-};
-constexpr Reader readers[] = {
-    {"disparity256", "disparity * 256", [](double z, double bf) { return 256 * bf / z; }},
-    {"cm", "centimetres", [](double z, double) { return 100 * z; }},
-    {"depth256", "depth * 256 (KITTI depth)", [](double z, double) { return 256 * z; }},
-};
-
-/// Adds hypotheses that restore the integers of the file, and decode them with another meaning.
-void add_codings(const Reader& reader, Table& table) {
-  for (const Meaning& meaning : meanings) {
-    if (std::string_view(reader.meaning) == meaning.name) continue;
-    table.add(fmt::format("depth looks like {}: the files are read as {}", meaning.name, reader.meaning),
-              depth([meaning, reader](const ConventionData& data, double z, double, double) {
-                return meaning.z_m(reader.n(z, bf(data)), bf(data));
-              }));
-  }
-}
 
 void add_depth(const ConventionData& data, Table& table) {
   const auto add = [&](std::string cause, auto change) { table.add(std::move(cause), depth(change)); };
@@ -84,9 +47,15 @@ void add_depth(const ConventionData& data, Table& table) {
         [](D, double z, double, double) { return z * 256; });
   }
   // Depth computed by stereo matching is not read from files that could be misinterpreted.
-  for (const Reader& reader : readers) {
-    const bool usual = std::string_view(reader.kind) != "depth256";
-    if (data.depth_kind == reader.kind || (data.depth_kind.empty() && usual)) add_codings(reader, table);
+  const auto add_codings = [&](std::string_view kind) {
+    for (const DepthReading& reading : depth_readings(kind)) {
+      add(reading.cause, [read = reading.read](D d, double z, double, double) { return read(z, bf(d)); });
+    }
+  };
+  if (data.depth_kind.empty()) {
+    for (const char* kind : {"disparity256", "cm"}) add_codings(kind);
+  } else {
+    add_codings(data.depth_kind);
   }
   // On noisy data a plain factor resembles range, unless its variation over the image is tested.
   table.add(
@@ -107,41 +76,22 @@ void add_depth(const ConventionData& data, Table& table) {
 }
 
 void add_flow(Table& table) {
-  const auto add = [&](std::string cause, auto change) { table.add(std::move(cause), flow(change)); };
-  using D = const ConventionData&;
-  using V = Eigen::Vector2d;
   table.add("flow is backward: it goes from the next frame to this one", flow_between(1, 0));
   table.add("flow is backward: it goes from this frame to the previous one", flow_between(0, -1));
-  add("flow is backward: u and v have the wrong sign", [](D, double u, double v) { return V(-u, -v); });
   table.add("flow is off by one frame: it belongs to the next pair", flow_between(1, 2));
   table.add("flow is off by one frame: it belongs to the previous pair", flow_between(-1, 0));
-  add("flow has u and v swapped", [](D, double u, double v) { return V(v, u); });
-  add("flow has u negated (x axis to the left)", [](D, double u, double v) { return V(-u, v); });
-  add("flow has v negated (y axis upwards)", [](D, double u, double v) { return V(u, -v); });
-  add("flow is 64 times too large: KITTI's n - 2^15 not divided by 64",
-      [](D, double u, double v) { return V(u / 64, v / 64); });
-  add("flow is not decoded: KITTI's n stands for (n - 2^15) / 64",
-      [](D, double u, double v) { return V((u - 32768) / 64, (v - 32768) / 64); });
-  add("flow lacks KITTI's offset: n / 64 stands for (n - 2^15) / 64",
-      [](D, double u, double v) { return V(u - 512, v - 512); });
-  add("flow is normalised by the image size",
-      [](D d, double u, double v) { return V(u * (d.width - 1), v * (d.height - 1)); });
-  add("flow is normalised to [-1, 1] by half the image size",
-      [](D d, double u, double v) { return V(u * (d.width - 1) / 2, v * (d.height - 1) / 2); });
-  add("flow is stored as KITTI's (n - 2^15) / 64, but read as Virtual KITTI's", [](D d, double u, double v) {
-    const auto n = [](double x, double size) { return (x / (size - 1) + 1) * 65535 / 2; };
-    return V((n(u, d.width) - 32768) / 64, (n(v, d.height) - 32768) / 64);
-  });
-  add("flow is stored as Virtual KITTI's, but read as KITTI's (n - 2^15) / 64", [](D d, double u, double v) {
-    const auto x = [](double f, double size) { return (2 * (64 * f + 32768) / 65535 - 1) * (size - 1); };
-    return V(x(u, d.width), x(v, d.height));
-  });
-  add("flow is 2 times too large", [](D, double u, double v) { return V(u / 2, v / 2); });
-  add("flow is 2 times too small: computed on images of half the size?",
-      [](D, double u, double v) { return V(u * 2, v * 2); });
+  for (const FlowReading& reading : flow_readings()) {
+    table.add(reading.cause, flow([read = reading.read](const ConventionData& d, double u, double v) {
+                return read({u, v}, d.width, d.height);
+              }));
+  }
   table.add("flow is too large by a factor {:.4g}",
-            fitted_factor(
-                1e3, [](double s) { return flow([s](D, double u, double v) { return V(u * s, v * s); }); }),
+            fitted_factor(1e3,
+                          [](double s) {
+                            return flow([s](const ConventionData&, double u, double v) {
+                              return Eigen::Vector2d(u * s, v * s);
+                            });
+                          }),
             2 * fit_price, true);
 }
 
@@ -201,10 +151,6 @@ void add_objects(const ConventionData& data, Table& table) {
   for (const double b : {baseline, -baseline}) {
     table.add(fmt::format(
                   "object positions are those of the other camera: off by the stereo baseline, {:+.2f} m", b),
-              positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
-  }
-  for (const double b : {0.06, -0.06}) {
-    table.add(fmt::format("object positions are in camera 0, boxes in camera 2 (P2's offset, {:+.2f} m)", b),
               positions([b](const ObjectTruth&, const V& p) { return V(p - V(b, 0, 0)); }), 0.1);
   }
 }
@@ -267,6 +213,18 @@ void add_masks(Table& table) {
             fit_price);
 }
 
+void add_images(Table& table) {
+  table.add("images are mirrored: left and right are exchanged", [](ConventionData& data, double&) {
+    for (GridFrame& frame : data.frames) {
+      if (!frame.gray) continue;
+      const Image<uint8_t>& given = *frame.gray;
+      frame.gray = std::make_shared<const Image<uint8_t>>(image_of(
+          given.width(), given.height(), [&](int x, int y) { return given(given.width() - 1 - x, y); }));
+    }
+    return true;
+  });
+}
+
 void add_camera(Table& table) {
   table.add("principal point: cx and cy are swapped",
             camera([](ConventionData& d) { std::swap(d.camera.left.cx, d.camera.left.cy); }));
@@ -295,6 +253,7 @@ std::vector<Hypothesis<ConventionData>> hypotheses(const ConventionData& data) {
   undo::add_poses(table);
   undo::add_objects(data, table);
   undo::add_masks(table);
+  undo::add_images(table);
   undo::add_camera(table);
   return table.lines;
 }
