@@ -342,9 +342,12 @@ struct DenseFlags : CommonFlags {
   double bf = 0;
 };
 
-void print(const Table& table, const CommonFlags& flags) {
+void print(const Table& table, const std::vector<std::string>& warnings, const CommonFlags& flags) {
+  for (const std::string& text : warnings) {
+    if (!flags.quiet) print_message("warning", text);
+  }
   if (flags.json) {
-    fmt::print("{}", json_text(Json({{"schema", 1}, {"rows", rows_to_json(table)}})));
+    fmt::print("{}", json_text(Json({{"schema", 1}, {"rows", rows_to_json(table)}, {"warnings", warnings}})));
   } else if (!flags.quiet) {
     fmt::print("{}", to_text(table));
   }
@@ -373,7 +376,11 @@ void add_evaluate_flow_command(CLI::App& evaluate) {
   command->footer(
       "Example:\n  sextant evaluate flow 000002_10.flo flow_occ/000002_10.png --gt-format kitti --noc "
       "flow_noc/000002_10.png");
-  command->callback([flags] { print(evaluate_flow(flags->files), *flags); });
+  command->callback([flags] {
+    std::vector<std::string> warnings;
+    const Table table = evaluate_flow(flags->files, &warnings);
+    print(table, warnings, *flags);
+  });
 }
 
 void add_evaluate_depth_command(CLI::App& evaluate) {
@@ -385,7 +392,11 @@ void add_evaluate_depth_command(CLI::App& evaluate) {
   command->footer(
       "Example:\n  sextant evaluate depth sgbm/ disp_occ_0/ --est-format disparity256 --gt-format "
       "disparity256 --bf 387.57");
-  command->callback([flags] { print(evaluate_depth(flags->files, flags->bf), *flags); });
+  command->callback([flags] {
+    std::vector<std::string> warnings;
+    const Table table = evaluate_depth(flags->files, flags->bf, &warnings);
+    print(table, warnings, *flags);
+  });
 }
 
 }  // namespace

@@ -3,12 +3,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
 #include "sextant/base/files.h"
 #include "sextant/datasets/codec/dense_maps.h"
+#include "sextant/eval/diagnosis/dense_readings.h"
+#include "sextant/eval/diagnosis/hypothesis.h"
 #include "sextant/metrics/dense_errors.h"
 
 namespace sextant {
@@ -161,13 +164,125 @@ void check_any(int64_t n, const DenseFiles<Format>& files) {
 Cell finite_cell(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
 Cell percent(double share) { return finite_cell(100 * share); }
 
+// ---- other readings of the files
+
+/// An estimate and the truth of one pixel: flow (px), or ln z (m) in x.
+struct DensePair {
+  Eigen::Vector2d estimate, truth;
+  double width = 0, height = 0;  ///< of the image, px
+};
+using DensePairs = std::vector<DensePair>;
+
+Eigen::Vector2d vector_of(const Flow& flow) { return {flow.u, flow.v}; }
+Eigen::Vector2d vector_of(float z) { return {std::log(double{z}), 0}; }
+
+template <typename T>
+void add_pairs(const Image<T>& estimate, const Image<T>& truth, DensePairs& pairs) {
+  constexpr size_t most = 2000;
+  size_t n = 0, seen = 0;
+  const auto both = [&](size_t i) { return has_value(estimate.data()[i]) && has_value(truth.data()[i]); };
+  for (size_t i = 0; i < truth.size(); ++i) n += both(i) ? 1 : 0;
+  const size_t stride = n / most + 1;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    if (!both(i) || seen++ % stride != 0) continue;
+    pairs.push_back({vector_of(estimate.data()[i]), vector_of(truth.data()[i]),
+                     static_cast<double>(truth.width()), static_cast<double>(truth.height())});
+  }
+}
+
+std::optional<double> mean_square(const DensePairs& pairs) {
+  double sum = 0;
+  for (const DensePair& pair : pairs) sum += (pair.estimate - pair.truth).squaredNorm();
+  const double mean = sum / static_cast<double>(pairs.size());
+  return std::isfinite(mean) ? std::optional(mean) : std::nullopt;
+}
+
+/// Returns the hypothesis that the vectors of one side mean read(vector, width, height).
+template <typename Read>
+Hypothesis<DensePairs> hypothesis(Eigen::Vector2d DensePair::*side, const std::string& cause,
+                                  const std::string& remedy, const Read& read) {
+  const char* where = side == &DensePair::estimate ? "in the estimate" : "in the truth";
+  return {cause, fmt::format("{}, {}", where, cause), remedy, [side, read](DensePairs& pairs, double&) {
+            for (DensePair& pair : pairs) pair.*side = read(pair.*side, pair.width, pair.height);
+            return true;
+          }};
+}
+
+/// A side of the comparison, its format, and the flag that sets the format.
+struct Side {
+  Eigen::Vector2d DensePair::*vector;
+  std::string_view format;
+  const char* flag;
+};
+template <typename Format>
+std::array<Side, 2> sides_of(const DenseFiles<Format>& files) {
+  return {{{&DensePair::estimate, to_string(files.estimate_format), "--est-format"},
+           {&DensePair::truth, to_string(files.truth_format), "--gt-format"}}};
+}
+
+void explain_errors(const DensePairs& pairs, const std::vector<Hypothesis<DensePairs>>& hypotheses,
+                    double null, const char* subject, const char* unit, std::vector<std::string>* warnings) {
+  const std::optional<double> declared = mean_square(pairs);
+  if (!warnings || !declared) return;
+  const auto found = explain(*declared, read_as(hypotheses, pairs, mean_square), {.null = null});
+  if (found) warnings->push_back(message(*found, subject, unit));
+}
+
+void explain_flow(const DensePairs& pairs, const DenseFiles<FlowFormat>& files,
+                  std::vector<std::string>* warnings) {
+  std::vector<Hypothesis<DensePairs>> hypotheses;
+  for (const Side& side : sides_of(files)) {
+    for (const FlowReading& reading : flow_readings()) {
+      // The values of the truth are right; only its format may be wrong.
+      const bool of_format = !reading.read_as.empty();
+      if (of_format ? reading.read_as != side.format : side.vector == &DensePair::truth) continue;
+      hypotheses.push_back(hypothesis(
+          side.vector, reading.cause,
+          of_format ? fmt::format("{} {}", side.flag, reading.stored_as) : reading.remedy, reading.read));
+    }
+  }
+  DensePairs still = pairs;
+  for (DensePair& pair : still) pair.estimate.setZero();
+  explain_errors(pairs, hypotheses, mean_square(still).value_or(0), "flow", "px", warnings);
+}
+
+void explain_depth(const DensePairs& pairs, const DenseFiles<DepthFormat>& files, double bf,
+                   std::vector<std::string>* warnings) {
+  std::vector<Hypothesis<DensePairs>> hypotheses;
+  for (const Side& side : sides_of(files)) {
+    std::vector<DepthReading> readings = depth_readings(side.format);
+    if (side.vector == &DensePair::truth) {
+      std::erase_if(readings, [](const DepthReading& reading) { return reading.stored_as.empty(); });
+    } else {
+      readings.push_back(
+          {"depth looks like inverse depth (1 / z)", "", [](double z, double) { return 1 / z; }});
+    }
+    for (const DepthReading& reading : readings) {
+      const std::string remedy = reading.stored_as.empty()
+                                     ? fmt::format("convert the files to {}", side.format)
+                                     : fmt::format("{} {}", side.flag, reading.stored_as);
+      hypotheses.push_back(hypothesis(side.vector, reading.cause, remedy,
+                                      [read = reading.read, bf](const Eigen::Vector2d& ln_z, double, double) {
+                                        return Eigen::Vector2d(std::log(read(std::exp(ln_z.x()), bf)), 0);
+                                      }));
+    }
+  }
+  DensePairs even = pairs;
+  double mean = 0;
+  for (const DensePair& pair : pairs) mean += pair.truth.x() / static_cast<double>(pairs.size());
+  for (DensePair& pair : even) pair.estimate.x() = mean;
+  explain_errors(pairs, hypotheses, mean_square(even).value_or(0), "depth", "in ln z", warnings);
+}
+
 }  // namespace
 
-Table evaluate_flow(const DenseFiles<FlowFormat>& files) {
+Table evaluate_flow(const DenseFiles<FlowFormat>& files, std::vector<std::string>* warnings) {
   std::map<std::string, std::vector<DenseFlowError>> errors;
+  DensePairs pairs;
   for_subsets<Flow>(files, read_flow,
                     [&](const std::string& subset, const Image<Flow>& estimate, const Image<Flow>& truth) {
                       errors[subset].push_back(dense_flow_error(estimate, truth));
+                      if (subset == "all") add_pairs(estimate, truth, pairs);
                     });
   Table table{
       "Flow",
@@ -184,16 +299,19 @@ Table evaluate_flow(const DenseFiles<FlowFormat>& files) {
                    finite_cell(e.y_px), percent(e.outlier_share)});
   }
   note_missing_images(files, table);
+  explain_flow(pairs, files, warnings);
   return table;
 }
 
-Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf) {
+Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf, std::vector<std::string>* warnings) {
+  DensePairs pairs;
   std::map<std::string, std::pair<std::vector<Image<float>>, std::vector<Image<float>>>> images;
   const auto read = [&](const std::string& path, DepthFormat format) { return read_depth(path, format, bf); };
   for_subsets<float>(files, read,
                      [&](const std::string& subset, const Image<float>& estimate, const Image<float>& truth) {
                        images[subset].first.push_back(estimate);
                        images[subset].second.push_back(truth);
+                       if (subset == "all") add_pairs(estimate, truth, pairs);
                      });
   Table table{
       "Depth",
@@ -221,6 +339,7 @@ Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf) {
                    percent(e.relative), percent(e.bias), percent(e.within_125), disparity, d1});
   }
   note_missing_images(files, table);
+  explain_depth(pairs, files, bf, warnings);
   return table;
 }
 

@@ -9,8 +9,16 @@
 //
 // Subsets: every label of a mask image (8 or 16-bit PNG, 0 is background). With KITTI's flow_noc or disp_noc
 // as second truth also the pixels visible in both images (noc) and all others (occ).
+//
+// Warnings name the likely cause if another reading of the estimate or of the truth
+// (diagnosis/dense_readings.h) explains the errors by the rule of diagnosis/hypothesis.h. Residuals are means
+// over up to 2000 pixels of every image:
+//
+//   flow    squared length of the error, px^2; the null reading is no flow
+//   depth   (ln z - ln z_true)^2; the null reading is one depth everywhere, the geometric mean of the truth
 
 #include <string>
+#include <vector>
 
 #include "sextant/base/names.h"
 #include "sextant/eval/report/table.h"
@@ -31,10 +39,12 @@ struct DenseFiles {
 };
 
 /// Returns one row per subset ("all", "noc", "occ", "mask 3") over all images. Throws Error on files that are
-/// missing, damaged or of another size, and if no pixel has both an estimate and truth.
-Table evaluate_flow(const DenseFiles<FlowFormat>& files);
+/// missing, damaged or of another size, and if no pixel has both an estimate and truth. Appends the warnings
+/// to `warnings` unless it is null.
+Table evaluate_flow(const DenseFiles<FlowFormat>& files, std::vector<std::string>* warnings = nullptr);
 /// As evaluate_flow(), for depth. `bf` is focal length times baseline (px m), needed for disparities; 0:
 /// unknown.
-Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf);
+Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf,
+                     std::vector<std::string>* warnings = nullptr);
 
 }  // namespace sextant

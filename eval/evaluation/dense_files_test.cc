@@ -108,6 +108,62 @@ TEST(DenseFiles, Depth) {
   EXPECT_EQ(all["d1_percent"], 50);
 }
 
+TEST(DenseFiles, OtherReadingsOfTheFilesAreNamed) {
+  const TempFolder folder;
+  const auto truth = image_of(40, 30, [](int x, int y) {
+    return Flow{static_cast<float>(x - 20), static_cast<float>(y) / 4};
+  });
+  const auto flow_warnings = [&](const std::string& estimate, FlowFormat format) {
+    DenseFiles<FlowFormat> o;
+    o.estimate = estimate;
+    o.truth = folder.write("gt.flo", encode_flo(truth));
+    o.estimate_format = format;
+    std::vector<std::string> warnings;
+    evaluate_flow(o, &warnings);
+    return warnings;
+  };
+  const auto changed = [&](auto change) {
+    const auto estimate = image_of(40, 30, [&](int x, int y) -> Flow {
+      return change(truth(x, y), 0.3F * static_cast<float>((x * 7 + y * 3) % 5 - 2));
+    });
+    return flow_warnings(folder.write("est.flo", encode_flo(estimate)), FlowFormat::flo);
+  };
+  EXPECT_THAT(changed([](Flow f, float e) { return Flow{f.u + e, f.v - e}; }), IsEmpty());
+  EXPECT_THAT(changed([](Flow, float e) { return Flow{e, e}; }), IsEmpty());
+  EXPECT_THAT(changed([](Flow f, float e) {
+                return Flow{-f.u + e, -f.v};
+              }),
+              ElementsAre(HasSubstr("in the estimate, flow is backward")));
+  EXPECT_THAT(changed([](Flow f, float e) {
+                return Flow{f.v + e, f.u};
+              }),
+              ElementsAre(HasSubstr("u and v swapped")));
+  EXPECT_THAT(changed([](Flow f, float e) {
+                return Flow{64 * (f.u + e), 64 * f.v};
+              }),
+              ElementsAre(HasSubstr("64 times too large")));
+  EXPECT_THAT(flow_warnings(folder.write("est.png", encode_png(kitti_from_flow(truth))), FlowFormat::vkitti),
+              ElementsAre(HasSubstr(": --est-format kitti")));
+
+  const auto true_z = image_of(40, 30, [](int x, int y) { return 5 + static_cast<float>(x + y) / 2; });
+  const auto depth_warnings = [&](const std::string& bytes, DepthFormat format) {
+    DenseFiles<DepthFormat> o;
+    o.estimate = folder.write("z.png", bytes);
+    o.truth = folder.write("true_z.png", encode_png(depth256_from_depth(true_z)));
+    o.estimate_format = format;
+    o.truth_format = DepthFormat::depth256;
+    std::vector<std::string> warnings;
+    evaluate_depth(o, 400, &warnings);
+    return warnings;
+  };
+  EXPECT_THAT(depth_warnings(encode_png(cm_from_depth(true_z)), DepthFormat::cm), IsEmpty());
+  EXPECT_THAT(depth_warnings(encode_png(cm_from_depth(true_z)), DepthFormat::depth256),
+              ElementsAre(HasSubstr(
+                  "in the estimate, depth looks like centimetres: the files are read as depth * 256")));
+  EXPECT_THAT(depth_warnings(encode_png(depth256_from_depth(true_z)), DepthFormat::disparity256),
+              ElementsAre(HasSubstr(": --est-format depth256")));
+}
+
 TEST(DenseFiles, BadInputIsReported) {
   const TempFolder folder;
   const std::string flow = folder.write("a.flo", encode_flo(true_flow()));
