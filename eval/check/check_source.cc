@@ -92,6 +92,7 @@ FrameContent read_frame(const Sequence& sequence, int frame, int step, bool samp
       try {
         Frame part = sequence.read(frame, one);
         content[i] = look_at(part, channel_kinds[i]);
+        if (one.gray) data.gray = std::move(part.gray);
         if (one.depth) data.depth_m = std::move(part.depth_m);
         if (one.flow) data.flow = std::move(part.flow);
         if (one.mask) data.mask = std::move(part.mask);
@@ -105,6 +106,7 @@ FrameContent read_frame(const Sequence& sequence, int frame, int step, bool samp
   grid.depth_m = sample_grid(data.depth_m, step);
   grid.flow = sample_grid(data.flow, step);
   grid.mask = sample_grid(data.mask, step);
+  if (!data.gray.empty()) grid.gray = std::make_shared<const Image<uint8_t>>(std::move(data.gray));
   return content;
 }
 
@@ -135,14 +137,62 @@ bool any_true_boxes(const Sequence& sequence) {
 }
 
 void judge_empty_channel(const Sequence& sequence, const ChannelKind& kind, SourceCheck& line) {
+  if (kind.flag != &Channels::mask) {
+    set_fail(line, "no valid pixel in any frame");
+    return;
+  }
+  const bool expected = any_true_boxes(sequence);
+  line.outcome = expected ? CheckOutcome::suspect : CheckOutcome::note;
+  line.message = expected ? "no object in any frame, although the truth has some" : "no object in any frame";
+}
+
+/// Disparities in whole pixels lost their fraction, usually in an image of 8 bits.
+void judge_rounding(const ConventionData& data, SourceCheck& line) {
+  constexpr double tolerance_px = 1e-3, share = 0.99;
+  constexpr size_t least_values = 5;
+  size_t n = 0, n_whole = 0;
+  std::set<double> values;
+  for (const GridFrame& frame : data.frames) {
+    for (size_t i = 0; i < frame.depth_m.size(); ++i) {
+      const double disparity = data.camera.bf / frame.depth_m.data()[i], whole = std::round(disparity);
+      if (!std::isfinite(disparity)) continue;
+      ++n;
+      if (whole < 1 || std::abs(disparity - whole) > tolerance_px) continue;
+      ++n_whole;
+      values.insert(whole);
+    }
+  }
+  if (values.size() < least_values || static_cast<double>(n_whole) < share * static_cast<double>(n)) return;
   line.outcome = CheckOutcome::suspect;
-  line.message = "no valid pixel in any frame";
-  if (kind.flag != &Channels::mask) return;
-  line.message = "no object in any frame";
-  if (any_true_boxes(sequence)) {
-    line.message += ", although the truth has some";
-  } else {
-    line.outcome = CheckOutcome::note;
+  line.cause = "disparities are whole pixels: sub-pixel part lost";
+  line.message = "were they stored in 8 bits, or rounded? Write disparity * 256 in 16 bits";
+}
+
+/// An id without a true object that spans the whole image in most frames is void or background.
+void judge_void_id(const ConventionData& data, SourceCheck& line) {
+  constexpr double spans = 0.95;
+  int n_frames = 0;
+  std::map<int, std::pair<int, double>> wide;  // id -> frames, sum of the shares of pixels
+  for (int frame = data.first_frame; frame <= data.last_frame(); ++frame) {
+    n_frames += data.at(frame).outlines.empty() ? 0 : 1;
+    for (const auto& [id, outline] : data.at(frame).outlines) {
+      const bool whole_image =
+          outline.box.width() > spans * (data.width - 1) && outline.box.height() > spans * (data.height - 1);
+      if (!whole_image || data.truth.find(frame, id) != nullptr) continue;
+      ++wide[id].first;
+      wide[id].second += outline.n_pixels / (static_cast<double>(data.width) * data.height);
+    }
+  }
+  for (const auto& [id, count] : wide) {
+    if (2 * count.first <= n_frames) continue;
+    const double share = count.second / count.first;
+    line.outcome = share > 0.5 ? CheckOutcome::fail : CheckOutcome::suspect;
+    line.cause = fmt::format("id {} is void or background, not an object", id);
+    line.message = fmt::format(
+        "it spans the whole image in {} of {} frames, with {:.0f} % of the pixels: write 0 where there is no "
+        "object",
+        count.first, n_frames, 100 * share);
+    return;
   }
 }
 
@@ -157,6 +207,7 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
   size_t pixels = 0, valid = 0;
   double min = std::numeric_limits<double>::infinity(), max = -min;
   std::vector<float> sample;
+  std::vector<int> empty_frames;
   for (const auto& [number, content] : frames) {
     const ChannelFrame& frame = *content;
     const bool expected = kind.flag != &Channels::flow || number < info.last_frame;
@@ -172,6 +223,7 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
       set_fail(line, fmt::format("frame {}: is {} px, the source is {}x{} px", number, line.size_px,
                                  info.width, info.height));
     }
+    if (expected && frame.n_valid == 0) empty_frames.push_back(number);
     pixels += frame.n_pixels;
     valid += frame.n_valid;
     min = std::min(min, frame.min);
@@ -184,8 +236,13 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
     line.max = max;
     line.median = median(std::vector<double>(sample.begin(), sample.end()));
   }
-  if (line.outcome == CheckOutcome::pass && pixels > 0 && valid == 0)
+  if (line.outcome != CheckOutcome::pass || pixels == 0) return line;
+  if (valid == 0) {
     judge_empty_channel(sequence, kind, line);
+  } else if (!empty_frames.empty() && kind.flag != &Channels::mask) {
+    line.outcome = CheckOutcome::suspect;
+    line.message = fmt::format("frames without a valid pixel: {}", frame_list(empty_frames));
+  }
   return line;
 }
 
@@ -231,11 +288,12 @@ SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_id
 
 SourceCheck check_all_files(const Sequence& sequence) {
   SourceCheck line{.name = "files", .message = "every file that a run needs is there"};
+  if (sequence.info().first_frame == sequence.info().last_frame)
+    set_fail(line, "the source has a single frame: a run needs two or more successive frames");
   try {
     sequence.check_files();
   } catch (const Error& error) {
-    line.outcome = CheckOutcome::fail;
-    line.message = error.what();
+    set_fail(line, error.what());
   }
   return line;
 }
@@ -332,7 +390,10 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
     }
     std::map<int, const ChannelFrame*> of_channel;
     for (const int i : looked_at) of_channel[info.first_frame + i] = &frames[static_cast<size_t>(i)][c];
-    lines.push_back(judge_channel(sequence, channel_kinds[c], of_channel));
+    SourceCheck& line = lines.emplace_back(judge_channel(sequence, channel_kinds[c], of_channel));
+    if (line.outcome != CheckOutcome::pass) continue;
+    if (channel_kinds[c].flag == &Channels::depth) judge_rounding(data, line);
+    if (channel_kinds[c].flag == &Channels::mask) judge_void_id(data, line);
   }
   lines.push_back(check_poses(sequence));
   lines.push_back(check_objects(sequence, mask_ids));

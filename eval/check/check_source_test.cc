@@ -47,6 +47,46 @@ TEST(CheckSource, FramesThatContradictTheOthersAreNamed) {
   EXPECT_THAT(line->message, HasSubstr("in 2 of 5 pairs, of frames 1, 3;"));
 }
 
+TEST(CheckSource, WholeDisparitiesAreSuspect) {
+  LoadedSequence sequence = copy_of("synthetic:s18@0-3");
+  depth([](I i, double z, int, int) { return i.camera.bf / std::max(1.0, std::floor(i.camera.bf / z)); })(
+      sequence);
+  const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
+  const auto line = std::ranges::find(checks, "depth", &SourceCheck::name);
+  EXPECT_EQ(line->outcome, CheckOutcome::suspect);
+  EXPECT_EQ(line->cause, "disparities are whole pixels: sub-pixel part lost");
+}
+
+TEST(CheckSource, FramesWithoutValidPixelsAreNamed) {
+  LoadedSequence sequence = copy_of("synthetic:s18@0-3");
+  const auto line_of = [&](const char* name) {
+    const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
+    return *std::ranges::find(checks, name, &SourceCheck::name);
+  };
+  const auto clear = [](Image<float>& depth_m) { std::fill_n(depth_m.data(), depth_m.size(), NAN); };
+  clear(sequence.frames_[1].depth_m);
+  const SourceCheck one = line_of("depth");
+  EXPECT_EQ(one.outcome, CheckOutcome::suspect);
+  EXPECT_EQ(one.message, "frames without a valid pixel: 1");
+  for (Frame& frame : sequence.frames_) clear(frame.depth_m);
+  EXPECT_EQ(line_of("depth").outcome, CheckOutcome::fail);
+  sequence.info_.last_frame = sequence.info_.first_frame;
+  EXPECT_THAT(line_of("files").message, HasSubstr("a run needs two"));
+  EXPECT_EQ(line_of("files").outcome, CheckOutcome::fail);
+}
+
+TEST(CheckSource, ImagesOfAnotherSequenceContradictTheFlow) {
+  LoadedSequence sequence = copy_of("synthetic:s18@0-3");
+  const LoadedSequence& other = clean_source("synthetic:s01-turn@0-4");
+  for (size_t i = 0; i < sequence.frames_.size(); ++i) sequence.frames_[i].gray = other.frames_[i].gray;
+  const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
+  const auto line = std::ranges::find(checks, "image flow", &SourceCheck::name);
+  EXPECT_EQ(line->outcome, CheckOutcome::fail) << report(checks);
+  EXPECT_THAT(line->message, HasSubstr("of another sequence"));
+  EXPECT_THAT(failed_text("S", checks), StartsWith("S: 1 of "));
+  EXPECT_EQ(failed_text("S", {}), "");
+}
+
 TEST(CheckSource, AStationaryCameraIsNotCheckable) {
   const std::vector<SourceCheck> checks =
       check_source(copy_of("synthetic:s01-crossing@0-3"), {.quiet = true});

@@ -1,5 +1,7 @@
 #include "sextant/eval/check/conventions.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -43,6 +45,23 @@ bool flow_shows_motion(const GridFrame& frame) {
 }
 
 }  // namespace
+
+std::string cause_in_equal_poses(const ConventionData& data) {
+  const std::map<int, SE3>& poses = data.truth.camera.poses();
+  if (poses.size() < 2) return "";
+  const SE3& first = poses.begin()->second;
+  if (!std::ranges::all_of(poses, [&](const auto& entry) { return same(entry.second, first); })) return "";
+  const auto with_flow = std::ranges::count_if(data.frames, [](const auto& f) { return !f.flow.empty(); });
+  if (2 * std::ranges::count_if(data.frames, flow_shows_motion) <= with_flow) return "";
+  return fmt::format("all camera poses are {}, although the camera moves: missing truth?",
+                     same(first, SE3()) ? "the identity" : "equal");
+}
+
+std::string frame_list(const std::vector<int>& frames) {
+  constexpr size_t shown = 10;
+  const auto last = frames.begin() + static_cast<std::ptrdiff_t>(std::min(shown, frames.size()));
+  return fmt::format("{}{}", fmt::join(frames.begin(), last, ", "), frames.size() > shown ? ", .." : "");
+}
 
 Finding check_camera_model(const ConventionData& data) {
   Finding finding{
@@ -115,6 +134,7 @@ Finding check_repeated_poses(const ConventionData& data) {
   if (objects > 0) finding.message += fmt::format("{} object poses are exactly the identity; ", objects);
   if (*finding.value > 0)
     finding.message += "was missing truth written as the identity, or as the last pose?";
+  if (repeated > 0) finding.cause = cause_in_equal_poses(data);
   return finding;
 }
 
@@ -247,11 +267,11 @@ double Finding::ratio() const {
 }
 
 std::vector<Finding> check_conventions(const ConventionData& data) {
-  return {check_static_flow(data),    check_depth_scale(data),  check_depth_order(data),
-          check_object_flow(data),    check_object_depth(data), check_mask_ids(data),
-          check_mask_boxes(data),     check_box_sideways(data), check_box_upright(data),
-          check_heading(data),        check_camera_model(data), check_camera_path(data),
-          check_repeated_poses(data), check_speed(data),        check_times(data)};
+  return {
+      check_static_flow(data),  check_depth_scale(data),    check_depth_order(data), check_image_flow(data),
+      check_object_flow(data),  check_object_depth(data),   check_mask_ids(data),    check_mask_boxes(data),
+      check_box_sideways(data), check_box_upright(data),    check_heading(data),     check_camera_model(data),
+      check_camera_path(data),  check_repeated_poses(data), check_speed(data),       check_times(data)};
 }
 
 namespace {
@@ -268,6 +288,7 @@ struct Trial {
   std::string cause;
   std::vector<Finding> findings;
   double penalty = 0;
+  bool fits_number = false;
 };
 
 /// Returns the penalty of a check under a hypothesis: it grows with the ratio of value and limit at a
@@ -284,7 +305,7 @@ Trial try_out(const Hypothesis<ConventionData>& hypothesis, const ConventionData
   double fitted = 0;
   if (!hypothesis.undo(changed, fitted)) return {};
   Trial trial{fmt::format(fmt::runtime(hypothesis.cause), fitted), check_conventions(changed),
-              hypothesis.price};
+              hypothesis.price, hypothesis.fits_number};
   bool breaks_another = false;
   for (size_t i = 0; i < before.size(); ++i) {
     const Finding& after = trial.findings[i];
@@ -309,8 +330,8 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
   const Finding& finding = findings[check];
   Diagnosis out{finding, finding.outcome(), ""};
   if (!finding.checkable()) return out;
-  if (finding.only_some_frames) {
-    out.cause = "only some frames are wrong";
+  if (!finding.cause.empty()) {
+    out.cause = finding.cause;
     return out;
   }
   const bool passes = finding.passes();
@@ -319,6 +340,8 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
   for (const Trial& trial : trials) {
     if (trial.findings.empty() || !trial.findings[check].passes()) continue;
     fits.push_back(&trial);
+    // A number is fitted to the static flow; its effect on another check can be chance.
+    if (trial.fits_number && finding.check != "static flow") continue;
     if (*trial.findings[check].value < taken_away * *finding.value) perfect.push_back(&trial);
   }
   if (!passes) out.cause = fits.empty() ? "no known cause fits" : causes_text(fits);
@@ -333,10 +356,7 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
 
 std::vector<Diagnosis> diagnose(const ConventionData& data, int jobs) {
   const std::vector<Finding> findings = check_conventions(data);
-  const bool clean =
-      std::ranges::all_of(findings, [](const Finding& f) { return f.passes() || !f.checkable(); });
-  std::vector<Hypothesis<ConventionData>> table = hypotheses(data);
-  if (clean) std::erase_if(table, [](const auto& h) { return h.fits_number; });
+  const std::vector<Hypothesis<ConventionData>> table = hypotheses(data);
   std::vector<Trial> trials(table.size());
   parallel_for(static_cast<int>(table.size()), jobs, [&](int i) {
     const auto at = static_cast<size_t>(i);

@@ -5,6 +5,7 @@
 // docs/datasets.md explains what each check measures, and its limits.
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,7 +29,8 @@ struct GridFrame {
   Image<float> depth_m;
   Image<Flow> flow;
   Image<uint16_t> mask;
-  std::map<int, MaskOutline> outlines;  ///< outlines in the full image
+  std::map<int, MaskOutline> outlines;         ///< outlines in the full image
+  std::shared_ptr<const Image<uint8_t>> gray;  ///< full image, shared by all copies; null: no image
 };
 
 struct ConventionData {
@@ -93,8 +95,7 @@ struct Finding {
   std::string message;  ///< may be empty
   /// The value is about 0 for exact data, so a hypothesis that makes it about 0 is right.
   bool sharp = false;
-  /// Only some frames are wrong, so that no mistake that all frames share is the cause.
-  bool only_some_frames = false;
+  std::string cause;  ///< cause that the check itself determines; then no other cause is searched for
 
   bool checkable() const { return value.has_value(); }
   bool passes() const { return checkable() && *value <= limit; }
@@ -134,6 +135,9 @@ Finding check_object_flow(const ConventionData& data);
 /// Divides depth (median of valid pixels) at the bottom of the image by that in the middle. Median over
 /// frames.
 Finding check_depth_order(const ConventionData& data);
+/// Compares each image with the next one at the end of the flow (image_flow.cc): mean absolute difference of
+/// the grey values, as a ratio to the difference at the same pixel. Median over pairs.
+Finding check_image_flow(const ConventionData& data);
 
 // ---- objects (object_conventions.cc)
 
@@ -159,6 +163,13 @@ Finding check_camera_path(const ConventionData& data);   ///< angle between disp
 Finding check_repeated_poses(const ConventionData& data);
 Finding check_speed(const ConventionData& data);  ///< the largest median speed, km/h
 Finding check_times(const ConventionData& data);  ///< largest deviation of a step from the median, %
+
+/// Returns the cause of contradictions with the true camera poses if all of them are equal, although the flow
+/// of most frames shows that the camera moved; otherwise an empty text.
+std::string cause_in_equal_poses(const ConventionData& data);
+
+/// Formats "1, 3, 5": the first 10 frames, followed by ".." if there are more.
+std::string frame_list(const std::vector<int>& frames);
 
 /// Runs the checks above, in the order of the report.
 std::vector<Finding> check_conventions(const ConventionData& data);

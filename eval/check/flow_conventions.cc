@@ -178,23 +178,21 @@ struct PairResidual {
 void find_wrong_pairs(const std::vector<PairResidual>& pairs, Finding& finding) {
   constexpr double contrast = 5;
   std::vector<double> all, wrong;
+  std::vector<int> frames;
   for (const PairResidual& pair : pairs) all.push_back(pair.residual_px);
   const double typical = median(all);
-  std::string frames;
   for (const PairResidual& pair : pairs) {
     if (pair.residual_px <= std::max(static_fail_factor * pair.limit_px, contrast * typical)) continue;
     wrong.push_back(pair.residual_px);
-    constexpr size_t shown = 10;
-    if (wrong.size() <= shown) frames += fmt::format("{}{}", frames.empty() ? "" : ", ", pair.frame);
-    if (wrong.size() == shown + 1) frames += ", ..";
+    frames.push_back(pair.frame);
   }
   if (wrong.empty()) return;
-  finding.only_some_frames = true;
+  finding.cause = "only some frames are wrong";
   finding.value = median(wrong);
   finding.message = fmt::format(
       "in {} of {} pairs, of frames {}; the median over all pairs is {:.3f} px: check their flow, depth and "
       "poses",
-      wrong.size(), pairs.size(), frames, typical);
+      wrong.size(), pairs.size(), frame_list(frames), typical);
 }
 
 }  // namespace
@@ -232,6 +230,7 @@ Finding check_static_flow(const ConventionData& data) {
   finding.limit = static_limit(median(parallax), median(truth_errors));
   finding.fail_limit = static_fail_factor * finding.limit;
   find_wrong_pairs(pairs, finding);
+  if (!finding.passes() && finding.cause.empty()) finding.cause = cause_in_equal_poses(data);
   return finding;
 }
 

@@ -272,6 +272,7 @@ Finding check_heading(const ConventionData& data) {
     }
   });
   if (!finding.measure(angles)) finding.not_checkable("no object moves by 1 m within 5 frames");
+  if (finding.checkable() && !finding.passes()) finding.cause = cause_in_equal_poses(data);
   return finding;
 }
 

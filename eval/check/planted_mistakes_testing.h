@@ -25,7 +25,10 @@ class LoadedSequence final : public MemorySequence, public KnowsTruthFloor {
     info_ = original->info();
     truth_ = original->truth();
     floor_ = truth_floor(*original);
-    info_.channels = {.depth = true, .flow = true, .mask = original->info().channels.mask};
+    info_.channels = {.gray = original->info().channels.gray,
+                      .depth = true,
+                      .flow = true,
+                      .mask = original->info().channels.mask};
     for (int k = info_.first_frame; k <= info_.last_frame; ++k) {
       frames_.push_back(original->read(k, info_.channels));
     }
@@ -38,6 +41,7 @@ class LoadedSequence final : public MemorySequence, public KnowsTruthFloor {
   Frame read(int frame, Channels channels) const override {
     const Frame& from = frames_[static_cast<size_t>(frame - info_.first_frame)];
     Frame out;
+    if (channels.gray) out.gray = from.gray;
     if (channels.depth) out.depth_m = from.depth_m;
     if (channels.flow) out.flow = from.flow;
     if (channels.mask) out.mask = from.mask;
@@ -199,6 +203,8 @@ inline std::vector<Seed> seeds() {
        depth([](I i, double z, int x, int y) { return z * i.camera.left.ray(x, y).norm(); })},
       {"DepthScale", "depth is too large by a factor 1.1",
        depth([](I, double z, int, int) { return 1.1 * z; })},
+      {"DepthSlightlyTooSmall", "depth is too large by a factor 0.96",
+       depth([](I, double z, int, int) { return 0.96 * z; })},
       {"DepthOfNextFrame", "depth is of the next frame", shifted(&Frame::depth_m, 1)},
       {"FlowBackward", "flow is backward", [](LoadedSequence& s) { backward_flow(s, 1); }},
       {"FlowToPrevious", "flow is backward", [](LoadedSequence& s) { backward_flow(s, 0); }},
@@ -227,6 +233,9 @@ inline std::vector<Seed> seeds() {
       {"PosesWithOpenGlAxes", "OpenGL axes", pose([=](const SE3& T) { return T * T_camera_opengl; })},
       {"PosesScaled", "camera positions are too large by a factor 1.2",
        pose([](const SE3& T) { return SE3(T.rotation(), 1.2 * T.translation()); })},
+      {"PosesSlightlyScaled", "camera positions are too large by a factor 1.04",
+       pose([](const SE3& T) { return SE3(T.rotation(), 1.04 * T.translation()); })},
+      {"PosesAllIdentity", "all camera poses are the identity", pose([](const SE3&) { return SE3(); })},
       {"PosesOfNextFrame", "poses are off by one frame",
        [](LoadedSequence& s) {
          Trajectory moved;
@@ -251,6 +260,19 @@ inline std::vector<Seed> seeds() {
       {"MaskIdsWithClass", "class * 1000 + track id", mask([](int id) { return 1000 + id; })},
       {"MaskIdsRenumbered", "renumbered", mask([](int id) { return 100 - 7 * id; })},
       {"MasksOfNextFrame", "masks are of the next frame", shifted(&Frame::mask, 1), turning},
+      {"MaskBackgroundIs255", "id 255 is void or background",
+       [](LoadedSequence& s) {
+         for (Frame& frame : s.frames_)
+           std::replace(frame.mask.data(), frame.mask.data() + frame.mask.size(), 0, 255);
+       }},
+      {"ImagesMirrored", "images are mirrored",
+       [](LoadedSequence& s) {
+         for (Frame& frame : s.frames_) {
+           for (int y = 0; y < frame.gray.height(); ++y)
+             std::reverse(frame.gray.row(y), frame.gray.row(y) + frame.gray.width());
+         }
+       },
+       turning},
       {"PrincipalPointSwapped", "cx and cy are swapped",
        [](LoadedSequence& s) { std::swap(s.info_.camera.left.cx, s.info_.camera.left.cy); }},
       {"CalibrationOfLargeImages", "images twice as large",
