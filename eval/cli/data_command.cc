@@ -282,14 +282,26 @@ struct FitFlags : CommonFlags {
   ProfileOptions profile;
 };
 
+/// Warns if the source contradicts itself: a mistake such as backward flow would be measured as noise.
+void warn_of_contradictions(const SourceSpec& source, const FitFlags& flags) {
+  if (flags.quiet) return;
+  const std::string failed = failed_text(
+      source.text, check_source(*open_source(source), {.jobs = flags.jobs, .quiet = true, .quick = true}));
+  if (failed.empty()) return;
+  print_message("warning", fmt::format("{}. The profile may describe this mistake instead of noise: see "
+                                       "`sextant data check {}`",
+                                       failed, source.text));
+}
+
 void fit(FitFlags& flags) {
   ProfileOptions& options = flags.profile;
   options.noise = Noise::parse(flags.noise);
   if (flags.depth != "auto") options.depth = from_name<DepthReference>(flags.depth, "depth reference");
   options.jobs = flags.jobs;
   options.data_root = flags.data_root;
-  const NoiseProfile profile =
-      write_noise_profile(source_of(flags.source, flags), options, flags.out, flags.figure);
+  const SourceSpec source = source_of(flags.source, flags);
+  const NoiseProfile profile = write_noise_profile(source, options, flags.out, flags.figure);
+  warn_of_contradictions(source, flags);
   if (flags.json) {
     fmt::print("{}", json_text(profile.json()));
   } else if (!flags.quiet) {
