@@ -285,12 +285,9 @@ struct FitFlags : CommonFlags {
 /// Warns if the source contradicts itself: a mistake such as backward flow would be measured as noise.
 void warn_of_contradictions(const SourceSpec& source, const FitFlags& flags) {
   if (flags.quiet) return;
-  const std::string failed = failed_text(
-      source.text, check_source(*open_source(source), {.jobs = flags.jobs, .quiet = true, .quick = true}));
-  if (failed.empty()) return;
-  print_message("warning", fmt::format("{}. The profile may describe this mistake instead of noise: see "
-                                       "`sextant data check {}`",
-                                       failed, source.text));
+  const auto checks = check_source(*open_source(source), {.jobs = flags.jobs, .quiet = true, .quick = true});
+  for (const std::string& failure : failures(source.text, checks))
+    print_message("warning", failure + "; the profile may describe this mistake instead of noise");
 }
 
 void fit(FitFlags& flags) {
