@@ -177,6 +177,7 @@ TEST_F(ProgramOnFixture, RefusesWrongRequests) {
   expect_refused("did you mean 'depth'", "--noise '{\"dept\":{\"delta_d_px\":0.1}}'");
   expect_refused("--seeds", "--seeds 0");
   expect_refused("--jobs", "--jobs 0");
+  expect_refused("level = -1: must be finite", "--level -1");
   expect_refused("not valid JSON", "--options {x");
 }
 

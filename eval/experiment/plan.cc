@@ -163,10 +163,14 @@ class PlanReader {
     const Json grids = json["noise"].is_array() ? json["noise"] : Json::array({json["noise"]});
     if (grids.empty()) fail("key 'noise': expected a grid, or a list of them that is not empty");
     for (const Json& grid : grids) add_grid(grid, plan);
-    std::set<std::pair<std::string, double>> seen;
+    std::set<std::pair<std::string, double>> seen, names;
     for (const PlanLevel& level : plan.levels) {
       if (!seen.emplace(json_line(level.noise.options()), level.level).second) {
         fail("level {} ({}) is repeated: list each level of a noise once", level.level, level.noise.name());
+      }
+      if (!names.emplace(level.noise.name(), level.level).second) {
+        fail("two kinds of noise are '{}' at level {} in records: give them different levels",
+             level.noise.name(), level.level);
       }
     }
   }

@@ -75,6 +75,16 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error(
       [&] { noisy(R"({"parameter":"flow.scale","levels":[0.5,1],"base":{"depth":{"delta_d_px":1}}})"); },
       "'flow.scale' does not change the noise, which is depth 1 px at level 1: give the noise");
+  const auto correlated = [](const char* shares) {
+    return fmt::format(R"({{"level":1,"noise":{{"flow":{{"epe_px":1}},"correlation":)"
+                       R"({{"model":"spatial","lengths_px":[5,40],"shares":{}}}}}}})",
+                       shares);
+  };
+  expect_error(
+      [&] {
+        parse(plan_text(fmt::format("[{},{}]", correlated("[0.4,0.5]"), correlated("[0.5,0.4]")), "1"));
+      },
+      "give them different levels");
   expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than the 10000000 cases");
   expect_error([&] { parse(plan_text("{\"level\":1}", "[1,1]")); }, "p.json:4: seeds");
   expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "expected at least one seed");

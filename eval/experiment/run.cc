@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <numeric>
 #include <utility>
@@ -108,6 +109,8 @@ using Clock = std::chrono::steady_clock;
 /// Expresses the run as a plan with one estimator and one level.
 Plan plan_of(const RunConfig& config) {
   if (config.n_seeds < 1) fail("seeds = {}: must be >= 1", config.n_seeds);
+  if (!(config.level >= 0) || !std::isfinite(config.level))
+    fail("level = {}: must be finite and >= 0", config.level);
   const ResolvedOptions options = resolve_options(config.options);
   const auto estimator = make_case_estimator(config.estimator, options.estimator);
   Plan plan;
