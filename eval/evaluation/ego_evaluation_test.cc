@@ -196,6 +196,32 @@ TEST(EgoEvaluation, ALostTrackerThatRepeatsItsPose) {
               Contains(text("repeats its last pose exactly 10 times")));
 }
 
+TEST(EgoEvaluation, ATrackerThatStartsAgainElsewhereIsReportedWithThePlace) {
+  const EgoOptions options{.alignment = Alignment::se3};
+  PoseSeries estimate = noisy(drive(300, 10));
+  const Eigen::Vector3d origin = estimate.positions_m[150];
+  for (size_t i = 150; i < 300; ++i) estimate.positions_m[i] -= origin;
+  EXPECT_THAT(evaluate(drive(300, 10), estimate, options).warnings,
+              Contains(AllOf(code("jump"), text("before matched pose 150,"))));
+  estimate = noisy(drive(300, 10));
+  estimate.positions_m[70].setZero();  // a lost pose that was logged as zero
+  EXPECT_THAT(evaluate(drive(300, 10), estimate, options).warnings,
+              Contains(AllOf(code("jump"), text("before matched pose 70, 71,"))));
+}
+
+TEST(EgoEvaluation, GapsDriftAndAnotherScaleAreNoJumps) {
+  PoseSeries estimate = noisy(drive(300, 10, 0, 0.5)), reference = drive(300, 10);
+  for (PoseSeries* s : {&estimate, &reference}) {
+    s->positions_m.erase(s->positions_m.begin() + 50, s->positions_m.begin() + 90);
+    s->rotations.erase(s->rotations.begin() + 50, s->rotations.begin() + 90);
+    s->stamps_s.erase(s->stamps_s.begin() + 50, s->stamps_s.begin() + 90);
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Not(Contains(code("jump"))));
+  estimate = drive(300, 10);
+  for (size_t i = 0; i < 300; ++i) estimate.positions_m[i] *= 1 + 0.002 * static_cast<double>(i);
+  EXPECT_THAT(evaluate(drive(300, 10), estimate).warnings, Not(Contains(code("jump"))));
+}
+
 TEST(EgoEvaluation, AStandstillIsNoLostTracker) {
   PoseSeries reference = drive(300, 10), estimate = noisy(drive(300, 10));
   for (size_t i = 150; i < 200; ++i) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <set>
 
 #include "sextant/base/error.h"
@@ -90,8 +92,53 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
   return warnings;
 }
 
+namespace {
+
+/// Warns of up to three steps of the estimate whose lengths differ from those of the reference ten times more
+/// than in all other steps, and by a twentieth of the reference's extent. The scale of the estimate is the
+/// median ratio of the lengths.
+std::optional<TrajectoryWarning> warning_of_jumps(const PoseSeries& reference, const PoseSeries& estimate) {
+  constexpr size_t most_jumps = 3, fewest = 20;
+  constexpr double least_times = 10, least_share = 0.05;
+  if (estimate.size() < fewest) return std::nullopt;
+  const auto length = [](const PoseSeries& s, size_t i) {
+    return (s.positions_m[i] - s.positions_m[i - 1]).norm();
+  };
+  std::vector<double> ratios;
+  Eigen::AlignedBox3d box;
+  for (size_t i = 0; i < reference.size(); ++i) {
+    box.extend(reference.positions_m[i]);
+    if (i > 0 && length(reference, i) > 0) ratios.push_back(length(estimate, i) / length(reference, i));
+  }
+  if (ratios.empty()) return std::nullopt;
+  std::ranges::nth_element(ratios, ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2));
+  const double scale = ratios[ratios.size() / 2];
+  std::vector<std::pair<double, size_t>> steps;  // excess of the length, and the pose after the step
+  for (size_t i = 1; i < estimate.size(); ++i)
+    steps.emplace_back(length(estimate, i) - scale * length(reference, i), i);
+  std::ranges::sort(steps, std::ranges::greater());
+  size_t n_jumps = most_jumps;
+  const double least = least_share * scale * box.diagonal().norm();
+  while (n_jumps > 0 &&
+         !(steps[n_jumps - 1].first > least && steps[n_jumps - 1].first > least_times * steps[n_jumps].first))
+    --n_jumps;
+  if (n_jumps == 0) return std::nullopt;
+  std::vector<size_t> at;
+  for (size_t i = 0; i < n_jumps; ++i) at.push_back(steps[i].second);
+  std::ranges::sort(at);
+  return TrajectoryWarning{
+      "jump",
+      fmt::format("the estimate jumps by up to {:.3g} m more than the reference moves, before matched pose "
+                  "{}, and nowhere else by a tenth of this: did the tracker start again with another origin "
+                  "or scale? One alignment cannot fit both parts; evaluate each of them (--t-start, --t-end)",
+                  steps.front().first, fmt::join(at, ", "))};
+}
+
+}  // namespace
+
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate) {
   std::vector<TrajectoryWarning> warnings;
+  if (auto jumps = warning_of_jumps(reference, estimate)) warnings.push_back(std::move(*jumps));
   if (!reference.has_rotations() || !estimate.has_rotations()) return warnings;
   const auto is_identity = [&](size_t i) {
     return reference.positions_m[i].isZero(0) && reference.rotations[i] == Eigen::Matrix3d::Identity();

@@ -14,6 +14,8 @@
 //   clock           a median time step below 1e-5 s or above 1000 s: is the unit not seconds?
 //   lag             speed and rotation rate agree much better when the estimate is shifted in time
 //   repeated_poses  the estimate repeats a pose exactly, 5 times or more, while the reference moves
+//   jump            the estimate jumps in up to three steps, ten times more than in all others, and by a
+//                   twentieth of the reference's extent: a tracker that started again
 //   identity        the reference contains exact identity poses after it, or the estimate, has left the
 //                   origin: missing truth that was logged as identity
 //   identical       all poses of both are equal: the same file twice?
@@ -49,7 +51,7 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const PoseSeries& estimate,
                                                 const TrajectorySide& estimate_side);
 
-/// Checks after the association and before the alignment: repeated_poses, identity, identical.
+/// Checks after the association and before the alignment: jump, repeated_poses, identity, identical.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
 
 // ---- Checks for data that cannot be evaluated: a truth that no vehicle can drive, and time stamps that do
