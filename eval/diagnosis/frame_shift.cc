@@ -22,27 +22,31 @@ struct ShiftFit {
   std::vector<const StepError*> steps;
   std::vector<Vector6d> changes;
 
-  /// Scatter of each component of e - share d by body.
-  std::map<int, Vector6d> scatter(double share) const {
-    std::map<int, std::array<std::vector<double>, 6>> sizes;
+  /// Scatter of each component of e - share d by body; with `around_median`, that around the body's median.
+  std::map<int, Vector6d> scatter(double share, bool around_median = false) const {
+    std::map<int, std::array<std::vector<double>, 6>> values;
     for (size_t i = 0; i < steps.size(); ++i) {
       const Vector6d left = steps[i]->error - share * changes[i];
-      for (int c = 0; c < 6; ++c) sizes[steps[i]->body][static_cast<size_t>(c)].push_back(std::abs(left[c]));
+      for (int c = 0; c < 6; ++c) values[steps[i]->body][static_cast<size_t>(c)].push_back(left[c]);
     }
     constexpr double sigma_of_median = 1.4826, rounding = 1e-9;
     std::map<int, Vector6d> out;
-    for (const auto& [body, of_body] : sizes) {
+    for (auto& [body, of_body] : values) {
       if (of_body[0].size() < fewest_of_body) continue;
-      for (int c = 0; c < 6; ++c)
-        out[body][c] = std::max(rounding, sigma_of_median * median(of_body[static_cast<size_t>(c)]));
+      for (int c = 0; c < 6; ++c) {
+        std::vector<double>& sizes = of_body[static_cast<size_t>(c)];
+        const double centre = around_median ? median(sizes) : 0;
+        for (double& size : sizes) size = std::abs(size - centre);
+        out[body][c] = std::max(rounding, sigma_of_median * median(sizes));
+      }
     }
     return out;
   }
 
   /// Negative log likelihood of normally distributed errors e - share d, with their own scatter.
-  double cost(double share) const {
+  double cost(double share, bool around_median = false) const {
     double sum = 0;
-    const std::map<int, Vector6d> scale = scatter(share);
+    const std::map<int, Vector6d> scale = scatter(share, around_median);
     for (const StepError* step : steps) {
       if (const auto at = scale.find(step->body); at != scale.end()) sum += at->second.array().log().sum();
     }
@@ -88,7 +92,7 @@ struct ShiftFit {
       squares += (without - share) * (without - share);
     }
     const auto n = static_cast<double>(n_stretches);
-    return FrameShift{0, share, std::sqrt(squares * (n - 1) / n)};
+    return FrameShift{0, share, std::sqrt(squares * (n - 1) / n), 0};
   }
 };
 
@@ -115,9 +119,8 @@ Explanation FrameShift::explanation(Reading read, double declared) const {
 }
 
 std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
-  constexpr double half = 0.5, near_one = 0.3;
+  constexpr double half = 0.5, near_one = 0.3, much_better = 1;
   std::optional<FrameShift> best;
-  double least = 0;
   for (int n = -longest_shift; n <= longest_shift; ++n) {
     if (n == 0) continue;
     ShiftFit fit;
@@ -142,9 +145,12 @@ std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
       continue;
     // Different shifts have different numbers of steps with a change, so the mean gain per step over
     // unshifted numbers decides.
-    const double gain = (fit.cost(1) - fit.cost(0)) / static_cast<double>(fit.steps.size());
-    if (best && gain >= least) continue;
-    least = gain;
+    const auto n_steps = static_cast<double>(fit.steps.size());
+    const double gain = (fit.cost(1) - fit.cost(0)) / n_steps;
+    const double gain_of_constant = (fit.cost(0, /*around_median=*/true) - fit.cost(0)) / n_steps;
+    if (gain_of_constant < gain - much_better) continue;
+    if (best && gain >= best->gain) continue;
+    found->gain = gain;
     found->frames = n;
     best = found;
   }

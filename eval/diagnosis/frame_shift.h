@@ -16,6 +16,10 @@
 // standard errors; with fewer stretches by the quantile of Student's t at the same probability (14 with
 // four). Steps whose changes over the shift are small against their noise, or against that of the
 // reference, do not determine a: nothing is reported, whatever the frame numbers are.
+//
+// Errors of another cause, such as exchanged objects, have a large constant part, which may resemble a
+// change. No shift is reported where a constant error of each body explains the errors much better than the
+// shift.
 
 #include <array>
 #include <map>
@@ -42,6 +46,7 @@ struct StepError {
 struct FrameShift {
   int frames = 0;
   double share = 0, standard_error = 0;
+  double gain = 0;  ///< cost of a step with this shift minus that without it; the lowest explains most
 
   /// `read` is the reading of the data with this shift; the share a is added to its text.
   Explanation explanation(Reading read, double declared) const;

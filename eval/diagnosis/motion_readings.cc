@@ -1,15 +1,18 @@
 #include "sextant/eval/diagnosis/motion_readings.h"
 
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <set>
 
+#include "sextant/eval/diagnosis/exchanged_ids.h"
 #include "sextant/eval/diagnosis/object_pose_fit.h"
 
 namespace sextant {
 namespace {
 
 constexpr size_t fewest_of_shift =
-    8;  // a smooth motion resembles that of the neighbouring frames, so a shift needs many frames
+    7;  // a smooth motion resembles that of the neighbouring frames, so a shift needs many frames
 constexpr double kept_share = 0.8;
 // Two mistakes at once, and readings for which poses are fitted, are reported only if no cheaper mistake
 // explains the data as well.
@@ -152,6 +155,72 @@ std::optional<double> stillness_residual(MotionData data) {
   return motion_residual(data);
 }
 
+bool is_plausible(const MotionData& data, const Reading& reading, double times) {
+  if (reading.code.find("frame_") == std::string::npos) return true;
+  const auto still = stillness_residual(data);
+  return !still || times * reading.residual <= *still;
+}
+
+namespace {
+
+/// What stands at the wrong frame: the motion in the declared frame, or the motion T_curr_prev in camera
+/// coordinates, which was converted to the world by the camera poses of the wrong frame.
+enum class ShiftedMotion { declared, in_camera };
+constexpr std::array shifted_motions = {ShiftedMotion::declared, ShiftedMotion::in_camera};
+
+std::string code_of(ShiftedMotion motion, int lag) {
+  return fmt::format("{}lag_{}", motion == ShiftedMotion::in_camera ? "camera_" : "", lag);
+}
+
+double price_of(ShiftedMotion motion) {
+  return motion == ShiftedMotion::in_camera ? price_of_lag + price_of_fit : price_of_lag;
+}
+
+/// Converts the motion H of the frame at `from` to the frame at `to`, so that it is the same in camera
+/// coordinates; empty if a camera pose is not known.
+std::optional<SE3> at_other_frame(const SE3& H, const MotionSample& from, const MotionSample& to) {
+  if (!from.T_world_prev || !from.T_world_curr || !to.T_world_prev || !to.T_world_curr) return std::nullopt;
+  return *to.T_world_curr * from.T_world_curr->inverse() * H * *from.T_world_prev *
+         to.T_world_prev->inverse();
+}
+
+/// Camera poses of each step, by its frame k.
+std::map<int, MotionSample> cameras_of(const MotionData& data) {
+  std::map<int, MotionSample> cameras;
+  for (const MotionSample& sample : data.samples) {
+    cameras.emplace(sample.key.second,
+                    MotionSample{sample.key, {}, {}, std::nullopt, sample.T_world_prev, sample.T_world_curr});
+  }
+  return cameras;
+}
+
+std::function<bool(MotionData&, double&)> undo_shift(ShiftedMotion motion, int lag) {
+  return [motion, lag](MotionData& data, double& ignored) {
+    const auto logged = data.logged;
+    const auto cameras = cameras_of(data);
+    size_t n_known = 0;
+    std::set<int> frames;
+    // Steps whose shifted counterpart is not logged stay unchanged, so that both readings have the same
+    // steps.
+    return change_motions([&](const SE3& m, const MotionSample& s) -> std::optional<SE3> {
+             const auto other = logged.find({s.key.first, s.key.second + lag});
+             if (other == logged.end()) return m;
+             std::optional<SE3> read = other->second;
+             if (motion == ShiftedMotion::in_camera) {
+               const auto at = cameras.find(s.key.second + lag);
+               read = at == cameras.end() ? std::nullopt : at_other_frame(other->second, at->second, s);
+             }
+             if (!read) return m;
+             ++n_known;
+             frames.insert(s.key.second);
+             return read;
+           })(data, ignored) &&
+           frames.size() >= fewest_of_shift && 2 * n_known >= data.samples.size();
+  };
+}
+
+}  // namespace
+
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   std::vector<Hypothesis<MotionData>> table;
   const auto add = [&](std::string code, std::string cause, std::string remedy, auto change,
@@ -240,34 +309,26 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
                        return declared == MotionFrame::body ? before->inverse() * m : m * before->inverse();
                      })(data, ignored);
                    }});
-  for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
-    if (lag == 0) continue;
-    table.push_back(
-        {fmt::format("lag_{}", lag),
-         fmt::format("the frame numbers look shifted: the motion of frame k stands at frame k{:+d}", lag),
-         fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
-                     lag > 0 ? "from" : "to"),
-         [lag](MotionData& data, double& ignored) {
-           const auto logged = data.logged;
-           size_t n_known = 0;
-           std::set<int> frames;
-           // Steps whose shifted counterpart is not logged stay unchanged, so that both readings have the
-           // same steps.
-           return change_motions([&](const SE3& m, S s) -> Result {
-                    const auto other = logged.find({s.key.first, s.key.second + lag});
-                    if (other == logged.end()) return m;
-                    ++n_known;
-                    frames.insert(s.key.second);
-                    return other->second;
-                  })(data, ignored) &&
-                  frames.size() >= fewest_of_shift && 2 * n_known >= data.samples.size();
-         },
-         price_of_lag, false, strictness_of_lag});
+  for (const ShiftedMotion motion : shifted_motions) {
+    if (motion == ShiftedMotion::in_camera && declared != MotionFrame::world) continue;
+    for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
+      if (lag == 0) continue;
+      table.push_back(
+          {code_of(motion, lag),
+           fmt::format("the frame numbers look shifted: the motion of frame k{} stands at frame k{:+d}",
+                       motion == ShiftedMotion::in_camera ? " in camera coordinates" : "", lag),
+           fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
+                       lag > 0 ? "from" : "to"),
+           undo_shift(motion, lag), price_of(motion), false, strictness_of_lag});
+    }
   }
   return table;
 }
 
-std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
+namespace {
+
+/// Errors of the steps, and their changes over the shifts of `motion`.
+std::vector<StepError> step_errors(const MotionData& data, ShiftedMotion motion) {
   std::map<ObjectFrame, const MotionSample*> samples;
   for (const MotionSample& sample : data.samples) samples.emplace(sample.key, &sample);
   std::vector<StepError> steps;
@@ -280,16 +341,33 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
     for (int n = -longest_shift; n <= longest_shift; ++n) {
       const auto other = samples.find({sample.key.first, sample.key.second - n});
       if (other == samples.end()) continue;
-      step.of_shift.emplace(
-          n, step_numbers(back * in_body_frame(other->second->reference, data.declared, sample)));
+      std::optional<SE3> reference = other->second->reference;
+      if (motion == ShiftedMotion::in_camera) reference = at_other_frame(*reference, *other->second, sample);
+      if (!reference) continue;
+      step.of_shift.emplace(n, step_numbers(back * in_body_frame(*reference, data.declared, sample)));
     }
     steps.push_back(std::move(step));
   }
-  const std::optional<FrameShift> found = find_frame_shift(steps);
+  return steps;
+}
+
+}  // namespace
+
+std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
+  std::optional<FrameShift> found;
+  std::string code;
+  for (const ShiftedMotion motion : shifted_motions) {
+    if (motion == ShiftedMotion::in_camera && data.declared != MotionFrame::world) continue;
+    const auto shift = find_frame_shift(step_errors(data, motion));
+    // Both kinds have the same correction where they find the same number of frames.
+    if (!shift || (found && (found->frames == shift->frames || found->gain <= shift->gain))) continue;
+    found = shift;
+    code = code_of(motion, shift->frames);
+  }
   const std::optional<double> declared = motion_residual(data);
   if (!found || !declared) return std::nullopt;
   std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
-  std::erase_if(table, [&](const auto& h) { return h.code != fmt::format("lag_{}", found->frames); });
+  std::erase_if(table, [&](const auto& h) { return h.code != code; });
   const std::vector<Reading> read = read_as(table, data, motion_residual);
   // A shift that makes the errors larger is no explanation.
   if (read.empty() || read.front().residual > *declared) return std::nullopt;
@@ -307,16 +385,24 @@ std::set<int> ids_of(const MotionData& data) {
 using Residual = std::optional<double>(const MotionData&);
 
 /// Explains the motions of all objects, or of single ones, by the hypotheses of the table. In the null
-/// reading no object moves.
+/// reading no object moves. It is not applied to `ids`, which may be given: exchanged_ids() has applied it to
+/// the object that moves.
 std::vector<ObjectExplanation> explain_by(const MotionData& data,
-                                          const std::vector<Hypothesis<MotionData>>& table,
-                                          Residual residual) {
+                                          const std::vector<Hypothesis<MotionData>>& table, Residual residual,
+                                          const std::optional<Hypothesis<MotionData>>& ids = std::nullopt) {
   return explain_objects(ids_of(data), [&](const std::set<int>& of) -> std::optional<Explanation> {
     const MotionData some = of_objects(data, of);
     const std::optional<double> declared = residual(some);
     if (!declared) return std::nullopt;
-    return explain(*declared, read_as(table, some, residual),
-                   {.null = residual(without_motion(some)), .times = explains_times_of(some.samples.size())});
+    const double times = explains_times_of(some.samples.size());
+    std::vector<Reading> readings = read_as(table, some, residual);
+    std::erase_if(readings, [&](const Reading& reading) { return !is_plausible(some, reading, times); });
+    std::vector<Reading> other_ids;
+    if (ids) other_ids = read_as(std::vector{*ids}, some, residual);
+    std::vector<Reading> all = readings;
+    std::ranges::copy(other_ids, std::back_inserter(all));
+    const auto found = explain(*declared, all, {.null = residual(without_motion(some)), .times = times});
+    return found || other_ids.empty() ? found : explain(*declared, other_ids, {.times = times});
   });
 }
 
@@ -324,7 +410,8 @@ std::vector<ObjectExplanation> explain_by(const MotionData& data,
 
 std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
-  std::vector<ObjectExplanation> out = explain_by(data, table, motion_residual);
+  std::vector<ObjectExplanation> out =
+      explain_by(data, table, motion_residual, exchanged_ids_hypothesis(data));
   if (out.empty()) {  // errors of the translations can hide transposed rotations
     std::erase_if(table, [](const auto& hypothesis) { return hypothesis.code != "transposed"; });
     out = explain_by(data, table, rotation_residual);

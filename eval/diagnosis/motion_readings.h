@@ -90,6 +90,8 @@ struct MotionData {
   MotionFrame declared = MotionFrame::world;
   std::vector<MotionSample> samples;  ///< motions that have a reference
   std::map<ObjectFrame, SE3> logged;  ///< all motions of the log, for readings that need neighbours
+  /// References of steps for which nothing is logged, for readings with other ids; `given` is not used
+  std::vector<MotionSample> not_logged = {};
 };
 
 /// Converts `motion` from the frame `from` to the frame `to`; empty if a pose that this needs is not known.
@@ -104,6 +106,11 @@ std::optional<double> null_of_motions(MotionData data);
 /// that this needs is not known.
 std::optional<double> stillness_residual(MotionData data);
 
+/// Returns false for a reading in another frame unless it fits clearly better than the declared motions fit
+/// an object that stands still: read in another frame, the motions of such an object look like those of an
+/// object that follows the camera.
+bool is_plausible(const MotionData& data, const Reading& reading, double times);
+
 /// Every hypothesis about logged motions, for motions declared in `declared`:
 ///
 ///   frame_world, frame_body, frame_camera, frame_camera_axes   another frame than the declared one
@@ -113,8 +120,14 @@ std::optional<double> stillness_residual(MotionData data);
 ///   quaternion_w_first, quaternion_w_last, transposed          rotations read in another order
 ///   absolute           poses, or motions since the first frame, in place of motions from frame to frame
 ///   lag_-3 .. lag_3    the motion of frame k is logged at frame k + lag
+///   camera_lag_-3 .. camera_lag_3   the same of the motion in camera coordinates, T_curr_prev, for logs that
+///                      were converted to the world
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
 
+/// To these, explain_motions() adds:
+///
+///   ids                objects are logged under the ids of others (exchanged_ids.h)
+///
 /// Finds readings that explain the motions of all objects, or of single ones, better than the declared
 /// reading. If there is none, transposed rotations are searched by the rotations alone, then
 /// explain_hidden_shift().

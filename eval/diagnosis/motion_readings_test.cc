@@ -146,6 +146,130 @@ TEST(MotionReadings, ShiftedFramesAreNamedWithTheirShift) {
   }
 }
 
+/// Returns `right` with the motions of the objects under other ids; a reference stays with its object.
+MotionData with_ids(const MotionData& right, const std::map<int, int>& new_id) {
+  MotionData data{right.declared, {}, {}, {}};
+  for (const auto& [key, motion] : right.logged)
+    data.logged[{new_id.contains(key.first) ? new_id.at(key.first) : key.first, key.second}] = motion;
+  for (MotionSample s : right.samples) {
+    const auto at = data.logged.find(s.key);
+    if (at != data.logged.end()) s.given = at->second;
+    (at != data.logged.end() ? data.samples : data.not_logged).push_back(s);
+  }
+  return data;
+}
+
+TEST(MotionReadings, ExchangedIdsAreNamedAndNotTakenForAnotherMistake) {
+  for (const int n_frames : {10, 40}) {
+    for (const MotionFrame declared : {MotionFrame::world, MotionFrame::body}) {
+      const MotionData right = data_of(scene(3, n_frames, 0.8), declared, 0.05);
+      for (const std::map<int, int>& new_id :
+           {std::map<int, int>{{1, 2}, {2, 1}}, {{1, 2}, {2, 3}, {3, 1}}, {{1, 2}, {2, 3}, {3, 4}}}) {
+        const auto found = explain_motions(with_ids(right, new_id));
+        ASSERT_FALSE(found.empty());
+        for (const ObjectExplanation& e : found) EXPECT_EQ(e.code(), "ids") << e.text("log");
+        const std::string text = found[0].text("log");
+        EXPECT_TRUE(text.find("object 1 are logged as object 2") != std::string::npos ||
+                    text.find("those of object 1 as object 2") != std::string::npos)
+            << text;
+      }
+      const auto off = explain_motions(with_ids(right, {{1, 2}, {2, 3}, {3, 4}}));
+      EXPECT_NE(off[0].text("log").find("subtract 1 from each id"), std::string::npos) << off[0].text("log");
+    }
+  }
+}
+
+TEST(MotionReadings, AnObjectThatResemblesAnotherOneIsNotTakenForIt) {
+  // A lost estimate that repeats a resting object, and one that copies an object that is logged correctly.
+  const MotionData right = data_of(scene(3, 40, 0.8), MotionFrame::world, 0.05);
+  MotionData still = right, copied = right;
+  plant(
+      still, [](const SE3&, const MotionSample&) { return SE3(); }, 2);
+  plant(
+      copied,
+      [&](const SE3&, const MotionSample& s) {
+        return right.logged.at({1, s.key.second});
+      },
+      2);
+  for (MotionSample& s : still.samples) {
+    if (s.key.first == 3) s.reference = SE3();
+  }
+  for (const MotionData* data : {&still, &copied}) {
+    for (const ObjectExplanation& e : explain_motions(*data)) EXPECT_NE(e.code(), "ids") << e.text("log");
+  }
+}
+
+TEST(MotionReadings, MotionsOfNineStepsInTheBodyFrameAreNamedWithoutPosesOfObjects) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    MotionData data = data_of(scene(3, 10, 0.8), MotionFrame::world, 0.05, seed);
+    plant(data, plants(MotionFrame::world).at("frame_body"));
+    for (MotionSample& s : data.samples) s.T_world_object.reset();
+    const auto found = explain_motions(data);
+    ASSERT_FALSE(found.empty());
+    for (const ObjectExplanation& e : found)
+      EXPECT_EQ(e.code(), "frame_body") << e.text("log") << ", seed " << seed;
+  }
+}
+
+/// An estimate of an object that rests, with errors of a millimetre.
+SE3 nearly_at_rest(const SE3&, const MotionSample& s) {
+  const double k = s.key.second;
+  return about_y(1e-4 * std::sin(37 * k), {1e-3 * std::sin(53 * k), 0, 1e-3 * std::sin(71 * k)});
+}
+
+TEST(MotionReadings, AMovingObjectUnderTheIdOfARestingOneIsNamed) {
+  MotionData data = data_of(scene(3, 20, 0.8), MotionFrame::world, 0.05);
+  plant(data, nearly_at_rest, 2);
+  for (MotionSample& s : data.samples) {
+    if (s.key.first == 2) s.reference = SE3();
+  }
+  EXPECT_TRUE(explain_motions(data).empty());
+  const auto found = explain_motions(with_ids(data, {{1, 2}, {2, 1}}));
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code(), "ids") << found[0].text("log");
+}
+
+TEST(MotionReadings, AnEstimateThatRestsIsNotReadInAnotherFrame) {
+  // The object follows the camera, so that a resting estimate would fit in camera coordinates, inverted.
+  Scene follows = scene(2, 12, 0.8);
+  for (auto& [key, L] : follows.L) L = follows.C.at(key.second) * about_y(0, {3.0 * key.first, 1, 12});
+  MotionData data = data_of(follows, MotionFrame::world, 0.01);
+  plant(data, nearly_at_rest);
+  for (const ObjectExplanation& e : explain_motions(data)) ADD_FAILURE() << e.text("log");
+}
+
+TEST(MotionReadings, ExchangedObjectsAreNoShift) {
+  const MotionData exchanged =
+      with_ids(data_of(scene(3, 40, 0.8), MotionFrame::world, 0.05), {{1, 2}, {2, 3}, {3, 1}});
+  EXPECT_FALSE(explain_hidden_shift(exchanged));
+}
+
+TEST(MotionReadings, ShiftedMotionsInCameraCoordinatesAreNamed) {
+  // The camera brakes and turns, so that motions in camera coordinates change more than those in the world.
+  for (const auto& [n_frames, lag] : {std::pair(10, -1), {10, 1}, {14, -1}, {14, 1}, {14, 2}}) {
+    Scene of_camera = scene(3, n_frames, 0.3);
+    for (auto& [k, C] : of_camera.C)
+      C = about_y(0.3 + 0.02 * std::sin(0.9 * k), {4, 0, 2 + 0.9 * k + 0.4 * std::sin(0.8 * k)});
+    const MotionData right = data_of(of_camera, MotionFrame::world, 0.05);
+    MotionData in_camera = right;
+    in_camera.logged.clear();
+    std::map<ObjectFrame, SE3> X;
+    for (const MotionSample& s : right.samples)
+      X[{s.key.first, s.key.second + lag}] =
+          *change_frame(s.given, MotionFrame::world, MotionFrame::camera, s);
+    std::erase_if(in_camera.samples, [&](MotionSample& s) {
+      const auto at = X.find(s.key);
+      if (at == X.end()) return true;
+      s.given = *change_frame(at->second, MotionFrame::camera, MotionFrame::world, s);
+      in_camera.logged[s.key] = s.given;
+      return false;
+    });
+    const auto found = explain_motions(in_camera);
+    ASSERT_FALSE(found.empty()) << lag;
+    EXPECT_EQ(found[0].code(), fmt::format("camera_lag_{}", lag)) << found[0].text("log");
+  }
+}
+
 TEST(MotionReadings, ShiftsThatNoiseHidesAreNamedByTheChangeOfTheMotion) {
   // Errors of about a third of a step make the residuals of both readings nearly equal.
   int n_named = 0;
@@ -156,7 +280,9 @@ TEST(MotionReadings, ShiftsThatNoiseHidesAreNamedByTheChangeOfTheMotion) {
       const auto found = explain_motions(shifted(right, lag));
       if (found.empty()) continue;
       ++n_named;
-      EXPECT_EQ(found[0].code(), fmt::format("lag_{}", lag)) << "seed " << seed;
+      // The camera hardly turns, so that a shift in camera coordinates has the same correction and effect.
+      EXPECT_TRUE(found[0].code().ends_with(fmt::format("lag_{}", lag)))
+          << found[0].code() << ", seed " << seed;
     }
   }
   EXPECT_GE(n_named, 36) << "of 40";

@@ -86,11 +86,11 @@ SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
   return L0;
 }
 
-/// Calls use(first, last) for stretches of ten samples or more of one object in successive frames, of which
+/// Calls use(first, last) for stretches of eight samples or more of one object in successive frames, of which
 /// each `is_known`.
 template <typename IsKnown, typename Use>
 void for_each_stretch(const std::vector<MotionSample>& samples, const IsKnown& is_known, const Use& use) {
-  constexpr size_t fewest_of_stretch = 10;
+  constexpr size_t fewest_of_stretch = 8;
   for (size_t first = 0; first < samples.size();) {
     const auto follows = [&](size_t i) {
       return samples[i].key == ObjectFrame(samples[i - 1].key.first, samples[i - 1].key.second + 1);

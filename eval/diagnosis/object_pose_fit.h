@@ -1,7 +1,7 @@
 #pragma once
 
 // Poses T_world_object of the objects of a log that contains motions only, estimated from two descriptions of
-// the same motions. For each stretch of ten or more successive steps of one object, the first pose L_0
+// the same motions. For each stretch of eight or more successive steps of one object, the first pose L_0
 // minimises in least squares the error of
 //
 //   H_k L_{k-1} = L_{k-1} B_k

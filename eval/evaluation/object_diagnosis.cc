@@ -220,15 +220,7 @@ ObjectLog moved(ObjectLog log, const SequenceTruth& truth) {
 size_t n_steps(const MotionData& data) { return data.samples.size(); }
 size_t n_steps(const PoseData& data) { return data.given.size(); }
 
-/// Returns false for a reading in another frame unless it fits clearly better than the declared motions fit
-/// an object that stands still: read in another frame, the motions of such an object look like those of an
-/// object that follows the camera.
-bool is_plausible(const MotionData& data, const Reading& reading, double times) {
-  if (reading.code.find("frame_") == std::string::npos) return true;
-  const auto still = stillness_residual(data);
-  return !still || times * reading.residual <= *still;
-}
-
+/// As is_plausible() of motions: poses are not compared with an object that stands still.
 bool is_plausible(const PoseData&, const Reading&, double) { return true; }
 
 /// Explains each object of the log by comparing every reading with the true object that it fits best.
@@ -321,9 +313,13 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
                              name + ", true poses against the true motions"));
 
   const Motions& L = log.true_poses.empty() ? log.poses : log.true_poses;
-  const std::vector<ObjectExplanation> of_estimate = explain_motions(
-      motion_data(given, log.frame, L, log.camera.empty() ? true_camera : log.camera,
-                  [&](ObjectFrame key, const MotionSample&) { return find_pose(truth, key); }));
+  const Trajectory& camera = log.camera.empty() ? true_camera : log.camera;
+  const auto reference = [&](ObjectFrame key, const MotionSample&) { return find_pose(truth, key); };
+  MotionData of_log = motion_data(given, log.frame, L, camera, reference);
+  Motions not_logged = truth;
+  std::erase_if(not_logged, [&](const auto& motion) { return given.contains(motion.first); });
+  of_log.not_logged = motion_data(not_logged, log.frame, L, camera, reference).samples;
+  const std::vector<ObjectExplanation> of_estimate = explain_motions(of_log);
   // If the truth itself looks wrong, the estimates differ from it for that reason.
   if (of_truth.empty()) append(out, diagnoses_of(of_estimate, name + ", estimated motions"));
 
