@@ -122,6 +122,15 @@ class Reader {
     const TrajectoryFile file = read_trajectory(path, set_.camera.format, files_.rules(pose_file));
     for (const auto& [frame, pose] : by_frame(file, folder_.numbers, path, out_))
       out_.camera.set(frame, set_.camera.inverse ? pose.inverse() : pose);
+    // A program that leaves out a frame it has lost shifts all later rows by one frame.
+    const size_t n_frames = static_cast<size_t>(folder_.numbers.last - folder_.numbers.first) + 1;
+    if (folder_.finished && file.poses.frames.empty() && file.poses.stamps_s.empty() &&
+        file.poses.size() < n_frames) {
+      out_.problems.push_back(fmt::format(
+          "camera poses of {} of {} frames: {} has no frame numbers, so its rows are taken as the first {} "
+          "frames; write a frame number before each row if the program leaves out frames",
+          file.poses.size(), n_frames, path, file.poses.size()));
+    }
   }
 
   void read_objects() {
