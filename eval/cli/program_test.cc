@@ -126,6 +126,9 @@ TEST_F(ProgramOnFixture, RunNamesTheMistakesOfItsInput) {
   EXPECT_EQ(outcome.code, 0);  // the results are those of the files
   EXPECT_THAT(outcome.err, HasSubstr("warning: " + fixture_.source() + ": camera poses are inverted"));
   EXPECT_THAT(outcome.err, HasSubstr("`sextant data check " + fixture_.source() + "` shows the numbers"));
+  const Outcome fitted = sextant_program(
+      fmt::format("noise fit {} --out {}", fixture_.source(), (temp_.path() / "profile.json").string()));
+  EXPECT_THAT(fitted.err, HasSubstr("the profile may describe this mistake instead of noise"));
 }
 
 TEST_F(ProgramOnFixture, OverlayDrawsAPicture) {
