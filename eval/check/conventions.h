@@ -135,7 +135,7 @@ Finding check_object_flow(const ConventionData& data);
 /// Divides depth (median of valid pixels) at the bottom of the image by that in the middle. Median over
 /// frames.
 Finding check_depth_order(const ConventionData& data);
-/// Compares each image with the next one at the end of the flow (image_flow.cc): mean absolute difference of
+/// Compares each image with the next one at the end of the flow: mean absolute difference of
 /// the grey values, as a ratio to the difference at the same pixel. Median over pairs.
 Finding check_image_flow(const ConventionData& data);
 

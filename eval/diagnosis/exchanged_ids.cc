@@ -1,7 +1,8 @@
-#include "sextant/eval/diagnosis/exchanged_ids.h"
-
+#include <map>
 #include <set>
 #include <tuple>
+
+#include "sextant/eval/diagnosis/motion_readings.h"
 
 namespace sextant {
 namespace {
@@ -50,8 +51,7 @@ std::string list_of(const std::map<int, int>& true_ids) {
   return text;
 }
 
-}  // namespace
-
+/// Returns by logged id the id of the object whose motions it has; ids that differ, and each object once.
 std::map<int, int> exchanged_ids(const MotionData& data) {
   const References references = references_of(data);
   const std::set<int> logged = ids_of(data.logged), known = ids_of(references);
@@ -79,6 +79,8 @@ std::map<int, int> exchanged_ids(const MotionData& data) {
   }
   return true_ids;
 }
+
+}  // namespace
 
 std::optional<Hypothesis<MotionData>> exchanged_ids_hypothesis(const MotionData& data) {
   const std::map<int, int> true_ids = exchanged_ids(data);

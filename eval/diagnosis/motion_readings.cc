@@ -5,7 +5,6 @@
 #include <iterator>
 #include <set>
 
-#include "sextant/eval/diagnosis/exchanged_ids.h"
 #include "sextant/eval/diagnosis/object_pose_fit.h"
 
 namespace sextant {

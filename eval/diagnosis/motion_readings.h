@@ -126,8 +126,20 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
 
 /// To these, explain_motions() adds:
 ///
-///   ids                objects are logged under the ids of others (exchanged_ids.h)
+///   ids                objects are logged under the ids of others (exchanged_ids_hypothesis())
 ///
+/// Returns the hypothesis that a log numbers the objects differently from its truth: exchanged ids, or ids
+/// off by one; nullopt if it does not (exchanged_ids.cc).
+///
+/// With r(a, t) the residual (motion_readings.h) of the motions logged for the id a against the reference of
+/// the object t, over the steps that both have, the motions of a are taken for those of t if
+///
+///   n r(a, t) < r(a, a),    n r(a, t) < r(t, t),    n r(a, t) < the residual of an object that stands still
+///
+/// with n twice the factor of explains_times_of(). The second condition leaves out a logged object that
+/// resembles another one which is logged correctly, the third one resting objects, which are all alike.
+std::optional<Hypothesis<MotionData>> exchanged_ids_hypothesis(const MotionData& data);
+
 /// Finds readings that explain the motions of all objects, or of single ones, better than the declared
 /// reading. If there is none, transposed rotations are searched by the rotations alone, then
 /// explain_hidden_shift().

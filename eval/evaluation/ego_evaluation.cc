@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "sextant/eval/evaluation/trajectory_explanation.h"
-#include "sextant/eval/evaluation/trajectory_shift.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/geometry/trajectory.h"
 

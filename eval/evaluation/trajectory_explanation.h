@@ -20,7 +20,7 @@
 //   alignment  --align             with none or origin: se3, sim3 or yaw leaves less than a tenth of the RMSE
 //
 // "yaw" is distinct from drift: a path that turns away slowly keeps its rotation errors. Shifts of the clock
-// or of the frame numbers are explained in trajectory_shift.h.
+// or of the frame numbers are explained in trajectory_offset.h.
 
 #include <optional>
 #include <string>

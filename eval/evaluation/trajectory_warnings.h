@@ -23,7 +23,7 @@
 //   still_pairs     pairs between which the reference stands still are left out of relative errors in percent
 //   repaired        the file was repaired while it was read (trajectory_files.h)
 //
-// trajectory_explanation.h and trajectory_shift.h define further codes.
+// trajectory_explanation.h and trajectory_offset.h define further codes.
 
 #include <string>
 #include <vector>

@@ -209,18 +209,19 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
 
   MotionData data{MotionFrame::world, {}, {}};
   for (const auto& [id, of_object] : motions.objects) {
-    for (const auto& [frame, H] : of_object) {
-      const auto before = motions.estimated.pose(frame - 1), after = motions.estimated.pose(frame);
-      const auto X = truth.object_motion(id, frame - 1, frame);
-      const ObjectTruth* object = truth.find(frame - 1, id);
-      data.logged.emplace(ObjectFrame(id, frame), H);
-      if (!before || !after || !X || object == nullptr) continue;
-      data.samples.push_back({{id, frame},
-                              H,
-                              world_motion(*before, *after, *X),
-                              *before * object->T_camera_object,
-                              before,
-                              after});
+    for (const auto& [frame, H] : of_object) data.logged.emplace(ObjectFrame(id, frame), H);
+  }
+  for (const auto& [frame, objects] : truth.objects) {
+    const auto before = motions.estimated.pose(frame), after = motions.estimated.pose(frame + 1);
+    for (const ObjectTruth& object : objects) {
+      const ObjectFrame key(object.id, frame + 1);
+      const auto X = truth.object_motion(object.id, frame, frame + 1);
+      if (!before || !after || !X) continue;
+      const auto given = data.logged.find(key);
+      const bool is_logged = given != data.logged.end();
+      (is_logged ? data.samples : data.not_logged)
+          .push_back({key, is_logged ? given->second : SE3(), world_motion(*before, *after, *X),
+                      *before * object.T_camera_object, before, after});
     }
   }
   add_lines(explain_motions(data), "estimated motions");

@@ -1,5 +1,7 @@
 #include "sextant/eval/logs/number_file.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -172,6 +174,19 @@ int component(const Name& name) {
   return -1;
 }
 
+/// Returns the names of three or more columns that seem to be a rotation, "roll, pitch, yaw"; empty if there
+/// are fewer.
+std::string rotation_of_other_names(const std::vector<Name>& names) {
+  std::vector<std::string> found;
+  for (const Name& name : names) {
+    if (!name.words.empty() &&
+        is_one_of(name.words.back(), {"q0", "q1", "q2", "q3", "qi", "qj", "qk", "i", "j", "k", "w", "rx",
+                                      "ry", "rz", "rw", "roll", "pitch", "yaw", "heading"}))
+      found.push_back(name.words.back());
+  }
+  return found.size() < 3 ? "" : fmt::format("{}", fmt::join(found, ", "));
+}
+
 /// Returns the columns of the twelve names of OpenVINS; nullopt if one is missing.
 std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>& names) {
   constexpr std::array<std::string_view, 12> expected = {"pr11", "pr12", "pr13", "pr22", "pr23", "pr33",
@@ -222,6 +237,7 @@ std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns,
   out.has_quaternion = !std::all_of(found.begin() + 3, found.begin() + 7, none);
   if (out.has_quaternion && !std::all_of(found.begin(), found.end(), once)) return std::nullopt;
   if (!std::all_of(found.begin(), found.begin() + 3, once) || !once(found[7])) return std::nullopt;
+  if (!out.has_quaternion) out.unread_rotation = rotation_of_other_names(names);
   out.covariance = covariance_columns(names);
   if (!unit.empty()) fail("{}: the header gives positions in [{}]: convert them to metres", place, unit);
   return out;

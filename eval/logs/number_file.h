@@ -95,6 +95,8 @@ class NumberFile {
 //   covariance  Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 .. Pt33, as OpenVINS writes it (pose_collector.h)
 //
 // A table without any of the four quaternion columns contains positions only. Other columns may be anywhere.
+// Rotations under other names (roll pitch yaw, q0 q1 q2 q3, rx ry rz rw, w i j k) are not read, since their
+// order and unit are not known.
 // Brackets contain units; case is ignored.
 
 struct PoseColumns {
@@ -103,6 +105,7 @@ struct PoseColumns {
   std::array<size_t, 3> position{};
   std::array<size_t, 4> quaternion{};  ///< x, y, z, w
   bool has_quaternion = true;
+  std::string unread_rotation = {};  ///< names of columns that seem to be a rotation, "roll, pitch, yaw"
   std::optional<std::array<size_t, 12>> covariance = std::nullopt;  ///< Pr11 .. Pr33, Pt11 .. Pt33
 
   /// Returns true if the table begins with time, x y z and the four columns of the quaternion, in this order,

@@ -48,6 +48,15 @@ TEST(PoseColumns, AnyOrderAndOtherColumns) {
   EXPECT_EQ(c->seconds_per_unit, 1e-6);
 }
 
+TEST(PoseColumns, RotationsUnderOtherNamesAreListed) {
+  EXPECT_EQ(columns("t [s],x,y,z,roll,pitch,yaw", 7)->unread_rotation, "roll, pitch, yaw");
+  EXPECT_EQ(columns("t [s],x,y,z,q0,q1,q2,q3")->unread_rotation, "q0, q1, q2, q3");
+  EXPECT_EQ(columns("t [s],x,y,z,rx,ry,rz,rw")->unread_rotation, "rx, ry, rz, rw");
+  EXPECT_EQ(columns("t [s],x,y,z,w,i,j,k")->unread_rotation, "w, i, j, k");
+  EXPECT_EQ(columns("t [s],x,y,z,qx,qy,qz,qw")->unread_rotation, "");
+  EXPECT_EQ(columns("t [s],x,y,z,vx,vy,vz,heading")->unread_rotation, "");
+}
+
 TEST(PoseColumns, AmbiguousHeadersGiveNoResult) {
   EXPECT_FALSE(columns("")) << "no header";
   EXPECT_FALSE(columns("# ground truth trajectory of a drive"));

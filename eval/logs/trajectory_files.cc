@@ -172,7 +172,16 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
             return any ? n >= (format.w_first ? 8 : 4) : n == 8 || (n > 8 && is_covariance_size(n - 8));
           },
           [&](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
-            if (n_records++ == 0) columns = columns_in(file, format);
+            if (n_records++ == 0) {
+              columns = columns_in(file, format);
+              if (format.has_quaternion && !columns.unread_rotation.empty()) {
+                constexpr int64_t whole_file = 0;
+                log.note(fmt::format("the columns {} are not read, only positions: write rotations as "
+                                     "quaternions qx, qy, qz, qw (or give --format positions)",
+                                     columns.unread_rotation),
+                         whole_file);
+              }
+            }
             const auto v = file.values();
             const auto& [x, y, z] = columns.position;
             const auto& [qx, qy, qz, qw] = columns.quaternion;
