@@ -171,10 +171,8 @@ void judge_rounding(const ConventionData& data, SourceCheck& line) {
 /// An id without a true object that spans the whole image in most frames is void or background.
 void judge_void_id(const ConventionData& data, SourceCheck& line) {
   constexpr double spans = 0.95;
-  int n_frames = 0;
   std::map<int, std::pair<int, double>> wide;  // id -> frames, sum of the shares of pixels
   for (int frame = data.first_frame; frame <= data.last_frame(); ++frame) {
-    n_frames += data.at(frame).outlines.empty() ? 0 : 1;
     for (const auto& [id, outline] : data.at(frame).outlines) {
       const bool whole_image =
           outline.box.width() > spans * (data.width - 1) && outline.box.height() > spans * (data.height - 1);
@@ -184,14 +182,14 @@ void judge_void_id(const ConventionData& data, SourceCheck& line) {
     }
   }
   for (const auto& [id, count] : wide) {
-    if (2 * count.first <= n_frames) continue;
+    if (2 * count.first <= *line.n_present) continue;
     const double share = count.second / count.first;
     line.outcome = share > 0.5 ? CheckOutcome::fail : CheckOutcome::suspect;
     line.cause = fmt::format("id {} is void or background, not an object", id);
     line.message = fmt::format(
         "it spans the whole image in {} of {} frames, with {:.0f} % of the pixels: write 0 where there is no "
         "object",
-        count.first, n_frames, 100 * share);
+        count.first, *line.n_present, 100 * share);
     return;
   }
 }
@@ -399,7 +397,7 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
   lines.push_back(check_objects(sequence, mask_ids));
   for (const Diagnosis& diagnosis : diagnose(data, options.jobs))
     lines.push_back(judge_convention(diagnosis));
-  add_dense_errors(sequence, options.jobs, lines);
+  if (!options.quick) add_dense_errors(sequence, options.jobs, lines);
   add_notes(sequence, lines);
   return lines;
 }
@@ -580,6 +578,15 @@ std::vector<std::string> failures(const std::string& source, const std::vector<S
     lines.push_back(fmt::format("{}: {} (failed: {}); `sextant data check {}` shows the numbers", source,
                                 cause, names, shell_word(source)));
   return lines;
+}
+
+std::vector<std::string> failures_of(const SourceSpec& source, int jobs) {
+  try {
+    const auto checks = check_source(*open_source(source), {.jobs = jobs, .quiet = true, .quick = true});
+    return failures(source.text, checks);
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks) {

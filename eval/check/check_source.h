@@ -44,7 +44,7 @@ struct SourceCheck {
 struct CheckSourceOptions {
   int jobs = 1;
   bool quiet = false;  ///< no progress line
-  bool quick = false;  ///< decodes only the frames that the convention checks use
+  bool quick = false;  ///< decodes only the frames that the convention checks use; no dense errors
 };
 
 /// Runs all checks. Bad frames are reported as FAIL; an Error is thrown only if the check cannot continue.
@@ -61,6 +61,8 @@ Json check_json(const std::string& source, const std::vector<SourceCheck>& check
 /// Returns one line for each different cause of the failed checks, with the names of these checks, "SOURCE:
 /// CAUSE (failed: static flow, heading); `sextant data check SOURCE` shows the numbers".
 std::vector<std::string> failures(const std::string& source, const std::vector<SourceCheck>& checks);
+/// Returns failures() of the quick checks of a source; empty if it cannot be checked.
+std::vector<std::string> failures_of(const SourceSpec& source, int jobs);
 /// Throws Error with the number of failed checks and the first one of them, if a check failed.
 void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks);
 

@@ -408,7 +408,7 @@ Finding check_depth_order(const ConventionData& data) {
 namespace {
 
 constexpr double min_flow_px = 2;         // shorter flow hardly changes the grey value
-constexpr double min_difference = 4;      // levels; below, the images are too smooth to judge the flow
+constexpr double min_difference = 8;      // levels; below, the noise of the images hides the flow
 constexpr double capped_difference = 60;  // levels; of occlusions and reflections
 constexpr size_t min_samples = 200;
 constexpr double flow_limit = 0.8, flow_fail_limit = 0.95;

@@ -282,14 +282,6 @@ struct FitFlags : CommonFlags {
   ProfileOptions profile;
 };
 
-/// Warns if the source contradicts itself: a mistake such as backward flow would be measured as noise.
-void warn_of_contradictions(const SourceSpec& source, const FitFlags& flags) {
-  if (flags.quiet) return;
-  const auto checks = check_source(*open_source(source), {.jobs = flags.jobs, .quiet = true, .quick = true});
-  for (const std::string& failure : failures(source.text, checks))
-    print_message("warning", failure + "; the profile may describe this mistake instead of noise");
-}
-
 void fit(FitFlags& flags) {
   ProfileOptions& options = flags.profile;
   options.noise = Noise::parse(flags.noise);
@@ -298,7 +290,10 @@ void fit(FitFlags& flags) {
   options.data_root = flags.data_root;
   const SourceSpec source = source_of(flags.source, flags);
   const NoiseProfile profile = write_noise_profile(source, options, flags.out, flags.figure);
-  warn_of_contradictions(source, flags);
+  if (!flags.quiet) {  // a mistake such as backward flow would be measured as noise
+    for (const std::string& failure : failures_of(source, flags.jobs))
+      print_message("warning", failure + "; the profile may describe this mistake instead of noise");
+  }
   if (flags.json) {
     fmt::print("{}", json_text(profile.json()));
   } else if (!flags.quiet) {

@@ -78,17 +78,13 @@ std::string estimator_list() {
 }
 
 void warn_of_problems(std::span<const std::string> problems) {
-  constexpr size_t most = 5, most_others = 20;
-  size_t n_logged = 0, n_others = 0;
-  for (const std::string& problem : problems) {
-    // Other problems than those of a log, such as conventions of the results, are recorded nowhere else.
-    const bool logged = problem.ends_with("log.txt)");
-    if (++(logged ? n_logged : n_others) <= (logged ? most : most_others)) print_message("warning", problem);
+  constexpr size_t most = 20;
+  for (const std::string& problem : problems.first(std::min(most, problems.size())))
+    print_message("warning", problem);
+  if (problems.size() > most) {
+    print_message("warning", fmt::format("{} more warnings are not printed: see also log.txt of each case",
+                                         problems.size() - most));
   }
-  if (n_logged > most)
-    print_message("warning", fmt::format("{} more of these: see log.txt of each case", n_logged - most));
-  if (n_others > most_others)
-    print_message("warning", fmt::format("{} more warnings are not printed", n_others - most_others));
 }
 
 }  // namespace sextant

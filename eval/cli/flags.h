@@ -92,7 +92,7 @@ void add_case_flags(CLI::App& command, CaseChoice& choice);
 /// option is an Error.
 SourceSpec source_of(const std::string& text, const CommonFlags& flags);
 
-/// Prints the first five problems on stderr as warnings, then the number of further ones.
+/// Prints the first twenty problems on stderr as warnings, then the number of further ones.
 void warn_of_problems(std::span<const std::string> problems);
 
 /// Parses the value of --shard, "I/N". Throws Error if it has another form.

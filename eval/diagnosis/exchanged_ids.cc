@@ -39,6 +39,13 @@ MotionData read_as_object(const MotionData& data, const References& references, 
   return read;
 }
 
+/// Returns the residual of an object that stands still in the world.
+std::optional<double> residual_at_rest(MotionData data) {
+  for (MotionSample& sample : data.samples)
+    sample.given = change_frame(SE3(), MotionFrame::world, data.declared, sample).value_or(SE3());
+  return motion_residual(data);
+}
+
 /// Formats "the motions of object 1 are logged as object 2, those of object 2 as object 3".
 std::string list_of(const std::map<int, int>& true_ids) {
   std::string text;
@@ -51,7 +58,8 @@ std::string list_of(const std::map<int, int>& true_ids) {
   return text;
 }
 
-/// Returns by logged id the id of the object whose motions it has; ids that differ, and each object once.
+/// Maps each logged id that belongs to another true object to the id of that object. Each true object is
+/// assigned at most once, in order of the residuals.
 std::map<int, int> exchanged_ids(const MotionData& data) {
   const References references = references_of(data);
   const std::set<int> logged = ids_of(data.logged), known = ids_of(references);
@@ -59,10 +67,11 @@ std::map<int, int> exchanged_ids(const MotionData& data) {
   for (const int id : logged) own[id] = motion_residual(read_as_object(data, references, id, id));
   std::vector<std::tuple<double, int, int>> fits;
   for (const int id : logged) {
+    if (own.at(id) && *own.at(id) <= negligible_residual) continue;
     for (const int as : known) {
       if (id == as) continue;
       const MotionData read = read_as_object(data, references, id, as);
-      const auto residual = motion_residual(read), still = null_of_motions(read);
+      const auto residual = motion_residual(read), still = residual_at_rest(read);
       if (!residual) continue;
       const double needed = strictness * explains_times_of(read.samples.size()) * *residual;
       const auto explains = [&](const std::optional<double>& other) { return !other || needed < *other; };

@@ -146,11 +146,11 @@ std::optional<FrameShift> find_frame_shift(const std::vector<StepError>& all) {
     // Different shifts have different numbers of steps with a change, so the mean gain per step over
     // unshifted numbers decides.
     const auto n_steps = static_cast<double>(fit.steps.size());
-    const double gain = (fit.cost(1) - fit.cost(0)) / n_steps;
-    const double gain_of_constant = (fit.cost(0, /*around_median=*/true) - fit.cost(0)) / n_steps;
-    if (gain_of_constant < gain - much_better) continue;
-    if (best && gain >= best->gain) continue;
-    found->gain = gain;
+    const double cost_change = (fit.cost(1) - fit.cost(0)) / n_steps;
+    const double change_of_constant = (fit.cost(0, /*around_median=*/true) - fit.cost(0)) / n_steps;
+    if (change_of_constant < cost_change - much_better) continue;
+    if (best && cost_change >= best->cost_change) continue;
+    found->cost_change = cost_change;
     found->frames = n;
     best = found;
   }

@@ -46,7 +46,8 @@ struct StepError {
 struct FrameShift {
   int frames = 0;
   double share = 0, standard_error = 0;
-  double gain = 0;  ///< cost of a step with this shift minus that without it; the lowest explains most
+  /// Mean change of the cost of a step if this shift is applied; the most negative value fits best.
+  double cost_change = 0;
 
   /// `read` is the reading of the data with this shift; the share a is added to its text.
   Explanation explanation(Reading read, double declared) const;

@@ -60,7 +60,10 @@ std::optional<SE3> from_camera_axes(const SE3& motion, MotionFrame declared, con
 }
 
 MotionData of_objects(const MotionData& data, const std::set<int>& ids) {
-  MotionData some{data.declared, {}, data.logged};
+  MotionData some{data.declared, {}, {}};
+  for (const auto& [key, motion] : data.logged) {
+    if (ids.contains(key.first)) some.logged.emplace_hint(some.logged.end(), key, motion);
+  }
   for (const MotionSample& sample : data.samples) {
     if (ids.contains(sample.key.first)) some.samples.push_back(sample);
   }
@@ -162,8 +165,8 @@ bool is_plausible(const MotionData& data, const Reading& reading, double times) 
 
 namespace {
 
-/// What stands at the wrong frame: the motion in the declared frame, or the motion T_curr_prev in camera
-/// coordinates, which was converted to the world by the camera poses of the wrong frame.
+/// Quantity that is logged at the wrong frame: the motion in the declared frame, or T_curr_prev in camera
+/// coordinates, which was then converted to the world with the camera poses of the wrong frame.
 enum class ShiftedMotion { declared, in_camera };
 constexpr std::array shifted_motions = {ShiftedMotion::declared, ShiftedMotion::in_camera};
 
@@ -359,7 +362,8 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
     if (motion == ShiftedMotion::in_camera && data.declared != MotionFrame::world) continue;
     const auto shift = find_frame_shift(step_errors(data, motion));
     // Both kinds have the same correction where they find the same number of frames.
-    if (!shift || (found && (found->frames == shift->frames || found->gain <= shift->gain))) continue;
+    if (!shift || (found && (found->frames == shift->frames || found->cost_change <= shift->cost_change)))
+      continue;
     found = shift;
     code = code_of(motion, shift->frames);
   }
@@ -383,12 +387,30 @@ std::set<int> ids_of(const MotionData& data) {
 
 using Residual = std::optional<double>(const MotionData&);
 
+/// Returns the logged motions with an object that stands still in the world as their reference.
+MotionData at_rest(const MotionData& data) {
+  MotionData read{data.declared, {}, data.logged, data.not_logged};
+  for (const auto& [key, motion] : data.logged) {
+    const auto same_frame =
+        std::ranges::find(data.not_logged, key.second, [](const MotionSample& at) { return at.key.second; });
+    if (same_frame == data.not_logged.end()) continue;
+    MotionSample sample = *same_frame;
+    sample.key = key;
+    sample.given = motion;
+    sample.reference = change_frame(SE3(), MotionFrame::world, data.declared, sample).value_or(SE3());
+    read.samples.push_back(sample);
+  }
+  return read;
+}
+
 /// Explains the motions of all objects, or of single ones, by the hypotheses of the table. In the null
-/// reading no object moves. It is not applied to `ids`, which may be given: exchanged_ids() has applied it to
-/// the object that moves.
+/// reading no object moves. The hypothesis `ids` is exempt from the null reading, because
+/// exchanged_ids_hypothesis() has already compared it with an object at rest.
 std::vector<ObjectExplanation> explain_by(const MotionData& data,
                                           const std::vector<Hypothesis<MotionData>>& table, Residual residual,
                                           const std::optional<Hypothesis<MotionData>>& ids = std::nullopt) {
+  std::vector<Hypothesis<MotionData>> with_other_ids;
+  if (ids) with_other_ids.push_back(*ids);
   return explain_objects(ids_of(data), [&](const std::set<int>& of) -> std::optional<Explanation> {
     const MotionData some = of_objects(data, of);
     const std::optional<double> declared = residual(some);
@@ -396,8 +418,7 @@ std::vector<ObjectExplanation> explain_by(const MotionData& data,
     const double times = explains_times_of(some.samples.size());
     std::vector<Reading> readings = read_as(table, some, residual);
     std::erase_if(readings, [&](const Reading& reading) { return !is_plausible(some, reading, times); });
-    std::vector<Reading> other_ids;
-    if (ids) other_ids = read_as(std::vector{*ids}, some, residual);
+    const std::vector<Reading> other_ids = read_as(with_other_ids, some, residual);
     std::vector<Reading> all = readings;
     std::ranges::copy(other_ids, std::back_inserter(all));
     const auto found = explain(*declared, all, {.null = residual(without_motion(some)), .times = times});
@@ -409,8 +430,11 @@ std::vector<ObjectExplanation> explain_by(const MotionData& data,
 
 std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
-  std::vector<ObjectExplanation> out =
-      explain_by(data, table, motion_residual, exchanged_ids_hypothesis(data));
+  const std::optional<Hypothesis<MotionData>> ids = exchanged_ids_hypothesis(data);
+  // Without any reference the motions are compared with objects at rest.
+  if (data.samples.empty())
+    return ids ? explain_by(at_rest(data), {}, motion_residual, ids) : std::vector<ObjectExplanation>();
+  std::vector<ObjectExplanation> out = explain_by(data, table, motion_residual, ids);
   if (out.empty()) {  // errors of the translations can hide transposed rotations
     std::erase_if(table, [](const auto& hypothesis) { return hypothesis.code != "transposed"; });
     out = explain_by(data, table, rotation_residual);

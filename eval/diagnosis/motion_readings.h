@@ -124,12 +124,8 @@ bool is_plausible(const MotionData& data, const Reading& reading, double times);
 ///                      were converted to the world
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared);
 
-/// To these, explain_motions() adds:
-///
-///   ids                objects are logged under the ids of others (exchanged_ids_hypothesis())
-///
 /// Returns the hypothesis that a log numbers the objects differently from its truth: exchanged ids, or ids
-/// off by one; nullopt if it does not (exchanged_ids.cc).
+/// off by one (code `ids`); nullopt if it does not. explain_motions() tries it besides motion_hypotheses().
 ///
 /// With r(a, t) the residual (motion_readings.h) of the motions logged for the id a against the reference of
 /// the object t, over the steps that both have, the motions of a are taken for those of t if

@@ -179,6 +179,19 @@ TEST(MotionReadings, ExchangedIdsAreNamedAndNotTakenForAnotherMistake) {
   }
 }
 
+TEST(MotionReadings, IdsOfWhichNoneIsInTheTruthAreNamed) {
+  for (const MotionFrame declared : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
+    const auto one = explain_motions(with_ids(data_of(scene(1, 10, 0.8), declared, 0.05), {{1, 2}}));
+    ASSERT_EQ(one.size(), 1U) << to_string(declared);
+    EXPECT_EQ(one[0].code(), "ids");
+    EXPECT_NE(one[0].text("log").find("object 1 are logged as object 2"), std::string::npos);
+    const auto all =
+        explain_motions(with_ids(data_of(scene(3, 10, 0.8), declared, 0.05), {{1, 101}, {2, 102}, {3, 103}}));
+    ASSERT_EQ(all.size(), 1U) << to_string(declared);
+    EXPECT_NE(all[0].text("log").find("subtract 100 from each id"), std::string::npos);
+  }
+}
+
 TEST(MotionReadings, AnObjectThatResemblesAnotherOneIsNotTakenForIt) {
   // A lost estimate that repeats a resting object, and one that copies an object that is logged correctly.
   const MotionData right = data_of(scene(3, 40, 0.8), MotionFrame::world, 0.05);

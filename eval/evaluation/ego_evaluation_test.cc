@@ -202,11 +202,11 @@ TEST(EgoEvaluation, ATrackerThatStartsAgainElsewhereIsReportedWithThePlace) {
   const Eigen::Vector3d origin = estimate.positions_m[150];
   for (size_t i = 150; i < 300; ++i) estimate.positions_m[i] -= origin;
   EXPECT_THAT(evaluate(drive(300, 10), estimate, options).warnings,
-              Contains(AllOf(code("jump"), text("before matched pose 150,"))));
+              Contains(AllOf(code("jump"), text("before matched pose 150;"))));
   estimate = noisy(drive(300, 10));
   estimate.positions_m[70].setZero();  // a lost pose that was logged as zero
   EXPECT_THAT(evaluate(drive(300, 10), estimate, options).warnings,
-              Contains(AllOf(code("jump"), text("before matched pose 70, 71,"))));
+              Contains(AllOf(code("jump"), text("before matched pose 70, 71;"))));
 }
 
 TEST(EgoEvaluation, GapsDriftAndAnotherScaleAreNoJumps) {

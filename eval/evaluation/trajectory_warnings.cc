@@ -113,6 +113,7 @@ std::optional<TrajectoryWarning> warning_of_jumps(const PoseSeries& reference, c
   if (ratios.empty()) return std::nullopt;
   std::ranges::nth_element(ratios, ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2));
   const double scale = ratios[ratios.size() / 2];
+  if (!(scale > 0)) return std::nullopt;
   std::vector<std::pair<double, size_t>> steps;  // excess of the length, and the pose after the step
   for (size_t i = 1; i < estimate.size(); ++i)
     steps.emplace_back(length(estimate, i) - scale * length(reference, i), i);
@@ -126,12 +127,16 @@ std::optional<TrajectoryWarning> warning_of_jumps(const PoseSeries& reference, c
   std::vector<size_t> at;
   for (size_t i = 0; i < n_jumps; ++i) at.push_back(steps[i].second);
   std::ranges::sort(at);
+  const std::string steps_are =
+      n_jumps == 1 ? "1 step of the estimate is" : fmt::format("{} steps of the estimate are up to", n_jumps);
   return TrajectoryWarning{
       "jump",
-      fmt::format("the estimate jumps by up to {:.3g} m more than the reference moves, before matched pose "
-                  "{}, and nowhere else by a tenth of this: did the tracker start again with another origin "
-                  "or scale? One alignment cannot fit both parts; evaluate each of them (--t-start, --t-end)",
-                  steps.front().first, fmt::join(at, ", "))};
+      fmt::format(
+          "{} {:.3g} m longer than in the reference, before matched pose {}; all other steps differ by less "
+          "than a tenth of that. Did the tracker restart with another origin, or close a loop? After a "
+          "restart one alignment cannot fit both parts: evaluate each part{}",
+          steps_are, steps.front().first / scale, fmt::join(at, ", "),
+          reference.stamps_s.empty() ? "" : " (--t-start, --t-end)")};
 }
 
 }  // namespace

@@ -224,6 +224,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
                       *before * object.T_camera_object, before, after});
     }
   }
+  std::ranges::sort(data.samples, {}, &MotionSample::key);
   add_lines(explain_motions(data), "estimated motions");
   return out;
 }

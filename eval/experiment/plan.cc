@@ -169,8 +169,8 @@ class PlanReader {
         fail("level {} ({}) is repeated: list each level of a noise once", level.level, level.noise.name());
       }
       if (!names.emplace(level.noise.name(), level.level).second) {
-        fail("two kinds of noise are '{}' at level {} in records: give them different levels",
-             level.noise.name(), level.level);
+        fail("level {}: two different noises have the same name '{}' in records: give them different levels",
+             level.level, level.noise.name());
       }
     }
   }
@@ -204,8 +204,8 @@ class PlanReader {
       const auto it = level_of_noise.try_emplace(json_line(level.noise.options()), level.level).first;
       if (it->second != level.level || (level.level > 0 && level.noise.none())) {
         fail(
-            "'{}' does not change the noise, which is {} at level {}: give the noise that it changes in "
-            "'base'",
+            "'{}' does not change the noise, which is '{}' at level {}: give the noise that this parameter "
+            "changes in 'base'",
             parameter, level.noise.name(), level.level);
       }
     }

@@ -74,7 +74,7 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error([&] { noisy(R"({"parameter":"flow.scale","levels":[1]})"); }, "does not change the noise");
   expect_error(
       [&] { noisy(R"({"parameter":"flow.scale","levels":[0.5,1],"base":{"depth":{"delta_d_px":1}}})"); },
-      "'flow.scale' does not change the noise, which is depth 1 px at level 1: give the noise");
+      "'flow.scale' does not change the noise, which is 'depth 1 px' at level 1: give the noise");
   const auto correlated = [](const char* shares) {
     return fmt::format(R"({{"level":1,"noise":{{"flow":{{"epe_px":1}},"correlation":)"
                        R"({{"model":"spatial","lengths_px":[5,40],"shares":{}}}}}}})",

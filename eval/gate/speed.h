@@ -2,8 +2,8 @@
 
 // Compares times. A sample is one repetition: each repetition of a benchmark, for Google Benchmark; each
 // folder, for runs, as the median over its cases of time / time in the first folder of BASE, per data set,
-// sequence, estimator and stage, apart for the camera and for all objects. All computations use logarithms,
-// so effects are ratios new / base:
+// sequence, estimator and stage, separately for the camera and for all objects. All computations use
+// logarithms, so effects are ratios new / base:
 //
 //   ratio       exp of the Hodges-Lehmann shift (median of all log new - log base), with the 95 % interval of
 //               the shifts that the Mann-Whitney test does not reject

@@ -152,6 +152,15 @@ std::optional<double> time_unit(const Name& name) {
   return std::nullopt;
 }
 
+bool has_word(const std::vector<std::string>& words, std::span<const std::string_view> known) {
+  return std::ranges::any_of(words, [&](const std::string& w) { return std::ranges::count(known, w) > 0; });
+}
+
+/// Words of quantities that are no pose: truth next to an estimate, velocities, biases, covariances.
+constexpr std::string_view other_quantities[] = {
+    "gt",  "truth", "v",    "vel", "velocity", "linear", "angular",    "twist", "w",    "a",
+    "acc", "b",     "bias", "bw",  "ba",       "cov",    "covariance", "std",   "sigma"};
+
 /// Returns 0 .. 2 for x y z of a position, 3 .. 6 for x y z w of a quaternion, -1 for others.
 int component(const Name& name) {
   if (name.words.empty()) return -1;
@@ -160,13 +169,8 @@ int component(const Name& name) {
   if (axis == std::string_view::npos) return -1;
   words.back().pop_back();
   if (words.back().empty()) words.pop_back();
-  const auto any = [&](std::initializer_list<std::string_view> known) {
-    return std::any_of(words.begin(), words.end(), [&](const std::string& w) { return is_one_of(w, known); });
-  };
-  // Other quantities with x, y and z components: truth next to an estimate, velocities, biases, covariances.
-  if (any({"gt", "truth", "v", "vel", "velocity", "linear", "angular", "twist", "w", "a", "acc", "b", "bias",
-           "bw", "ba", "cov", "covariance", "std", "sigma"}))
-    return -1;
+  const auto any = [&](std::initializer_list<std::string_view> known) { return has_word(words, known); };
+  if (has_word(words, other_quantities)) return -1;
   if (any({"q", "quat", "quaternion", "orientation", "ori", "rot", "rotation"}))
     return 3 + static_cast<int>(axis);
   if (axis < 3 && (words.empty() || any({"t", "p", "pos", "position", "trans", "translation"})))
@@ -179,8 +183,9 @@ int component(const Name& name) {
 std::string rotation_of_other_names(const std::vector<Name>& names) {
   std::vector<std::string> found;
   for (const Name& name : names) {
-    if (!name.words.empty() &&
-        is_one_of(name.words.back(), {"q0", "q1", "q2", "q3", "qi", "qj", "qk", "i", "j", "k", "w", "rx",
+    const auto words = std::span(name.words);
+    if (words.empty() || has_word({words.begin(), words.end() - 1}, other_quantities)) continue;
+    if (is_one_of(name.words.back(), {"q0", "q1", "q2", "q3", "qi", "qj", "qk", "i", "j", "k", "w", "rx",
                                       "ry", "rz", "rw", "roll", "pitch", "yaw", "heading"}))
       found.push_back(name.words.back());
   }

@@ -55,6 +55,7 @@ TEST(PoseColumns, RotationsUnderOtherNamesAreListed) {
   EXPECT_EQ(columns("t [s],x,y,z,w,i,j,k")->unread_rotation, "w, i, j, k");
   EXPECT_EQ(columns("t [s],x,y,z,qx,qy,qz,qw")->unread_rotation, "");
   EXPECT_EQ(columns("t [s],x,y,z,vx,vy,vz,heading")->unread_rotation, "");
+  EXPECT_EQ(columns("t [s],x,y,z,std_roll,std_pitch,std_yaw", 7)->unread_rotation, "");
 }
 
 TEST(PoseColumns, AmbiguousHeadersGiveNoResult) {

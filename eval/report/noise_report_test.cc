@@ -193,7 +193,9 @@ struct SweepOfTwoChannels {
   std::vector<Record> records{};
 
   void add(double level, double delta_d_px, double epe_px) {
-    const Noise noise(Json{{"depth", {{"delta_d_px", delta_d_px}}}, {"flow", {{"epe_px", epe_px}}}});
+    add(level, Noise(Json{{"depth", {{"delta_d_px", delta_d_px}}}, {"flow", {{"epe_px", epe_px}}}}));
+  }
+  void add(double level, const Noise& noise) {
     run["configuration"]["noise"].push_back({{"level", level}, {"noise", noise.options()}});
     run["noise"].push_back({{"source", "x"},
                             {"level", level},
@@ -251,6 +253,18 @@ TEST(NoiseSweep, GridsOfOneParameterUnderDifferentNoiseAreApart) {
                                {"depth 0.1 px + flow 0.5 px", "depth 0.2 px + flow 0.5 px"}},
                               {"depth.delta_d_px with none", {"depth 0.1 px", "depth 0.2 px"}}}));
   EXPECT_EQ(parameter_title("flow.epe_px with depth 0.5 px"), parameter_title("flow.epe_px"));
+}
+
+TEST(NoiseSweep, GridsThatDifferInTheModelOfTheirParameterAreApart) {
+  SweepOfTwoChannels sweep;
+  for (const double baseline_m : {0.5, 0.6}) {
+    for (const double level : {0.1, 0.2})
+      sweep.add(level + baseline_m,
+                Noise(Json{{"depth", {{"delta_d_px", level + baseline_m}, {"baseline_m", baseline_m}}}}));
+  }
+  const NoiseByParameter noise = sweep.read();
+  EXPECT_EQ(noise.size(), 2U);
+  for (const auto& [parameter, names] : noise) EXPECT_EQ(names.size(), 2U) << parameter;
 }
 
 TEST(NoiseSweep, LevelZeroBelongsToItsGrid) {

@@ -28,7 +28,8 @@ void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::
 /// A sweep of one parameter under the same other noise.
 struct Grid {
   std::string parameter;  ///< dotted key; "" if nothing is swept
-  std::string others;     ///< the noise without the parameter
+  std::string others;     ///< options of the noise, in one line, with null in place of the parameter
+  std::string label;      ///< text of the other noise; "" if this version cannot read the options
   auto operator<=>(const Grid&) const = default;
 };
 
@@ -60,14 +61,15 @@ void set_number(const std::string& key, const Json& value, Json& noise) {
   *number = value;
 }
 
-/// Returns the text of the noise of a level without the parameter.
-std::string others_of(const ConfiguredLevel& level, const std::string& parameter) {
-  Json noise = level.noise;
-  set_number(parameter, 0, noise);
-  const std::string name = noise_name(noise);
+/// Returns the grid of a level whose noise is not none.
+Grid grid_of(const ConfiguredLevel& level, const std::string& parameter) {
+  Json others = level.noise, without = level.noise;
+  set_number(parameter, nullptr, others);
+  set_number(parameter, 0, without);
+  std::string label = noise_name(without);
   const size_t correlation = level.name.find(" (");
-  if (name != "none" || correlation == std::string::npos) return name;
-  return name + level.name.substr(correlation);
+  if (label == "none" && correlation != std::string::npos) label += level.name.substr(correlation);
+  return {parameter, json_line(others), label};
 }
 
 /// Returns true if the number `key` is the level at both levels and their noise is otherwise equal. At level
@@ -95,8 +97,8 @@ bool is_swept(const std::string& key, const ConfiguredLevel& a, const Configured
 }
 
 /// Determines the grid of each level. A grid consists of successive levels of which one parameter is
-/// swept; it ends where no parameter fits the next level too. A level 0 that could end one grid or begin the
-/// next one begins the next one.
+/// swept; it ends where no parameter fits the next level too. If a level 0 fits both the grid before it and
+/// the grid after it, it is assigned to the grid after it.
 void find_grids(std::vector<ConfiguredLevel>& levels) {
   using Keys = std::set<std::string>;
   const auto fitting = [&](const Keys& keys, size_t a, size_t b) {
@@ -125,7 +127,7 @@ void find_grids(std::vector<ConfiguredLevel>& levels) {
         const ConfiguredLevel& highest =
             *std::max_element(&levels[first], &levels[i - 1] + 1,
                               [](const auto& a, const auto& b) { return a.level < b.level; });
-        const Grid grid{*keys.begin(), others_of(highest, *keys.begin())};
+        const Grid grid = grid_of(highest, *keys.begin());
         for (size_t k = first; k < i; ++k) levels[k].grid = grid;
       }
       first = i;
@@ -154,7 +156,7 @@ std::vector<ConfiguredLevel> configured_levels(const Json& configuration) {
 /// Returns the grid of the first level that `is_level` accepts; otherwise that of level `position`, or none
 /// if there are fewer levels.
 template <typename IsLevel>
-Grid grid_of(const std::vector<ConfiguredLevel>& levels, IsLevel is_level, size_t position) {
+Grid find_grid(const std::vector<ConfiguredLevel>& levels, IsLevel is_level, size_t position) {
   const auto it = std::ranges::find_if(levels, is_level);
   if (it != levels.end()) return it->grid;
   return position < levels.size() ? levels[position].grid : Grid();
@@ -279,7 +281,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
         const auto is_level = [&](const ConfiguredLevel& level) {
           return level.level == of.level && level.name == Interned(of.noise).str();
         };
-        it->second = &by_grid[grid_of(levels, is_level, content_of_noise.size() - 1)];
+        it->second = &by_grid[find_grid(levels, is_level, content_of_noise.size() - 1)];
       }
       it->second->levels.add(of);
     };
@@ -300,16 +302,22 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
       const auto is_level = [&](const ConfiguredLevel& level) {
         return level.level == achieved.level && level.noise == achieved.noise.value("requested", Json());
       };
-      Content& content = by_grid[grid_of(levels, is_level, n_of_source[achieved.source]++)];
+      Content& content = by_grid[find_grid(levels, is_level, n_of_source[achieved.source]++)];
       content.achieved.push_back(std::move(achieved));
     }
   }
   std::vector<NoiseSweep> sweeps;
   for (auto& [grid, content] : by_grid) {
-    const auto is_same = [&](const auto& other) { return other.first.parameter == grid.parameter; };
-    const bool is_one_of_several = std::ranges::count_if(by_grid, is_same) > 1;
-    sweeps.push_back({grid.parameter + (is_one_of_several ? " with " + grid.others : ""),
-                      content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
+    int n_of_parameter = 0, n_of_label = 0;
+    for (const auto& [other, ignored] : by_grid) {
+      n_of_parameter += other.parameter == grid.parameter;
+      n_of_label += other.parameter == grid.parameter && other.label == grid.label;
+    }
+    std::string parameter = grid.parameter;
+    if (n_of_parameter > 1)
+      parameter += " with " + (n_of_label > 1 || grid.label.empty() ? grid.others : grid.label);
+    sweeps.push_back(
+        {parameter, content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
   }
   check_once(sweeps, folders);
   return sweeps;

@@ -251,7 +251,8 @@ void NoiseApplication::frame(Frame& frame) {
     fail("noise: frame {} has no mask, which flow.bodies requires: give masks, or leave flow.bodies out",
          frame.index);
   }
-  // Before the flow, whose bodies are those of the corrupted masks, as they are for points.
+  // The mask is corrupted before the flow, because the flow noise of a pixel depends on its id in the
+  // corrupted mask, as it does for points.
   noise_.corrupt_mask(frame.mask);
   const auto rows = [&](const auto& image, auto corrupt) {
     Pixels pixels;

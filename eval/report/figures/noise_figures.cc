@@ -240,9 +240,11 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
   for (const std::string& part : key) figure.name += "_" + file_stem(part);
   figure.data = level_data(lines, levels, content.statistic);
   const std::string of = content.bars ? first.estimator : body_title(first.body);
+  const size_t others = first.parameter.find(" with ");
   figure.caption =
-      fmt::format("{} against noise, {} {}, {}. Curves: {} E_t over {} seeds, bands: its 95 % interval.{}",
-                  content.what, first.dataset, first.sequence, of, content.word, first.n_seeds,
+      fmt::format("{} against noise{}, {} {}, {}. Curves: {} E_t over {} seeds, bands: its 95 % interval.{}",
+                  content.what, others == std::string::npos ? "" : first.parameter.substr(others),
+                  first.dataset, first.sequence, of, content.word, first.n_seeds,
                   content.bars ? " Bars: mean E_R with its 95 % interval." : "");
   figure.script = curves_script(lines, levels, parameter_title(first.parameter), content);
   return figure;
