@@ -472,6 +472,16 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     const auto found = explain_poses(steps);
     ASSERT_FALSE(found.empty());
     EXPECT_TRUE(found[0].allows("per_step")) << found[0].text("log");
+    PoseData inverse = right;
+    for (auto& [key, pose] : inverse.given) {
+      const auto before = right.given.find(previous(key));
+      if (before == right.given.end()) continue;
+      const SE3 &g0 = before->second, &g1 = right.given.at(key), &chained = inverse.given.at(previous(key));
+      pose = shared == SharedFrame::body ? chained * (g1.inverse() * g0) : g0 * g1.inverse() * chained;
+    }
+    const auto inverted = explain_poses(inverse);
+    ASSERT_FALSE(inverted.empty());
+    EXPECT_TRUE(inverted[0].allows("inverse_steps")) << inverted[0].text("log");
   }
 }
 

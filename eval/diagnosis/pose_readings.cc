@@ -134,6 +134,20 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
                      return true;
                    },
                    0.1});
+  table.push_back(
+      {"inverse_steps", "the motions of which the poses are chained look inverted, from frame k to k-1",
+       "invert each motion",
+       [](PoseData& data, double&) {
+         const std::map<ObjectFrame, SE3> given = data.given;
+         for (auto& [key, pose] : data.given) {
+           const auto before = given.find(previous(key));
+           if (before == given.end()) continue;
+           const SE3 &g0 = before->second, &g1 = given.at(key), &read = data.given.at(previous(key));
+           pose = data.shared == SharedFrame::body ? read * (g1.inverse() * g0) : g0 * g1.inverse() * read;
+         }
+         return true;
+       },
+       0.1});
   table.push_back({"frame_camera", "the poses look like those in the camera frame, not in the world",
                    "write T_world_camera times each pose",
                    [](PoseData& data, double& ignored) {

@@ -35,6 +35,7 @@ std::optional<double> null_of_poses(const PoseData& data);
 ///   transposed, lag_-3 .. lag_3   as in motion_hypotheses()
 ///   scale          one factor on all positions, which is fitted; only for the same body on both sides
 ///   axes_opengl, axes_ned, axes_flu   body and world have the axes of another convention (geometry/axes.h)
+///   inverse_steps  the poses are chained from motions of frame k to k-1; on a plane nearly like axes_opengl
 ///   per_step       the values are motions from frame to frame instead of poses
 ///   frame_camera   the poses of objects are in the camera frame
 std::vector<Hypothesis<PoseData>> pose_hypotheses();
