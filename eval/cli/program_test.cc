@@ -126,9 +126,20 @@ TEST_F(ProgramOnFixture, RunNamesTheMistakesOfItsInput) {
   EXPECT_EQ(outcome.code, 0);  // the results are those of the files
   EXPECT_THAT(outcome.err, HasSubstr("warning: " + fixture_.source() + ": camera poses are inverted"));
   EXPECT_THAT(outcome.err, HasSubstr("`sextant data check " + fixture_.source() + "` shows the numbers"));
-  const Outcome fitted = sextant_program(
-      fmt::format("noise fit {} --out {}", fixture_.source(), (temp_.path() / "profile.json").string()));
-  EXPECT_THAT(fitted.err, HasSubstr("the profile may describe this mistake instead of noise"));
+}
+
+TEST(Program, NoiseFitNamesTheMistakesOfItsInput) {
+  const TempFolder temp;
+  const VdoFixture fixture = make_vdo_fixture(temp.path() / "vdo");
+  const std::string command =
+      fmt::format("noise fit {} --out {}", fixture.source(), (temp.path() / "profile.json").string());
+  EXPECT_EQ(sextant_program(command).err, "");
+  std::map<int, SE3> inverse;
+  for (const auto& [k, pose] : fixture.T_world_camera) inverse[k] = pose.inverse();
+  write_file(fixture.dir / "pose_gt.txt", encode_pose_text(inverse));
+  EXPECT_THAT(sextant_program(command).err,
+              AllOf(HasSubstr("camera poses are inverted"),
+                    HasSubstr("the profile may describe this mistake instead of noise")));
 }
 
 TEST_F(ProgramOnFixture, OverlayDrawsAPicture) {
