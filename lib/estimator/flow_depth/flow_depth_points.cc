@@ -15,14 +15,19 @@ struct SpareArray {
   size_t capacity;
   std::unique_ptr<Real[]> values;
 };
+/// Spare arrays of this thread. A variable of the function, because GCC 12 does not destroy a thread_local
+/// variable template at the end of its thread.
 template <typename Real>
-thread_local std::vector<SpareArray<Real>> spare_arrays;
+std::vector<SpareArray<Real>>& spare_arrays() {
+  thread_local std::vector<SpareArray<Real>> spare;
+  return spare;
+}
 
 }  // namespace
 
 template <typename Real>
 ReusedArray<Real>::ReusedArray(size_t size) : capacity_(size) {
-  std::vector<SpareArray<Real>>& spare = spare_arrays<Real>;
+  std::vector<SpareArray<Real>>& spare = spare_arrays<Real>();
   auto best = spare.end();
   for (auto it = spare.begin(); it != spare.end(); ++it) {
     if (it->capacity >= size && (best == spare.end() || it->capacity < best->capacity)) best = it;
@@ -39,7 +44,7 @@ ReusedArray<Real>::ReusedArray(size_t size) : capacity_(size) {
 
 template <typename Real>
 ReusedArray<Real>::~ReusedArray() {
-  std::vector<SpareArray<Real>>& spare = spare_arrays<Real>;
+  std::vector<SpareArray<Real>>& spare = spare_arrays<Real>();
   if (!values_ || capacity_ > largest_spare) return;
   if (spare.size() < most_spare) {
     spare.push_back({capacity_, std::move(values_)});
