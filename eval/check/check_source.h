@@ -66,7 +66,7 @@ std::vector<std::string> failures_of(const SourceSpec& source, int jobs);
 /// Throws Error with the number of failed checks and the first one of them, if a check failed.
 void refuse_failed(const std::string& source, const std::vector<SourceCheck>& checks);
 
-// ---- Dense ground truth: the accuracy of flow and depth of a source, as computed by
+// ---- Dense ground truth (dense_truth.cc): the accuracy of flow and depth of a source, as computed by
 // networks, DIS or SGBM, before an estimator uses them. The data set must have dense ground truth
 // (metrics/dense_errors.h).
 

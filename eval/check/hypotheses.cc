@@ -1,15 +1,225 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <numbers>
+#include <vector>
 
-#include "sextant/eval/check/undo_mistake.h"
+#include "sextant/eval/check/conventions.h"
 #include "sextant/eval/diagnosis/dense_readings.h"
 
 namespace sextant {
 
-// Table of hypotheses, composed of the functions of undo_mistake.h.
 namespace undo {
 namespace {
+
+// Functions that undo one mistake in sampled data (conventions.h), from which the table below is composed.
+// `Change` computes a right value from a given one.
+
+/// Rereads sampled data in place, as Hypothesis::undo (diagnosis/hypothesis.h).
+using Undo = std::function<bool(ConventionData&, double&)>;
+
+// ---- the changes of a hypothesis
+
+template <typename Change>  // z, u, v -> z
+Undo depth(Change change) {
+  return [change](ConventionData& data, double&) {
+    for (GridFrame& frame : data.frames) {
+      for (const auto [i, j] : pixels(frame.depth_m)) {
+        float& z = frame.depth_m(i, j);
+        if (std::isfinite(z)) z = static_cast<float>(change(data, double{z}, data.pixel(i), data.pixel(j)));
+        if (z <= 0) z = NAN;
+      }
+    }
+    return true;
+  };
+}
+
+template <typename Change>  // u, v -> u, v
+Undo flow(Change change) {
+  return [change](ConventionData& data, double&) {
+    for (GridFrame& frame : data.frames) {
+      for (size_t i = 0; i < frame.flow.size(); ++i) {
+        Flow& f = frame.flow.data()[i];
+        const Eigen::Vector2d changed = change(data, double{f.u}, double{f.v});
+        f = {static_cast<float>(changed.x()), static_cast<float>(changed.y())};
+      }
+    }
+    return true;
+  };
+}
+
+Undo flow_between(int from, int to) {
+  return [from, to](ConventionData& data, double&) {
+    data.flow_from = from;
+    data.flow_to = to;
+    return true;
+  };
+}
+
+template <typename Change>  // T_world_camera -> T_world_camera
+Undo poses(Change change) {
+  return [change](ConventionData& data, double&) {
+    const std::map<int, SE3> given = data.truth.camera.poses();
+    for (const auto& [frame, pose] : given) data.truth.camera.set(frame, change(pose));
+    return !given.empty();
+  };
+}
+
+/// The pose of frame k is found in the files at k + shift.
+Undo shifted_poses(int shift) {
+  return [shift](ConventionData& data, double&) {
+    Trajectory moved;
+    for (const auto& [frame, pose] : data.truth.camera.poses()) moved.set(frame - shift, pose);
+    data.truth.camera = moved;
+    return !moved.empty();
+  };
+}
+
+Undo accumulated_poses() {
+  return [](ConventionData& data, double&) {
+    SE3 pose;
+    const std::map<int, SE3> given = data.truth.camera.poses();
+    for (const auto& [frame, step] : given) data.truth.camera.set(frame, pose = pose * step);
+    return !given.empty();
+  };
+}
+
+template <typename Change>  // object, T_world_camera of its frame
+Undo objects(Change change) {
+  return [change](ConventionData& data, double&) {
+    for (auto& [frame, list] : data.truth.objects) {
+      const auto T_world_camera = data.truth.camera.pose(frame);
+      for (ObjectTruth& object : list) change(object, T_world_camera);
+    }
+    return !data.truth.objects.empty();
+  };
+}
+
+Undo shifted_objects(int shift) {
+  return [shift](ConventionData& data, double&) {
+    decltype(data.truth.objects) moved;
+    for (const auto& [frame, list] : data.truth.objects) moved[frame - shift] = list;
+    data.truth.objects = moved;
+    return !moved.empty();
+  };
+}
+
+/// Computes a new yaw about the camera's y axis from the given one.
+template <typename Change>
+Undo yaw(Change change) {
+  return objects([change](ObjectTruth& object, const std::optional<SE3>&) {
+    const Eigen::Vector3d ahead = object.T_camera_object.rotation() * Eigen::Vector3d::UnitZ();
+    const double given = std::atan2(ahead.x(), ahead.z());
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(change(given) - given, Eigen::Vector3d::UnitY()));
+    object.T_camera_object =
+        SE3(turn * object.T_camera_object.rotation(), object.T_camera_object.translation());
+  });
+}
+
+template <typename Change>  // position -> position
+Undo positions(Change change) {
+  return objects([change](ObjectTruth& object, const std::optional<SE3>&) {
+    object.T_camera_object =
+        SE3(object.T_camera_object.rotation(), change(object, object.T_camera_object.translation()));
+  });
+}
+
+template <typename Change>  // id -> id, 0 stays 0
+Undo mask_ids(Change change) {
+  return [change](ConventionData& data, double&) {
+    const auto changed = [&](int id) {
+      return static_cast<uint16_t>(std::max(0, id == 0 ? 0 : int{change(id)}));
+    };
+    for (GridFrame& frame : data.frames) {
+      for (size_t i = 0; i < frame.mask.size(); ++i) {
+        frame.mask.data()[i] = changed(frame.mask.data()[i]);
+      }
+      std::map<int, MaskOutline> outlines;
+      for (const auto& [id, outline] : frame.outlines) outlines[changed(id)] = outline;
+      outlines.erase(0);
+      frame.outlines = outlines;
+    }
+    return true;
+  };
+}
+
+/// The mask (or depth) of frame k is found in the files at k + shift.
+template <typename Take>
+Undo shifted_channel(int shift, Take take) {
+  return [shift, take](ConventionData& data, double&) {
+    const std::vector<GridFrame> given = data.frames;
+    for (int frame = data.first_frame; frame <= data.last_frame(); ++frame) {
+      const int from = frame + shift;
+      GridFrame& to = data.frames[static_cast<size_t>(frame - data.first_frame)];
+      take(to, data.has(from) ? given[static_cast<size_t>(from - data.first_frame)] : GridFrame());
+    }
+    return true;
+  };
+}
+void take_mask(GridFrame& to, const GridFrame& from) { to.mask = from.mask, to.outlines = from.outlines; }
+void take_depth(GridFrame& to, const GridFrame& from) { to.depth_m = from.depth_m; }
+
+template <typename Change>
+Undo camera(Change change) {
+  return [change](ConventionData& data, double&) {
+    change(data);
+    return true;
+  };
+}
+
+// ---- fitted numbers
+
+/// Returns every third sample of every third frame, which is enough for one number.
+ConventionData thinned(const ConventionData& data) {
+  ConventionData few = data;
+  few.step = 3 * data.step;
+  for (GridFrame& frame : few.frames) {
+    frame.depth_m = sample_grid(frame.depth_m, 3);
+    frame.flow = sample_grid(frame.flow, 3);
+    frame.mask = sample_grid(frame.mask, 3);
+  }
+  return few;
+}
+
+/// Finds the factor in [1/limit, limit] that reduces the residual of the static flow most, and applies it.
+/// For depth (steps = 1) and camera positions (steps = -1) it is refined from the step lengths. `fitted` is
+/// the inverse of the factor; the hypothesis does not apply if the factor is within 0.5 % of 1.
+template <typename MakeUndo>  // factor -> Undo
+Undo fitted_factor(double limit, MakeUndo make_undo, int steps = 0) {
+  return [limit, make_undo, steps](ConventionData& data, double& fitted) {
+    const ConventionData few = thinned(data);
+    const auto residual = [&](double log_factor) {
+      ConventionData changed = few;
+      double ignored = 0;
+      make_undo(std::exp(log_factor))(changed, ignored);
+      const Finding finding = check_static_flow(changed);
+      return finding.value.value_or(1e9);
+    };
+    const double range = std::log(limit);
+    double best = 0, step = range / 16, least = residual(0);
+    for (double x = -range; x <= range; x += step) {
+      if (const double r = residual(x); r < least) best = x, least = r;
+    }
+    for (step /= 2; step > 1e-3; step /= 2) {
+      for (const double x : {best - step, best + step}) {
+        if (const double r = residual(x); r < least) best = x, least = r;
+      }
+    }
+    double ignored = 0;
+    make_undo(std::exp(best))(data, ignored);
+    // Distant points dominate the median; the step lengths are more accurate.
+    if (const DepthFactor fit = fit_depth_factor(data); steps != 0 && fit.n > 0) {
+      const double polish = std::pow(fit.factor, steps);
+      make_undo(polish)(data, ignored);
+      best += std::log(polish);
+    }
+    fitted = std::exp(-best);
+    return std::abs(best) > 0.005;
+  };
+}
+
+// ---- the table
 
 constexpr double pi = std::numbers::pi;
 constexpr double min_range_share = 0.5;

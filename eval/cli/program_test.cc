@@ -123,7 +123,7 @@ TEST_F(ProgramOnFixture, RunNamesTheMistakesOfItsInput) {
   for (const auto& [k, pose] : fixture_.T_world_camera) inverse[k] = pose.inverse();
   write_file(file("pose_gt.txt"), encode_pose_text(inverse));
   const Outcome outcome = run("--force");
-  EXPECT_EQ(outcome.code, 0);  // the results are those of the files
+  EXPECT_EQ(outcome.code, 0);  // the results of the files as they are
   EXPECT_THAT(outcome.err, HasSubstr("warning: " + fixture_.source() + ": camera poses are inverted"));
   EXPECT_THAT(outcome.err, HasSubstr("`sextant data check " + fixture_.source() + "` shows the numbers"));
 }

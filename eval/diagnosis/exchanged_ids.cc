@@ -21,12 +21,6 @@ References references_of(const MotionData& data) {
   return references;
 }
 
-std::set<int> ids_of(const auto& by_object) {
-  std::set<int> ids;
-  for (const auto& [key, value] : by_object) ids.insert(key.first);
-  return ids;
-}
-
 /// The motions logged for `id` with the reference of the object `as`.
 MotionData read_as_object(const MotionData& data, const References& references, int id, int as) {
   MotionData read{data.declared, {}, {}, {}};
@@ -46,14 +40,14 @@ std::optional<double> residual_at_rest(MotionData data) {
   return motion_residual(data);
 }
 
-/// Formats "the motions of object 1 are logged as object 2, those of object 2 as object 3".
+/// Formats "the motions of object 1 are logged as object 2, the motions of object 2 as object 3".
 std::string list_of(const std::map<int, int>& true_ids) {
   std::string text;
   size_t n = 0;
   for (const auto& [id, true_id] : true_ids) {
     if (++n > most_named) return text + ", ...";
     text += n == 1 ? fmt::format("the motions of object {} are logged as object {}", true_id, id)
-                   : fmt::format(", those of object {} as object {}", true_id, id);
+                   : fmt::format(", the motions of object {} as object {}", true_id, id);
   }
   return text;
 }

@@ -157,10 +157,8 @@ std::optional<double> stillness_residual(MotionData data) {
   return motion_residual(data);
 }
 
-bool is_plausible(const MotionData& data, const Reading& reading, double times) {
-  if (reading.code.find("frame_") == std::string::npos) return true;
-  const auto still = stillness_residual(data);
-  return !still || times * reading.residual <= *still;
+bool is_plausible(const Reading& reading, std::optional<double> still, double times) {
+  return !still || reading.code.find("frame_") == std::string::npos || times * reading.residual <= *still;
 }
 
 namespace {
@@ -187,9 +185,9 @@ std::optional<SE3> at_other_frame(const SE3& H, const MotionSample& from, const 
 }
 
 /// Camera poses of each step, by its frame k.
-std::map<int, MotionSample> cameras_of(const MotionData& data) {
+std::map<int, MotionSample> cameras_of(const std::vector<MotionSample>& samples) {
   std::map<int, MotionSample> cameras;
-  for (const MotionSample& sample : data.samples) {
+  for (const MotionSample& sample : samples) {
     cameras.emplace(sample.key.second,
                     MotionSample{sample.key, {}, {}, std::nullopt, sample.T_world_prev, sample.T_world_curr});
   }
@@ -199,7 +197,7 @@ std::map<int, MotionSample> cameras_of(const MotionData& data) {
 std::function<bool(MotionData&, double&)> undo_shift(ShiftedMotion motion, int lag) {
   return [motion, lag](MotionData& data, double& ignored) {
     const auto logged = data.logged;
-    const auto cameras = cameras_of(data);
+    const auto cameras = cameras_of(data.samples);
     size_t n_known = 0;
     std::set<int> frames;
     // Steps whose shifted counterpart is not logged stay unchanged, so that both readings have the same
@@ -379,7 +377,8 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
 
 namespace {
 
-std::set<int> ids_of(const MotionData& data) {
+/// Returns the ids of the objects that have a reference.
+std::set<int> ids_with_reference(const MotionData& data) {
   std::set<int> ids;
   for (const MotionSample& sample : data.samples) ids.insert(sample.key.first);
   return ids;
@@ -390,11 +389,11 @@ using Residual = std::optional<double>(const MotionData&);
 /// Returns the logged motions with an object that stands still in the world as their reference.
 MotionData at_rest(const MotionData& data) {
   MotionData read{data.declared, {}, data.logged, data.not_logged};
+  const std::map<int, MotionSample> cameras = cameras_of(data.not_logged);
   for (const auto& [key, motion] : data.logged) {
-    const auto same_frame =
-        std::ranges::find(data.not_logged, key.second, [](const MotionSample& at) { return at.key.second; });
-    if (same_frame == data.not_logged.end()) continue;
-    MotionSample sample = *same_frame;
+    const auto camera = cameras.find(key.second);
+    if (camera == cameras.end()) continue;
+    MotionSample sample = camera->second;
     sample.key = key;
     sample.given = motion;
     sample.reference = change_frame(SE3(), MotionFrame::world, data.declared, sample).value_or(SE3());
@@ -411,19 +410,21 @@ std::vector<ObjectExplanation> explain_by(const MotionData& data,
                                           const std::optional<Hypothesis<MotionData>>& ids = std::nullopt) {
   std::vector<Hypothesis<MotionData>> with_other_ids;
   if (ids) with_other_ids.push_back(*ids);
-  return explain_objects(ids_of(data), [&](const std::set<int>& of) -> std::optional<Explanation> {
-    const MotionData some = of_objects(data, of);
-    const std::optional<double> declared = residual(some);
-    if (!declared) return std::nullopt;
-    const double times = explains_times_of(some.samples.size());
-    std::vector<Reading> readings = read_as(table, some, residual);
-    std::erase_if(readings, [&](const Reading& reading) { return !is_plausible(some, reading, times); });
-    const std::vector<Reading> other_ids = read_as(with_other_ids, some, residual);
-    std::vector<Reading> all = readings;
-    std::ranges::copy(other_ids, std::back_inserter(all));
-    const auto found = explain(*declared, all, {.null = residual(without_motion(some)), .times = times});
-    return found || other_ids.empty() ? found : explain(*declared, other_ids, {.times = times});
-  });
+  return explain_objects(
+      ids_with_reference(data), [&](const std::set<int>& of) -> std::optional<Explanation> {
+        const MotionData some = of_objects(data, of);
+        const std::optional<double> declared = residual(some);
+        if (!declared) return std::nullopt;
+        const double times = explains_times_of(some.samples.size());
+        std::vector<Reading> readings = read_as(table, some, residual);
+        const std::optional<double> still = stillness_residual(some);
+        std::erase_if(readings, [&](const Reading& reading) { return !is_plausible(reading, still, times); });
+        const std::vector<Reading> other_ids = read_as(with_other_ids, some, residual);
+        std::vector<Reading> all = readings;
+        std::ranges::copy(other_ids, std::back_inserter(all));
+        const auto found = explain(*declared, all, {.null = residual(without_motion(some)), .times = times});
+        return found || other_ids.empty() ? found : explain(*declared, other_ids, {.times = times});
+      });
 }
 
 }  // namespace
@@ -441,7 +442,7 @@ std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   }
   if (out.empty()) {
     if (const auto shift = explain_hidden_shift(data)) {
-      const std::set<int> ids = ids_of(data);
+      const std::set<int> ids = ids_with_reference(data);
       out.push_back({{ids.begin(), ids.end()}, true, *shift});
     }
   }

@@ -22,6 +22,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +50,13 @@ constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
 using ObjectFrame = std::pair<int, int>;
 /// Returns the same object in the frame before.
 inline ObjectFrame previous(ObjectFrame key) { return {key.first, key.second - 1}; }
+
+/// Returns the ids of the objects of a map with keys ObjectFrame.
+std::set<int> ids_of(const auto& by_object_frame) {
+  std::set<int> ids;
+  for (const auto& [key, value] : by_object_frame) ids.insert(key.first);
+  return ids;
+}
 
 /// Returns the pose or motion of an object in a frame; nullopt if it is not known.
 inline std::optional<SE3> find_pose(const std::map<ObjectFrame, SE3>& poses, ObjectFrame key) {
@@ -106,10 +114,10 @@ std::optional<double> null_of_motions(MotionData data);
 /// that this needs is not known.
 std::optional<double> stillness_residual(MotionData data);
 
-/// Returns false for a reading in another frame unless it fits clearly better than the declared motions fit
-/// an object that stands still: read in another frame, the motions of such an object look like those of an
-/// object that follows the camera.
-bool is_plausible(const MotionData& data, const Reading& reading, double times);
+/// Returns false for a reading in another frame unless its residual is smaller, by the factor `times`, than
+/// `still`, the stillness_residual() of the declared motions: in another frame, an object that stands still
+/// looks like one that follows the camera. If `still` is not known, every reading is plausible.
+bool is_plausible(const Reading& reading, std::optional<double> still, double times);
 
 /// Every hypothesis about logged motions, for motions declared in `declared`:
 ///

@@ -170,7 +170,7 @@ TEST(MotionReadings, ExchangedIdsAreNamedAndNotTakenForAnotherMistake) {
         for (const ObjectExplanation& e : found) EXPECT_EQ(e.code(), "ids") << e.text("log");
         const std::string text = found[0].text("log");
         EXPECT_TRUE(text.find("object 1 are logged as object 2") != std::string::npos ||
-                    text.find("those of object 1 as object 2") != std::string::npos)
+                    text.find("the motions of object 1 as object 2") != std::string::npos)
             << text;
       }
       const auto off = explain_motions(with_ids(right, {{1, 2}, {2, 3}, {3, 4}}));

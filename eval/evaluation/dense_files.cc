@@ -221,15 +221,15 @@ std::array<Side, 2> sides_of(const DenseFiles<Format>& files) {
 }
 
 void explain_errors(const DensePairs& pairs, const std::vector<Hypothesis<DensePairs>>& hypotheses,
-                    double null, const char* subject, const char* unit, std::vector<std::string>* warnings) {
+                    double null, const char* subject, const char* unit, std::vector<std::string>& warnings) {
   const std::optional<double> declared = mean_square(pairs);
-  if (!warnings || !declared) return;
+  if (!declared) return;
   const auto found = explain(*declared, read_as(hypotheses, pairs, mean_square), {.null = null});
-  if (found) warnings->push_back(message(*found, subject, unit));
+  if (found) warnings.push_back(message(*found, subject, unit));
 }
 
 void explain_flow(const DensePairs& pairs, const DenseFiles<FlowFormat>& files,
-                  std::vector<std::string>* warnings) {
+                  std::vector<std::string>& warnings) {
   std::vector<Hypothesis<DensePairs>> hypotheses;
   for (const Side& side : sides_of(files)) {
     for (const FlowReading& reading : flow_readings()) {
@@ -247,7 +247,7 @@ void explain_flow(const DensePairs& pairs, const DenseFiles<FlowFormat>& files,
 }
 
 void explain_depth(const DensePairs& pairs, const DenseFiles<DepthFormat>& files, double bf,
-                   std::vector<std::string>* warnings) {
+                   std::vector<std::string>& warnings) {
   std::vector<Hypothesis<DensePairs>> hypotheses;
   for (const Side& side : sides_of(files)) {
     std::vector<DepthReading> readings = depth_readings(side.format);
@@ -282,7 +282,7 @@ Table evaluate_flow(const DenseFiles<FlowFormat>& files, std::vector<std::string
   for_subsets<Flow>(files, read_flow,
                     [&](const std::string& subset, const Image<Flow>& estimate, const Image<Flow>& truth) {
                       errors[subset].push_back(dense_flow_error(estimate, truth));
-                      if (subset == "all") add_pairs(estimate, truth, pairs);
+                      if (warnings && subset == "all") add_pairs(estimate, truth, pairs);
                     });
   Table table{
       "Flow",
@@ -299,7 +299,7 @@ Table evaluate_flow(const DenseFiles<FlowFormat>& files, std::vector<std::string
                    finite_cell(e.y_px), percent(e.outlier_share)});
   }
   note_missing_images(files, table);
-  explain_flow(pairs, files, warnings);
+  if (warnings) explain_flow(pairs, files, *warnings);
   return table;
 }
 
@@ -311,7 +311,7 @@ Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf, std::vecto
                      [&](const std::string& subset, const Image<float>& estimate, const Image<float>& truth) {
                        images[subset].first.push_back(estimate);
                        images[subset].second.push_back(truth);
-                       if (subset == "all") add_pairs(estimate, truth, pairs);
+                       if (warnings && subset == "all") add_pairs(estimate, truth, pairs);
                      });
   Table table{
       "Depth",
@@ -339,7 +339,7 @@ Table evaluate_depth(const DenseFiles<DepthFormat>& files, double bf, std::vecto
                    percent(e.relative), percent(e.bias), percent(e.within_125), disparity, d1});
   }
   note_missing_images(files, table);
-  explain_depth(pairs, files, bf, warnings);
+  if (warnings) explain_depth(pairs, files, bf, *warnings);
   return table;
 }
 

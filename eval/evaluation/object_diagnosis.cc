@@ -49,12 +49,6 @@ MotionData motion_data(const Motions& given, MotionFrame declared, const Motions
   return data;
 }
 
-std::set<int> ids_of(const Motions& motions) {
-  std::set<int> ids;
-  for (const auto& [key, motion] : motions) ids.insert(key.first);
-  return ids;
-}
-
 std::vector<LogDiagnosis> diagnoses_of(const std::vector<ObjectExplanation>& found,
                                        const std::string& subject) {
   std::vector<LogDiagnosis> out;
@@ -220,15 +214,15 @@ ObjectLog moved(ObjectLog log, const SequenceTruth& truth) {
 size_t n_steps(const MotionData& data) { return data.samples.size(); }
 size_t n_steps(const PoseData& data) { return data.given.size(); }
 
-/// As is_plausible() of motions: poses are not compared with an object that stands still.
-bool is_plausible(const PoseData&, const Reading&, double) { return true; }
+/// Poses are not compared with an object that stands still.
+std::optional<double> no_residual(const PoseData&) { return std::nullopt; }
 
 /// Explains each object of the log by comparing every reading with the true object that it fits best.
-template <typename Data, typename DataOf, typename Residual, typename NullOf>
+template <typename Data, typename DataOf, typename Residual, typename NullOf, typename StillOf>
 std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const std::set<int>& true_ids,
                                                  const std::vector<Hypothesis<Data>>& table,
                                                  const DataOf& data_of, const Residual& residual,
-                                                 const NullOf& null_of) {
+                                                 const NullOf& null_of, const StillOf& still_of) {
   std::map<int, Explanation> out;
   for (const int id : ids) {
     std::optional<double> declared, declared_own;
@@ -240,9 +234,10 @@ std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const
       if (!own || !null) continue;
       declared = declared ? std::min(*declared, *own) : *own;
       if (id == true_id) declared_own = own;
+      const std::optional<double> still = still_of(data);
       for (Reading& reading : read_as(table, data, residual)) {
         times = explains_times_of(n_steps(data));
-        if (times * reading.residual > *null || !is_plausible(data, reading, times)) continue;
+        if (times * reading.residual > *null || !is_plausible(reading, still, times)) continue;
         if (id == true_id) own_best[reading.code] = reading;
         const auto known = best.find(reading.code);
         if (known == best.end() || reading.residual < known->second.residual)
@@ -354,11 +349,11 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                        });
   };
   if (!log.holds_poses_only)
-    append(out,
-           diagnoses_of(group_by_reading(explain_by_best_match(ids, true_ids, motion_hypotheses(log.frame),
-                                                               motions_of, motion_residual, null_of_motions),
-                                         ids.size()),
-                        name + ", estimated motions"));
+    append(out, diagnoses_of(group_by_reading(explain_by_best_match(
+                                                  ids, true_ids, motion_hypotheses(log.frame), motions_of,
+                                                  motion_residual, null_of_motions, stillness_residual),
+                                              ids.size()),
+                             name + ", estimated motions"));
   if (out.empty()) {
     // All objects together, each with the true object that it fits best as declared.
     MotionData all{log.frame, {}, given};
@@ -379,10 +374,11 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                     log.camera.poses()};
   };
   const std::set<int> with_poses = ids_of(log.poses);
-  append(out, diagnoses_of(group_by_reading(explain_by_best_match(with_poses, true_ids, pose_hypotheses(),
-                                                                  poses_of, pose_residual, null_of_poses),
-                                            with_poses.size()),
-                           name + ", estimated poses of objects"));
+  append(out, diagnoses_of(
+                  group_by_reading(explain_by_best_match(with_poses, true_ids, pose_hypotheses(), poses_of,
+                                                         pose_residual, null_of_poses, no_residual),
+                                   with_poses.size()),
+                  name + ", estimated poses of objects"));
   if (out.empty()) append(out, diagnoses_of(explain_by_own_poses(log, given), name + against_own_poses));
   return out;
 }
