@@ -127,6 +127,7 @@ bool is_plausible(const Reading& reading, std::optional<double> still, double ti
 ///   centimetres, millimetres, too_small_100, too_small_1000
 ///   quaternion_w_first, quaternion_w_last, transposed          rotations read in another order
 ///   absolute           poses, or motions since the first frame, in place of motions from frame to frame
+///   two_frames         motions from frame k-2 to k, at a constant velocity
 ///   lag_-3 .. lag_3    the motion of frame k is logged at frame k + lag
 ///   camera_lag_-3 .. camera_lag_3   the same of the motion in camera coordinates, T_curr_prev, for logs that
 ///                      were converted to the world

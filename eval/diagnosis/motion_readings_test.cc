@@ -382,6 +382,23 @@ TEST(MotionReadings, AbsoluteMotionsAreNamed) {
   EXPECT_EQ(found[0].code(), "absolute");
 }
 
+TEST(MotionReadings, MotionsOverTwoFramesAreNamed) {
+  for (const MotionFrame declared : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
+    MotionData data = data_of(scene(3, 20, 0.8), declared, 0.05);
+    const auto logged = data.logged;
+    for (MotionSample& s : data.samples) {
+      const auto before = find_pose(logged, previous(s.key));
+      if (!before) continue;  // the first motion stays
+      // In the world and in camera coordinates the later motion acts last, in the body frame first.
+      s.given = declared == MotionFrame::body ? *before * s.given : s.given * *before;
+      data.logged[s.key] = s.given;
+    }
+    const auto found = explain_motions(data);
+    ASSERT_FALSE(found.empty()) << to_string(declared);
+    EXPECT_EQ(found[0].code(), "two_frames") << found[0].text("log");
+  }
+}
+
 TEST(MotionReadings, TransposedRotationsAreNamedWhereErrorsOfTranslationsAreLarger) {
   MotionData data = data_of(scene(2, 40, 0.8), MotionFrame::body, 0);
   std::mt19937 random(1);

@@ -272,7 +272,7 @@ bool is_diagnosis(const TrajectoryWarning& w) {
 TEST(TrajectoryDiagnosis, RightTrajectoriesAreNotQuestioned) {
   int n = 0, alarms = 0;
   for (const Scene scene : scenes) {
-    for (unsigned seed = 1; seed <= 20; ++seed) {
+    for (unsigned seed = 1; seed <= 4; ++seed) {
       for (const Alignment alignment :
            {Alignment::none, Alignment::origin, Alignment::se3, Alignment::sim3}) {
         for (const double noise : {0.0005, 0.004, 0.02}) {

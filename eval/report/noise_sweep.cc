@@ -390,7 +390,9 @@ std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep) {
 
 Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
   using Row = AchievedNoiseRow;
-  const Fields<Row> fields = {
+  const bool has_folders =
+      std::ranges::any_of(rows, [&](const Row& row) { return row.file != rows.front().file; });
+  Fields<Row> fields = {
       {Column::text("parameter").folded(), &Row::parameter},
       {Column::text("source").folded(), &Row::source},
       {Column::number("level", 3), &Row::level},
@@ -406,6 +408,11 @@ Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
       {Column::number("neighbours", 4), &Row::neighbours},
       {Column::number("share_invalidated", "invalidated", 6), &Row::share_invalidated},
       {Column::number("outlier_share", "outliers", 4), &Row::outlier_share}};
+  if (has_folders) {  // such as shards, each of which added noise to other cases of one level
+    fields.insert(fields.begin(), {Column::text("folder"), [](const Row& row) {
+                                     return Cell(row.file.parent_path().string());
+                                   }});
+  }
   return table_of(
       "Noise: requested and achieved",
       "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
