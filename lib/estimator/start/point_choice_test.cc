@@ -71,6 +71,17 @@ TEST(PointChoice, NoThresholdInPixelsDecidesTheAccuracy) {
     EXPECT_LT(rms_error_m(noisy, threshold_px, RefineOn::reselected), 1.05 * of_all) << threshold_px;
 }
 
+TEST(PointChoice, NoiseFarBelowTheThresholdLosesNoAccuracy) {
+  // The first sample of RANSAC already has every point as an inlier.
+  for (const double flow_noise_px : {0.01, 0.05, 0.1}) {
+    const RandomProblemOptions low{.n_points = 1500, .flow_noise_px = flow_noise_px};
+    const double of_all = rms_error_m(low, 1, RefineOn::all);
+    for (const double threshold_px : {0.3, 1.0, 4.0})
+      EXPECT_LT(rms_error_m(low, threshold_px, RefineOn::reselected), 1.05 * of_all)
+          << flow_noise_px << " px, threshold " << threshold_px;
+  }
+}
+
 TEST(PointChoice, LeavesWrongFlowsOut) {
   RandomProblemOptions options = noisy;
   options.flow_noise_px = 0.3;

@@ -231,13 +231,21 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   std::vector<float> errors;
   const auto is_inlier = [&](size_t k) { return errors[k] <= threshold * threshold; };
   // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refit on all inliers; keep a refit only if it has
-  // more inliers.
+  // more inliers, or if no refit can have more: at low noise the first sample already has every point as an
+  // inlier, but its error is many times that of a fit to all of them.
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
     squared_errors(data, best, errors);
     for (size_t i = 0; i < data.size(); ++i) data.use(i, is_inlier(i));
     const SolverResult refit =
         minimize_reprojection(data, best, HuberKernel{}, {.max_iterations = 5, .step_tolerance = 1e-5});
-    if (!refit.T_curr_prev.is_finite() || !consider(refit.T_curr_prev)) break;
+    if (!refit.T_curr_prev.is_finite()) break;
+    const int inliers = count_inliers(data, refit.T_curr_prev, threshold, best_inliers);
+    if (inliers < best_inliers) break;
+    const bool has_more = inliers > best_inliers;
+    if (!has_more && best_inliers < static_cast<int>(data.size())) break;
+    best = refit.T_curr_prev;
+    best_inliers = inliers;
+    if (!has_more) break;
   }
 
   result.n_inliers = best_inliers;
