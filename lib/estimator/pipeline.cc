@@ -4,6 +4,7 @@
 #include <chrono>
 #include <limits>
 
+#include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
 
 namespace sextant {
@@ -36,6 +37,24 @@ Eigen::Vector3d inlier_centroid(const Problem& problem, const std::vector<unsign
   return sum / n;
 }
 
+/// Changes the status of an estimate that is not finite from ok to diverged. Throws Error if its arrays do
+/// not fit the number of points.
+void check_estimate(MotionEstimate& estimate, size_t n_points) {
+  if (estimate.status != Status::ok) return;
+  if (!estimate.T_curr_prev.is_finite()) {
+    estimate.status = Status::diverged;
+    return;
+  }
+  const auto check_size = [&](const char* array, size_t n, bool may_be_empty) {
+    if (n != n_points && !(may_be_empty && n == 0))
+      fail("the estimator returned {} with {} values for {} points: expected one for each point{}", array, n,
+           n_points, may_be_empty ? ", or none" : "");
+  };
+  check_size("MotionEstimate::inliers", estimate.inliers.size(), false);
+  check_size("MotionEstimate::refined_flow_u", estimate.refined_flow_u.size(), true);
+  check_size("MotionEstimate::refined_flow_v", estimate.refined_flow_v.size(), true);
+}
+
 /// Robust start and refinement of one body: fills points, estimate, status, counts and times.
 void estimate_body(const Problem& problem, const std::optional<SE3>& propagated, int min_points,
                    const RobustStartOptions& options, RefineOn refine_on, const Estimator& estimator,
@@ -56,6 +75,7 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
   }
   body.estimate = estimator.estimate(
       problem, estimator.chooses_points() ? start.start : choose_points(problem, start.start, refine_on));
+  check_estimate(body.estimate, problem.points.size());
   body.status = body.estimate.status;
   body.times.refine_ms = watch.lap_ms();
 }

@@ -1,10 +1,12 @@
 #include "sextant/estimator/pipeline.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "sextant/base/error.h"
 #include "sextant/estimator/registry.h"
 
 namespace sextant {
@@ -190,6 +192,43 @@ std::vector<size_t> inliers_given(const PipelineOptions& options, bool chooses =
   listener->chooses = chooses;
   FrameEstimator(options, listener).process(pair);
   return listener->n_inliers;
+}
+
+/// An estimator of a user whose estimate `spoil` has changed.
+class Spoiled : public Listener {
+ public:
+  explicit Spoiled(std::function<void(MotionEstimate&)> spoil) : spoil_(std::move(spoil)) {}
+  MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override {
+    MotionEstimate estimate = Listener::estimate(problem, start);
+    spoil_(estimate);
+    return estimate;
+  }
+
+ private:
+  std::function<void(MotionEstimate&)> spoil_;
+};
+
+TEST(Pipeline, AnEstimateThatIsNotFiniteHasDiverged) {
+  const auto spoil = [](MotionEstimate& estimate) {
+    estimate.T_curr_prev = SE3(estimate.T_curr_prev.rotation(), Eigen::Vector3d(0, NAN, 0));
+  };
+  const FrameResult result =
+      FrameEstimator({}, std::make_shared<Spoiled>(spoil)).process(make_pair(0, {observe(4, moving)}));
+  EXPECT_EQ(result.ego.status, Status::diverged);
+  ASSERT_EQ(result.objects.size(), 1U);
+  EXPECT_NE(result.objects[0].status, Status::ok);
+}
+
+TEST(Pipeline, ArraysThatDoNotFitThePointsAreErrors) {
+  const auto process = [](const std::function<void(MotionEstimate&)>& spoil) {
+    FrameEstimator({}, std::make_shared<Spoiled>(spoil)).process(make_pair(0, {}));
+  };
+  EXPECT_NO_THROW(process([](MotionEstimate&) {}));
+  EXPECT_THAT(
+      [&] { process([](MotionEstimate& e) { e.inliers.clear(); }); },
+      testing::ThrowsMessage<Error>(testing::HasSubstr("MotionEstimate::inliers with 0 values for 300")));
+  EXPECT_THAT([&] { process([](MotionEstimate& e) { e.refined_flow_u.resize(7); }); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("refined_flow_u with 7 values for 300")));
 }
 
 TEST(Pipeline, RefinesOnThePointsThatTheOptionsName) {
