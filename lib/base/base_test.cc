@@ -97,6 +97,13 @@ TEST(NearestName, IsEmptyWhenNothingIsNear) {
   EXPECT_EQ(nearest_name("x", {}), "");
 }
 
+TEST(NearestName, MayLackItsUnit) {
+  const std::vector<std::string> names = {"delta_d_px", "epe_px"};
+  EXPECT_EQ(nearest_name("epe", names), "epe_px");
+  EXPECT_EQ(nearest_name("delta_d", names), "delta_d_px");
+  EXPECT_EQ(nearest_name("", names), "");
+}
+
 TEST(Suggest, ListsTheKnownNames) {
   const std::vector<std::string> names = {"alpha", "beta"};
   EXPECT_EQ(suggest("btea", names), "did you mean 'beta'? known: alpha, beta");

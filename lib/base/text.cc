@@ -87,7 +87,11 @@ std::string_view nearest_name(std::string_view word, std::span<const std::string
       best = name;
     }
   }
-  return best;
+  if (!best.empty() || word.empty()) return best;
+  const std::string without_unit = std::string(word) + "_";
+  const auto with_unit =
+      std::ranges::find_if(names, [&](const std::string& name) { return name.starts_with(without_unit); });
+  return with_unit == names.end() ? best : *with_unit;
 }
 
 std::string suggest(std::string_view word, std::span<const std::string> names) {

@@ -16,7 +16,8 @@ namespace sextant {
 int edit_distance(std::string_view a, std::string_view b);
 
 /// Returns the name with the smallest edit distance to `word`; empty if none is near enough to be a likely
-/// misspelling, i.e. within 2 or a third of the length of `word`, whichever is larger.
+/// misspelling, i.e. within 2 or a third of the length of `word`, whichever is larger. Otherwise the first
+/// name that continues `word` by an underscore: "epe_px" for "epe".
 std::string_view nearest_name(std::string_view word, std::span<const std::string> names);
 
 /// Returns "did you mean 'x'? known: a, b, c"; without the question if no name is near.
