@@ -229,7 +229,7 @@ double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<Object
 /// Returns the true id of each logged id that has a partner, see take_truth().
 std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
                                const Trajectory& camera) {
-  constexpr int fewest = 3;
+  constexpr int fewest = 3;  // steps that an object shares with one of another id
   std::set<int> true_ids;
   for (const auto& [key, pose] : poses) true_ids.insert(key.first);
   struct Shared {
@@ -248,7 +248,7 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
   // ordered by agreement, then equal ids, then small ids
   std::vector<std::tuple<double, bool, int, int>> best;
   for (const auto& [ids, both] : shared) {
-    if (both.steps >= fewest)
+    if (both.steps >= (ids.first == ids.second ? 1 : fewest))
       best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
   }
   std::sort(best.begin(), best.end());
@@ -365,7 +365,11 @@ std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth) {
   for (const auto& [frame, objects] : truth.objects) {
     const std::optional<SE3> camera = truth.camera.pose(frame);
     for (const ObjectTruth& object : objects) {
-      if (camera && object.moving.value_or(true))
+      // The flag of a frame describes the step to the next frame, so the last step of an object that halts
+      // ends at a frame with the flag false.
+      const ObjectTruth* before = truth.find(frame - 1, object.id);
+      const bool moved = before != nullptr && before->moving.value_or(true);
+      if (camera && (moved || object.moving.value_or(true)))
         poses[{object.id, frame}] = *camera * object.T_camera_object;
     }
   }
@@ -413,7 +417,7 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   }
   for (const auto& [logged, id] : renamed)
     log.warnings.push_back(
-        fmt::format("logged object {} agrees with no true object, so it has no truth", logged));
+        fmt::format("logged object {} agrees with no true object that moves, so it has no truth", logged));
 }
 
 }  // namespace sextant

@@ -203,6 +203,42 @@ TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
   EXPECT_EQ(not_detected, 7);
 }
 
+TEST(ObjectLogs, TheLastStepOfAnObjectThatHaltsHasTruth) {
+  // The flag of a frame describes the step to the next frame: the car moves up to frame 3 and then stands.
+  SequenceTruth truth;
+  ObjectLog log;
+  for (int k = 0; k < n_frames; ++k) {
+    truth.camera.set(k, camera(k));
+    ObjectTruth object;
+    object.id = 9;
+    object.T_camera_object = camera(k).inverse() * car(std::min(k, 3));
+    object.moving = k < 3;
+    truth.objects[k] = {object};
+    if (k > 0) log.motions[{9, k}].estimate = car(std::min(k, 3)) * car(std::min(k - 1, 3)).inverse();
+  }
+  take_truth(log, truth);
+  std::vector<int> frames;
+  for (const Record& r : object_records(log, "d", "s", 10)) {
+    if (r.status == Status::ok) frames.push_back(r.frame);
+  }
+  EXPECT_THAT(frames, testing::ElementsAre(1, 2, 3));
+}
+
+TEST(ObjectLogs, OneStepIsEnoughForEqualIds) {
+  SequenceTruth truth;
+  ObjectLog log;
+  for (int k = 0; k < 2; ++k) {
+    truth.camera.set(k, camera(k));
+    ObjectTruth object;
+    object.id = 9;
+    object.T_camera_object = camera(k).inverse() * car(k);
+    truth.objects[k] = {object};
+  }
+  log.motions[{9, 1}].estimate = car(1) * car(0).inverse();
+  take_truth(log, truth);
+  EXPECT_TRUE(log.motions.at({9, 1}).truth);
+}
+
 /// Returns the truth of `car`, as object 7, and of another car next to it with the same motion, as object 3.
 SequenceTruth two_alike() {
   SequenceTruth truth;

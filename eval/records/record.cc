@@ -188,8 +188,10 @@ bool has_truth(const Record& record) {
   if (record.is_ego()) return record.values.contains("step_gt_m");
   const auto dynamic = record.values.find("dynamic_gt");
   if (dynamic != record.values.end() && dynamic->second == 0) return false;
+  // An end-point error is relative to the true flow, which may be known without the true motion.
+  const auto is_of_motion = [](const auto& error) { return !error.first.str().starts_with("epe_"); };
   return record.values.contains("distance_gt_m") || record.values.contains("v_gt_kmh") ||
-         !record.errors.empty();
+         std::ranges::any_of(record.errors, is_of_motion);
 }
 
 int body_order(Interned body) {

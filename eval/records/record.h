@@ -138,7 +138,7 @@ void put(const PoseChangeError& error, const std::string& frame, Record::Numbers
 
 /// Returns true if the body has truth in both frames and should be estimated: the camera if the record has
 /// step_gt_m; an object if it is not static by truth (dynamic_gt = 0) and the record has distance_gt_m or,
-/// like records from logs of other systems, v_gt_kmh or any error.
+/// like records from logs of other systems, v_gt_kmh or any error of its motion.
 bool has_truth(const Record& record);
 
 /// Returns the position of a body in tables: 0 for ego, otherwise its id.

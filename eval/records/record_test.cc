@@ -105,6 +105,18 @@ TEST(Record, ReaderNamesFileLineAndKey) {
 
 TEST(Record, ReadingNamesAMissingFile) { EXPECT_THROW(read_records("/nonexistent/records.jsonl"), Error); }
 
+TEST(Record, AnEndPointErrorAloneIsNoTruthOfTheMotion) {
+  Record record;
+  record.body = "object:3";
+  record.status = Status::no_truth;
+  record.errors["epe_measured_px"] = 0.5;  // relative to the true flow of the data set
+  EXPECT_FALSE(has_truth(record));
+  record.errors["Et_m"] = 0.1;  // as in records of logs of other systems
+  EXPECT_TRUE(has_truth(record));
+  record.values["dynamic_gt"] = 0;
+  EXPECT_FALSE(has_truth(record));
+}
+
 TEST(Record, StripTimesLeavesTheRest) {
   Record expected = example();
   expected.time_ms.clear();
