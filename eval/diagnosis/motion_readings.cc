@@ -312,19 +312,20 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
                        return declared == MotionFrame::body ? before->inverse() * m : m * before->inverse();
                      })(data, ignored);
                    }});
-  table.push_back(
-      {"two_frames", "the values look like motions over two frames, from k-2 to k, not from k-1 to k",
-       "write the motion from frame k-1 to k for each frame k",
-       [declared](MotionData& data, double& ignored) {
-         const std::map<int, MotionSample> cameras = cameras_of(data.samples);
-         return change_motions([&](const SE3& m, S s) -> Result {
-           if (declared != MotionFrame::camera) return half_of(m);
-           const auto before = cameras.find(s.key.second - 1);
-           if (before == cameras.end() || !before->second.T_world_prev || !s.T_world_curr) return std::nullopt;
-           const SE3 H = *s.T_world_curr * m * before->second.T_world_prev->inverse();
-           return change_frame(half_of(H), MotionFrame::world, declared, s);
-         })(data, ignored);
-       }});
+  table.push_back({"two_frames",
+                   "the values look like motions over two frames, from k-2 to k, not from k-1 to k",
+                   "write the motion from frame k-1 to k for each frame k",
+                   [declared](MotionData& data, double& ignored) {
+                     const std::map<int, MotionSample> cameras = cameras_of(data.samples);
+                     return change_motions([&](const SE3& m, S s) -> Result {
+                       if (declared != MotionFrame::camera) return half_of(m);
+                       const auto before = cameras.find(s.key.second - 1);
+                       if (before == cameras.end() || !before->second.T_world_prev || !s.T_world_curr)
+                         return std::nullopt;
+                       const SE3 H = *s.T_world_curr * m * before->second.T_world_prev->inverse();
+                       return change_frame(half_of(H), MotionFrame::world, declared, s);
+                     })(data, ignored);
+                   }});
   for (const ShiftedMotion motion : shifted_motions) {
     if (motion == ShiftedMotion::in_camera && declared != MotionFrame::world) continue;
     for (int lag = -longest_shift; lag <= longest_shift; ++lag) {

@@ -392,26 +392,24 @@ Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
   using Row = AchievedNoiseRow;
   const bool has_folders =
       std::ranges::any_of(rows, [&](const Row& row) { return row.file != rows.front().file; });
-  Fields<Row> fields = {
-      {Column::text("parameter").folded(), &Row::parameter},
-      {Column::text("source").folded(), &Row::source},
-      {Column::number("level", 3), &Row::level},
-      {Column::text("body").folded(), &Row::body},
-      {Column::text("channel"), &Row::channel},
-      {Column::number("requested_px", "requested [px]", 4), &Row::requested_px},
-      {Column::number("achieved_px", "achieved [px]", 4), &Row::achieved_px},
-      {Column::number("ratio", 4),
-       [](const Row& row) {
-         return row.requested_px > 0 ? Cell(row.achieved_px / row.requested_px) : Cell();
-       }},
-      {Column::count("n", "draws"), &Row::n},
-      {Column::number("neighbours", 4), &Row::neighbours},
-      {Column::number("share_invalidated", "invalidated", 6), &Row::share_invalidated},
-      {Column::number("outlier_share", "outliers", 4), &Row::outlier_share}};
+  Fields<Row> fields = {{Column::text("parameter").folded(), &Row::parameter},
+                        {Column::text("source").folded(), &Row::source},
+                        {Column::number("level", 3), &Row::level},
+                        {Column::text("body").folded(), &Row::body},
+                        {Column::text("channel"), &Row::channel},
+                        {Column::number("requested_px", "requested [px]", 4), &Row::requested_px},
+                        {Column::number("achieved_px", "achieved [px]", 4), &Row::achieved_px},
+                        {Column::number("ratio", 4),
+                         [](const Row& row) {
+                           return row.requested_px > 0 ? Cell(row.achieved_px / row.requested_px) : Cell();
+                         }},
+                        {Column::count("n", "draws"), &Row::n},
+                        {Column::number("neighbours", 4), &Row::neighbours},
+                        {Column::number("share_invalidated", "invalidated", 6), &Row::share_invalidated},
+                        {Column::number("outlier_share", "outliers", 4), &Row::outlier_share}};
   if (has_folders) {  // such as shards, each of which added noise to other cases of one level
-    fields.insert(fields.begin(), {Column::text("folder"), [](const Row& row) {
-                                     return Cell(row.file.parent_path().string());
-                                   }});
+    fields.insert(fields.begin(), {Column::text("folder"),
+                                   [](const Row& row) { return Cell(row.file.parent_path().string()); }});
   }
   return table_of(
       "Noise: requested and achieved",
