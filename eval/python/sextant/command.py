@@ -4,6 +4,7 @@ is raised. Without `out`, results are stored in a temporary folder that exists a
 
 import contextlib
 import dataclasses
+import json
 import os
 import pathlib
 import shutil
@@ -11,6 +12,7 @@ import tempfile
 import typing
 import weakref
 
+from . import _core
 from . import estimators as functions
 from ._core import Error
 from .arguments import choice, json_text, number, optional, path, text, whole
@@ -73,7 +75,7 @@ class Run(_Folder):
         """Plots the error of every body of every sequence over the frames, averaged over seeds; returns the axes.
 
         >>> sextant.run("synthetic:s18@0-3", estimator="motion_only").plot("ER_deg").get_ylabel()
-        'ER_deg'
+        'mean E_R [deg]'
         """
         return _plot(self.records(), metric, "frame", ["estimator", "body"], axes_of(ax))
 
@@ -91,23 +93,29 @@ class Sweep(_Folder):
     kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, if `out` was not given
 
     def plot(self, metric="Et_m", ax=None, *, body="ego"):
-        """Plots the mean error of a body against the noise level, one line for each estimator, sequence and kind of noise, and the
-        bound; returns the axes.
+        """Plots the error of a body against the noise level, one line for each estimator, sequence and grid of noise; returns the
+        axes. If the records have a Cramer-Rao bound of the error, RMS errors and the RMS of the bound are drawn, because it limits
+        RMS errors; otherwise mean errors.
 
         >>> plan = {"name": "p", "sources": ["synthetic:s18@0-2"], "estimators": ["motion_only"],
         ...         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2}
-        >>> sextant.sweep(plan).plot().get_xlabel()
-        'level'
+        >>> axes = sextant.sweep(plan).plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('depth.delta_d_px', 'mean E_t [m]')
         """
         records = self.records()
         records = records[records.body == body]
         if records.empty:
             raise Error(f"body: expected a body of the records, such as 'ego', got {body!r}")
-        records = records.assign(kind=_kinds(records), bound="bound")
-        ax = _plot(records, metric, "level", ["estimator"], axes_of(ax))
-        if f"bound_{metric}" in records:
-            _draw_lines(records, f"bound_{metric}", "level", ["bound"], ax, color="0.4", linestyle="--")
+        grids = _grids(records)
+        records = records.assign(grid=grids, bound="bound")
+        bound = f"bound_{metric}"
+        has_bound = bound in records and records[bound].notna().any()
+        ax = _plot(records, metric, "level", ["estimator"], axes_of(ax), rms=has_bound)
+        if has_bound:
+            _draw_lines(records, bound, "level", ["bound"], ax, rms=True, color="0.4", linestyle="--")
             ax.legend(fontsize="small")
+        ax.set_xlabel(grids.iloc[0] if grids.nunique() == 1 else "level")
         ax.set_title(body)
         return ax
 
@@ -116,31 +124,107 @@ def _digits(value):
     return "" if value is None else f"{value:.4g}"
 
 
-def _kinds(records):
-    """Returns the noise of each record without the numbers that its level changes: "depth px" for "depth 0.2 px"."""
+def _numbers(options, prefix=""):
+    """Returns the numbers in the options of a noise by dotted key."""
+    found = {}
+    for key, value in options.items():
+        found.update(_numbers(value, f"{prefix}{key}.") if isinstance(value, dict) else {prefix + key: value})
+    return {key: value for key, value in found.items() if isinstance(value, (int, float))}
+
+
+def _other(noise, key):
+    """Returns the options of the models of a noise other than that of the number `key`."""
+    return {model: options for model, options in noise.items() if model != key.partition(".")[0]}
+
+
+def _swept(a, b):
+    """Returns the keys of the numbers that are the level at both of two levels in run.json, whose other noise is equal. Noise without
+    an effect is not listed, as at level 0. Returns {"scale"} if the numbers that differ are in the ratio of the levels."""
+    numbers = [_numbers(level["noise"]) for level in (a, b)]
+
+    def fits(key):
+        others = [_other(level["noise"], key) for level in (a, b)]
+        is_level = all(found.get(key, 0) == level["level"] for found, level in zip(numbers, (a, b)))
+        is_equal = others[0] == others[1] or any(not level["noise"] and set(other) <= {"correlation"}
+                                                 for level, other in ((a, others[1]), (b, others[0])))
+        return is_level and is_equal
+
+    keys = {key for key in {*numbers[0], *numbers[1]} if fits(key)}
+    changed = [key for key in numbers[0] if numbers[0][key] != numbers[1].get(key)]
+    if keys or not changed or numbers[0].keys() != numbers[1].keys() or not a["level"] or not b["level"]:
+        return keys
+    ratio = b["level"] / a["level"]
+    return {"scale"} if all(abs(numbers[1][key] - ratio * numbers[0][key]) <= 1e-9 * abs(numbers[1][key]) for key in changed) else keys
+
+
+def _grids_of(configured):
+    """Returns the grid of each (noise, level) of run.json: its parameter, such as "depth.delta_d_px", with the other noise if several
+    grids have this parameter. A grid consists of successive levels with one parameter."""
+    def name(noise):
+        return _core.Noise(json.dumps(noise)).name()
+
+    grids, first, keys = [], 0, set()
+    for i in range(1, len(configured) + 1):
+        found = _swept(configured[i - 1], configured[i]) if i < len(configured) else set()
+        longer = found & keys if i > first + 1 else found
+        if not longer:
+            if keys:
+                grids.append((min(keys), configured[first:i]))
+            first = i
+        keys = longer
+    parameters = [key for key, _ in grids]
+    names = {}
+    for key, levels in grids:
+        highest = max(levels, key=lambda level: level["level"])["noise"]
+        title = key if parameters.count(key) == 1 else f"{key} with {name(_other(highest, key))}"
+        names.update({(name(level["noise"]), level["level"]): title for level in levels})
+    return names
+
+
+def _grids(records):
+    """Returns the grid of the noise of each record; the noise itself where run.json does not show a grid."""
     noise = records.noise.astype(str)
-    kinds = noise.str.replace(r"[\d.]+(e[-+]?\d+)?", "", regex=True).str.split().str.join(" ")
-    is_unique = records.assign(kind=kinds, noise=noise).groupby(["kind", "level"]).noise.nunique().max() == 1
-    return kinds if is_unique else noise
+    try:
+        names = _grids_of(records.attrs["run"]["configuration"]["noise"])
+    except (Error, AttributeError, KeyError, TypeError):  # no run.json, or that of another version
+        return noise
+    grids = noise.copy()
+    grids[:] = [names.get(key, key[0]) for key in zip(noise, records.level)]
+    is_unique = records.assign(grid=grids, noise=noise).groupby(["grid", "level"]).noise.nunique().max() == 1
+    return grids if is_unique else noise
 
 
-def _draw_lines(records, column, over, groups, ax, **style):
-    """Draws means of a column, with one line per group, and also per data set, sequence and kind of noise if there are several."""
-    groups = groups + [name for name in ("dataset", "sequence", "kind") if name in records and records[name].nunique() > 1]
-    found = records.dropna(subset=[column]).groupby([*groups, over], observed=True)[column].mean()
+def _heading(metric):
+    """Returns the symbol and the unit of a metric: "E_t [m]" for "Et_m"."""
+    stem, _, unit = metric.rpartition("_")
+    units = {"m": "m", "deg": "deg", "kmh": "km/h", "px": "px", "percent": "%"}
+    if unit not in units or not stem:
+        return metric
+    symbol = f"E_{stem[1:]}" if stem in ("Et", "ER", "Ev") else stem.replace("_", " ")
+    return f"{symbol} [{units[unit]}]"
+
+
+def _draw_lines(records, column, over, groups, ax, *, rms=False, **style):
+    """Draws means, or RMS values, of a column, with one line per group, and also per data set, sequence and grid of noise if there
+    are several."""
+    groups = groups + [name for name in ("dataset", "sequence", "grid") if name in records and records[name].nunique() > 1]
+    values = records.dropna(subset=[column])
+    if rms:
+        values = values.assign(**{column: values[column] ** 2})
+    found = values.groupby([*groups, over], observed=True)[column].mean()
     for name, line in found.groupby(level=list(range(len(groups))), observed=True):
-        ax.plot(line.index.get_level_values(over), line.values, **style,
+        ax.plot(line.index.get_level_values(over), line.values ** 0.5 if rms else line.values, **style,
                 label=" ".join(map(str, name)) if isinstance(name, tuple) else str(name))
 
 
-def _plot(records, metric, over, groups, ax):
+def _plot(records, metric, over, groups, ax, *, rms=False):
     column = f"errors_{metric}"
     if column not in records:
         known = ", ".join(sorted(name.removeprefix("errors_") for name in records if name.startswith("errors_")))
         raise Error(f"metric: expected one of {known}, got {metric!r}")
-    _draw_lines(records, column, over, groups, ax, marker=".")
+    _draw_lines(records, column, over, groups, ax, rms=rms, marker=".")
     ax.set_xlabel(over)
-    ax.set_ylabel(metric)
+    ax.set_ylabel(f"{'RMS of' if rms else 'mean'} {_heading(metric)}")
     ax.set_ylim(bottom=0)
     if ax.get_legend_handles_labels()[0]:
         ax.legend(fontsize="small")

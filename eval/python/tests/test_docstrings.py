@@ -105,10 +105,38 @@ class Shown(unittest.TestCase):
         plan = {"name": "p", "sources": sources, "estimators": ["motion_only"], "noise": grids, "seeds": 1}
         names = {line.get_label() for line in sextant.sweep(plan).plot().lines}
         self.assertEqual({name for name in names if "bound" not in name},
-                         {f"motion_only {sequence} {kind} px" for sequence in ("s18", "s01-turn") for kind in ("depth", "flow")})
-        self.assertIn("bound s18 flow px", names)
+                         {f"motion_only {sequence} {grid['parameter']}" for sequence in ("s18", "s01-turn") for grid in grids})
+        self.assertIn("bound s18 flow.epe_px", names)
         plan.update(sources=sources[:1], noise=grids[1])
         self.assertEqual([line.get_label() for line in sextant.sweep(plan).plot().lines], ["motion_only", "bound"])
+
+    def test_a_bound_is_drawn_with_rms_errors_and_grids_are_named(self):
+        try:
+            import matplotlib  # noqa: F401
+            import pandas  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(f"{missing}: scripts/setup --python")
+        flow = {"parameter": "flow.epe_px", "levels": [0, 0.1, 0.2]}
+        plan = {"name": "p", "sources": ["synthetic:s18@0-3"], "estimators": ["motion_only"], "noise": flow, "seeds": 3}
+        sweep = sextant.sweep(plan)
+        ax = sweep.plot()
+        self.assertEqual((ax.get_xlabel(), ax.get_ylabel()), ("flow.epe_px", "RMS of E_t [m]"))
+        records = sweep.records()
+        records = records[(records.body == "ego") & (records.level == 0.2)]
+        for line, column in zip(ax.lines, (records.errors_Et_m, records.bound_Et_m), strict=True):
+            self.assertAlmostEqual(line.get_ydata()[-1], (column ** 2).mean() ** 0.5, places=12)
+        self.assertEqual(sweep.plot("epe_initial_px").get_ylabel(), "mean epe initial [px]", "without a bound")
+        bodies = {"background": {"epe_x_px": 1.3, "epe_y_px": 0.3}, "objects": {"epe_px": 0.4}}
+        plan["seeds"] = 1
+        plan["noise"] = [{"parameter": "flow.scale", "levels": [0.5, 1], "base": {"flow": {"bodies": bodies}}},
+                         {"parameter": "scale", "levels": [0.5, 1], "base": {"profile": "pwc_net_kitti03"}},
+                         {"parameter": "depth.delta_d_px", "levels": [0, 0.1]},
+                         {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2], "base": {"flow": {"epe_px": 0.5}}}]
+        ax = sextant.sweep(plan).plot()
+        self.assertEqual(ax.get_xlabel(), "level")
+        lines = {line.get_label(): len(line.get_xdata()) for line in ax.lines if "bound" not in line.get_label()}
+        self.assertEqual(lines, {"motion_only flow.scale": 2, "motion_only scale": 2, "motion_only depth.delta_d_px with none": 2,
+                                 "motion_only depth.delta_d_px with flow 0.5 px": 2})
 
     def test_results_with_arrays_can_be_compared(self):
         path = numpy.tile(numpy.eye(4), (5, 1, 1))
