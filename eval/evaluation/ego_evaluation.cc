@@ -323,6 +323,37 @@ void put_errors(EgoResult& r, const EgoOptions& options) {
   }
 }
 
+/// Returns the RMS distance of the points from the line through their mean along the unit vector `axis`.
+double rms_across(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& axis) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
+  double sum = 0;
+  for (const Eigen::Vector3d& p : points) sum += axis.cross(p - mean).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+/// Returns the standard error of the rotation about the principal axis of the path after an alignment of
+/// positions: RMS residual across this axis / (sqrt(n) RMS extent across it), for independent errors. The
+/// extent is that of the straighter side, because errors widen the other one.
+double roll_standard_error_deg(const EgoResult& r, int n_to_align) {
+  const size_t n =
+      n_to_align > 0 ? std::min(static_cast<size_t>(n_to_align), r.estimate.size()) : r.estimate.size();
+  const auto reference = std::span(r.reference.positions_m).first(n);
+  const auto estimate = std::span(r.estimate.positions_m).first(n);
+  std::vector<Eigen::Vector3d> residuals;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d d = reference[i] - reference[0];
+    scatter += d * d.transpose();
+    residuals.push_back(estimate[i] - reference[i]);
+  }
+  const Eigen::Vector3d axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(2);
+  const double residual_m = rms_across(residuals, axis);
+  const double extent_m = std::min(rms_across(reference, axis), rms_across(estimate, axis));
+  if (residual_m == 0) return 0;
+  return residual_m / (std::sqrt(static_cast<double>(n)) * extent_m) * 180 / std::numbers::pi;
+}
+
 void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                        std::vector<TrajectoryWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
@@ -339,7 +370,20 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
     warnings.push_back({"line",
                         "the positions lie on a straight line: the rotation about it is arbitrary after this "
                         "alignment, and errors of rotation mean nothing"});
+    return;
   }
+  const bool rotates = options.alignment == Alignment::se3 || options.alignment == Alignment::sim3;
+  const bool enters_errors = !options.rpe && needs_rotations(options.relation, false);
+  if (!rotates || !enters_errors) return;
+  constexpr double largest_deg = 0.5;
+  const double error_deg = roll_standard_error_deg(r, options.n_to_align);
+  if (error_deg <= largest_deg) return;
+  warnings.push_back(
+      {"line",
+       fmt::format("the positions lie nearly on a straight line: their alignment determines the "
+                   "rotation about it only with a standard error of {}, which enters the errors of "
+                   "rotation; use --align origin or yaw, or a relation of positions such as trans_part",
+                   error_deg < 90 ? fmt::format("{:.2g} deg", error_deg) : "more than 90 deg")});
 }
 
 /// Drops pairs between which the reference stands still: their error has no ratio to the distance.

@@ -261,6 +261,34 @@ TEST(EgoEvaluation, ALineLeavesARotationOpen) {
   EXPECT_THAT(evaluate(line, line, {.alignment = Alignment::se3}).warnings, Contains(code("line")));
 }
 
+TEST(EgoEvaluation, ANearlyStraightPathLeavesErrorsOfRotationUncertain) {
+  const auto nearly_straight = [](double across_m, double error_m) {
+    PoseSeries s;
+    for (int i = 0; i < 30; ++i) {
+      const double x = across_m * std::sin(0.2 * i) + error_m * std::sin(37.0 * i);
+      s.add(Eigen::Matrix3d::Identity(), Eigen::Vector3d(x, error_m * std::cos(23.0 * i), 0.7 * i));
+      s.frames.push_back(i);
+    }
+    return s;
+  };
+  const auto warnings = [&](double across_m, EgoOptions options) {
+    return evaluate(nearly_straight(across_m, 0), nearly_straight(across_m, 0.001), options).warnings;
+  };
+  using enum PoseRelation;
+  for (const PoseRelation relation : {angle_deg, angle_rad, rot_part, full}) {
+    const EgoOptions options{.alignment = Alignment::se3, .relation = relation};
+    EXPECT_THAT(warnings(0.005, options), ElementsAre(code("line"))) << to_string(relation);
+    EXPECT_THAT(warnings(0.5, options), IsEmpty()) << to_string(relation);
+  }
+  const auto found = warnings(0.005, {.alignment = Alignment::sim3, .relation = angle_deg});
+  EXPECT_THAT(found, ElementsAre(text("standard error of 3")));
+  EXPECT_THAT(found, ElementsAre(text("--align origin or yaw")));
+  EXPECT_THAT(warnings(0.005, {.alignment = Alignment::se3, .relation = trans_part}), IsEmpty());
+  EXPECT_THAT(warnings(0.005, {.alignment = Alignment::origin, .relation = angle_deg}), IsEmpty());
+  const EgoOptions relative{.alignment = Alignment::se3, .relation = angle_deg, .rpe = PairSelection{}};
+  EXPECT_THAT(warnings(0.005, relative), IsEmpty()) << "a common rotation leaves relative errors unchanged";
+}
+
 TEST(EgoEvaluation, WhatCannotBeMatchedIsAnError) {
   PoseSeries far = drive(50, 10);
   for (double& t : far.stamps_s) t += 1000;
