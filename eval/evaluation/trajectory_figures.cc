@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "sextant/base/new_file.h"
 #include "sextant/eval/report/figures/panels.h"
@@ -187,6 +189,27 @@ double colour_end(const EgoCurves& curves) {
   return end > 0 ? end : 1;
 }
 
+/// Tics of an axis: the distance between them, and the number of characters of the longest number.
+struct Tics {
+  double step = 0;
+  size_t n_characters = 0;
+};
+
+/// Returns the tics of an axis from `low` to `high` > `low`, at most about n.
+Tics tics_between(double low, double high, double n) {
+  Tics tics{tic_step(high - low, n), 0};
+  for (double k = std::floor(low / tics.step); k <= std::ceil(high / tics.step); ++k)
+    tics.n_characters = std::max(tics.n_characters, gp_number(k * tics.step).size());
+  return tics;
+}
+
+/// Returns the space that numbers of more than `n_fitting` characters need in addition.
+double more_cm(const Tics& tics, size_t n_fitting) {
+  constexpr double character_cm = 0.17;
+  return tics.n_characters > n_fitting ? character_cm * static_cast<double>(tics.n_characters - n_fitting)
+                                       : 0;
+}
+
 Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
   Figure figure;
   figure.name = "path_error";
@@ -201,6 +224,11 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
                      .bottom_cm = 1.1,
                      .top_cm = 0.6};
   if (layout.columns == 1) layout.width_cm = 14;
+  const double end = colour_end(curves);
+  const Tics tics = tics_between(0, end, 8);
+  const double wider_cm = more_cm(tics, 5);
+  layout.right_cm += wider_cm;
+  const std::string colour_tics = wider_cm > 0 ? gp_number(tics.step) : "autofreq";
   const double room_cm = axes.height_cm(layout.plot_width_cm(), false, layout.columns == 1 ? 12 : 8);
   layout.panel_height_cm = layout.bottom_cm + layout.top_cm + room_cm;
   CurveColumns columns = path_columns(curves.axes);
@@ -209,8 +237,8 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
   for (size_t k = 1; k <= curves.runs.size(); ++k) {
     Panel panel{shortened(curves.runs[k - 1].name, static_cast<size_t>(layout.plot_width_cm() / 0.17)),
                 axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) + error_palette +
-                    fmt::format("set cbrange [0:{}]\nset colorbox\nset cbtics scale 0.5 autofreq\n",
-                                gp_number(colour_end(curves))),
+                    fmt::format("set cbrange [0:{}]\nset colorbox\nset cbtics scale 0.5 {}\n", gp_number(end),
+                                colour_tics),
                 {}};
     panel.plots.push_back(fmt::format("data using {}:(column(\"up_m\")) with lines lc rgb \"{}\" lw 1",
                                       column_of(0, "right_m"), reference_colour));
@@ -233,14 +261,37 @@ struct Along {
   bool with_reference = false;
 };
 
-/// Makes panels over time or path length, with an x range from the first to the last pose.
+/// Returns the tics of the numbers in a column, at most about n; nullopt if the numbers agree in the digits
+/// that a tic shows.
+std::optional<Tics> tics_of(const Table& data, const std::string& key, double n) {
+  const size_t place = data.place(key);
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const std::vector<Cell>& row : data.rows) {
+    if (const double* number = row[place].number()) {
+      low = std::min(low, *number);
+      high = std::max(high, *number);
+    }
+  }
+  const bool differ = high - low > 1e-5 * std::max(std::abs(low), std::abs(high));
+  return differ ? std::optional(tics_between(low, high, n)) : std::nullopt;
+}
+
+/// Makes panels over time or path length, with an x range from the first to the last pose. The space to the
+/// left of the panels fits the longest number at their tics.
 void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t columns,
                double panel_height_cm, Figure& figure) {
-  const PanelLayout layout{.columns = columns,
-                           .width_cm = 18,
-                           .panel_height_cm = panel_height_cm,
-                           .left_cm = 1.75,
-                           .top_cm = 0.35};
+  PanelLayout layout{.columns = columns,
+                     .width_cm = 18,
+                     .panel_height_cm = panel_height_cm,
+                     .left_cm = 1.75,
+                     .top_cm = 0.35};
+  std::vector<std::optional<Tics>> tics;
+  double wider_cm = 0;
+  for (const Along& along : what) {
+    tics.push_back(tics_of(figure.data, along.y, layout.plot_height_cm() / 0.5));
+    if (tics.back()) wider_cm = std::max(wider_cm, more_cm(*tics.back(), 5));
+  }
+  layout.left_cm += wider_cm;
   std::vector<Panel> panels;
   bool with_reference = false;
   for (const Along& along : what) {
@@ -256,6 +307,8 @@ void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t c
             gp_number(tic_step(end - x.front(), layout.plot_width_cm() / 1.3)),
             over_path ? "path [m]" : curves.time_title(), gp_text(along.title)),
         {}};
+    if (const auto& at = tics[panels.size()])
+      panel.settings += fmt::format("set ytics {}\n", gp_number(at->step));
     for (size_t k = along.with_reference ? 0 : 1; k <= curves.runs.size(); ++k)
       panel.plots.push_back(line_plot(curves, k, along.x, along.y));
     panels.push_back(std::move(panel));

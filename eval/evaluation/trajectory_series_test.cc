@@ -129,6 +129,30 @@ TEST(TrajectorySeries, FiguresOfAStandingCameraAndOfALongPathAreDrawnWithNumbers
   }
 }
 
+TEST(TrajectorySeries, LongNumbersAtTicsHaveSpace) {
+  const auto figures_of = [](double error_m, double roll_deg, double change_deg) {
+    PoseSeries estimate = turning_drive(6, 1);
+    for (size_t i = 0; i < estimate.size(); ++i) {
+      const double part = static_cast<double>(i % 3) / 2;
+      estimate.positions_m[i].x() += error_m * part;
+      estimate.rotations[i] *=
+          Eigen::AngleAxisd((roll_deg + change_deg * part) * M_PI / 180, Eigen::Vector3d::UnitZ())
+              .toRotationMatrix();
+    }
+    const EgoCurves curves = ego_curves_of(turning_drive(6, 1), estimate);
+    return std::pair(path_figures(curves)[1].script, along_figures(curves)[2].script);
+  };
+  const auto [path_of_m, rotation] = figures_of(1, 0.5, 1);
+  const auto [path_of_mm, rotation_far] = figures_of(0.001, -7.75, 0.001);
+  EXPECT_THAT(path_of_m, HasSubstr("set cbtics scale 0.5 autofreq"));
+  EXPECT_THAT(path_of_mm, HasSubstr("set cbtics scale 0.5 0.0002"));
+  EXPECT_THAT(path_of_m, HasSubstr("set rmargin at screen 0.86429"));
+  EXPECT_THAT(path_of_mm, HasSubstr("set rmargin at screen 0.85214")) << "one character more";
+  EXPECT_THAT(rotation, HasSubstr("set lmargin at screen 0.09722"));
+  EXPECT_THAT(rotation_far, Not(HasSubstr("set lmargin at screen 0.09722")));
+  EXPECT_THAT(rotation_far, HasSubstr("set ytics 0.0002\n"));
+}
+
 TEST(TrajectorySeries, PosesBetweenGapsAreDrawnAsPoints) {
   EgoCurves curves = ego_curves_of(turning_drive(6, 1), turning_drive(6, 1));
   const auto has_points = [&] {

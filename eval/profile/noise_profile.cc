@@ -300,8 +300,10 @@ Figure profile_figure(const NoiseProfile& profile) {
   add("flow", profile.flow, flow_axes);
   add("disparity", profile.disparity, disparity_axes);
   legend.push_back({"injected", injected_style});
-  const PanelLayout layout{
-      .columns = panels.size(), .width_cm = panels.size() == 1 ? 8.8 : 18.0, .panel_height_cm = 6.0};
+  const PanelLayout layout{.columns = panels.size(),
+                           .width_cm = panels.size() == 1 ? 8.8 : 18.0,
+                           .panel_height_cm = 6.0,
+                           .left_cm = 1.8};
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Correlation of errors at two pixels by their distance: as measured, with 95 % intervals over frames, "

@@ -56,6 +56,8 @@ TEST(NoiseProfile, IsRecoveredFromItsOwnNoise) {
                 .json());  // for any number of jobs
   const Figure figure = profile_figure(first);
   EXPECT_FALSE(figure.data.rows.empty());
+  EXPECT_THAT(figure.script, HasSubstr(fmt::format("set lmargin at screen {:.5f}", 1.8 / figure.width_cm)))
+      << "space for the label of the axis";
   EXPECT_EQ(profile_table(first).rows.size(), 2U);
 }
 
