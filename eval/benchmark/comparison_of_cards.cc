@@ -101,13 +101,15 @@ Table comparison_table(const std::vector<CardComparison>& rows, const Suite& sui
   Column corrected = Column::p_value("p_corrected");
   corrected.title = "p (Holm)";
   fields.add(corrected, &Row::p_corrected);
-  return table_of(
-      "Paired comparison",
-      fmt::format(
-          "Change of the mean {} against the reference over the frame pairs that both estimated, with "
-          "95 % interval; negative is better.",
-          suite.symbol()),
-      fields, rows);
+  return with_distinct(
+      table_of(
+          "Paired comparison",
+          fmt::format(
+              "Change of the mean {} against the reference over the frame pairs that both estimated, with "
+              "95 % interval; negative is better.",
+              suite.symbol()),
+          fields, rows),
+      {"level"});
 }
 
 }  // namespace sextant

@@ -248,11 +248,13 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
               {Column::number("detectable_percent", "detectable [%]", 2),
                [](const Row& row) { return percent_of(row.detectable, row.base); }},
               {Column::text("verdict"), &Row::word}});
-  return table_of(
-      "Errors, case by case",
-      "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % "
-      "interval, p corrected by Holm; detectable: change that would be detected with probability 80 %.",
-      fields, by_weight(c.accuracy, changed_only));
+  return with_distinct(
+      table_of(
+          "Errors, case by case",
+          "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % "
+          "interval, p corrected by Holm; detectable: change that would be detected with probability 80 %.",
+          fields, by_weight(c.accuracy, changed_only)),
+      {"level"});
 }
 
 Table status_table(const Comparison& c) {
@@ -265,9 +267,10 @@ Table status_table(const Comparison& c) {
               {Column::count("n_other", "other"), &Row::n_other},
               {Column::text("example"), &Row::example},
               {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
-  return table_of("Cases lost and gained",
-                  "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE.", fields,
-                  by_weight(c.statuses, false));
+  return with_distinct(table_of("Cases lost and gained",
+                                "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE.",
+                                fields, by_weight(c.statuses, false)),
+                       {"level"});
 }
 
 Table speed_table(const Comparison& c, bool changed_only) {

@@ -154,15 +154,16 @@ Table noise_level_table(const std::vector<NoiseLevelRow>& rows) {
   fields.add(Column::number("epe_initial_px", "EPE [px]", 3), &Row::epe_initial_px);
   fields.add(limit_fields(), [](const Row& row) { return &row.limit; });
   fields.add(Column::text("noise").only_in_files(), &Row::noise);
-  return table_of(
-      "Errors by noise level",
-      "Over the estimated pairs of all seeds. Interval of the mean: bootstrap with a seed's pairs as one "
-      "cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: Cramer-Rao bound "
-      "(RMS) / RMSE, at most 1 except for a biased estimator or one that uses current depths; ANEES: mean "
-      "normalised error squared, within its interval if the estimator's covariance is right. CSV and JSON "
-      "have more quantiles and every "
-      "interval.",
-      fields, rows);
+  return with_distinct(
+      table_of(
+          "Errors by noise level",
+          "Over the estimated pairs of all seeds. Interval of the mean: bootstrap with a seed's pairs as one "
+          "cluster (with one seed: frames). Objects: motion in the camera frame. Efficiency: Cramer-Rao "
+          "bound (RMS) / RMSE, at most 1 except for a biased estimator or one that uses current depths; "
+          "ANEES: mean normalised error squared, within its interval if the estimator's covariance is right. "
+          "CSV and JSON have more quantiles and every interval.",
+          fields, rows),
+      {"level"});
 }
 
 }  // namespace sextant

@@ -245,13 +245,15 @@ Table comparison_table(const std::vector<ComparisonRow>& rows) {
                         {Column::count("n_only_second", "only second").folded(), &Row::n_only_second}};
   for (const MetricDefinition* error : compared_errors()) add_fields(*error, fields);
   fields.add(Column::text("noise").only_in_files(), &Row::noise);
-  return table_of(
-      "Estimators compared pair by pair",
-      "Difference of the mean errors, second - first, over the pairs that both have estimated. Clusters "
-      "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
-      "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %. Too few "
-      "clusters: the interval excludes 0, but so many comparisons of so few seeds cannot reach 5 %.",
-      fields, rows);
+  return with_distinct(
+      table_of(
+          "Estimators compared pair by pair",
+          "Difference of the mean errors, second - first, over the pairs that both have estimated. Clusters "
+          "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
+          "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %. Too few "
+          "clusters: the interval excludes 0, but so many comparisons of so few seeds cannot reach 5 %.",
+          fields, rows),
+      {"level"});
 }
 
 }  // namespace sextant

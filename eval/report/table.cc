@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <regex>
+#include <set>
 #include <utility>
 
 #include "sextant/base/error.h"
@@ -362,6 +363,30 @@ std::string wrapped(const std::string& text, size_t width, const std::string& in
     }
   }
   return out;
+}
+
+Table with_distinct(Table table, const std::vector<std::string>& keys) {
+  std::set<double> numbers = {0.0};
+  std::vector<size_t> places;
+  int decimals = 0;
+  for (const std::string& key : keys) {
+    const auto place = table.find_column(key);
+    if (!place) continue;
+    places.push_back(*place);
+    decimals = std::max(decimals, table.columns[*place].decimals);
+    for (const std::vector<Cell>& row : table.rows) {
+      if (const double* number = row[*place].number()) numbers.insert(*number);
+    }
+  }
+  const auto look_alike = [&] {
+    std::set<std::string> texts;
+    for (const double number : numbers) texts.insert(shown(number, Column::number("", decimals)));
+    return texts.size() < numbers.size();
+  };
+  if (!look_alike()) return table;
+  while (decimals < 12 && look_alike()) ++decimals;
+  for (const size_t place : places) table.columns[place].decimals = decimals;
+  return table;
 }
 
 Table with_columns(const Table& table, const std::vector<std::string>& keys) {

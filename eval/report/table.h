@@ -211,6 +211,10 @@ Table rows_of(const Table& table, RowRange rows);
 /// Splits a table at each change of the values in these columns.
 std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys);
 
+/// Raises the decimals of these columns, together, to the fewest with which readers see no two different
+/// numbers in them as equal, and no number above 0 as 0; at most 12.
+Table with_distinct(Table table, const std::vector<std::string>& keys);
+
 std::string to_text(const Table& table);
 std::string to_markdown(const Table& table);
 /// Escapes an untrusted text as one line of Markdown without HTML.

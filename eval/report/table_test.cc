@@ -115,5 +115,25 @@ TEST(Table, SignificantDigitsInsteadOfDecimals) {
   EXPECT_EQ(shown(Cell(0.0), column), "0");
 }
 
+TEST(Table, NumbersThatDifferLookDifferent) {
+  const auto shown_levels = [](const std::vector<double>& levels) {
+    Table table;
+    table.columns = {Column::number("level", 3), Column::number("x", 1)};
+    for (const double level : levels) table.add_row({level, level});
+    const Table distinct = with_distinct(table, {"level"});
+    EXPECT_EQ(distinct.columns[1].decimals, 1);
+    std::vector<std::string> texts;
+    for (const auto& row : distinct.rows) texts.push_back(shown(row[0], distinct.columns[0]));
+    return texts;
+  };
+  using Texts = std::vector<std::string>;
+  EXPECT_EQ(shown_levels({0.1, 0.2, 0.2}), (Texts{"0.100", "0.200", "0.200"}));
+  EXPECT_EQ(shown_levels({0.1, 0.12345}), (Texts{"0.100", "0.123"}));
+  EXPECT_EQ(shown_levels({1e-5, 1e-4, 0.01}), (Texts{"0.00001", "0.00010", "0.01000"}));
+  EXPECT_EQ(shown_levels({1e-5, 0.01}), (Texts{"0.00001", "0.01000"})) << "not as 0";
+  EXPECT_EQ(shown_levels({1, 1.0004}), (Texts{"1.0000", "1.0004"}));
+  EXPECT_EQ(shown_levels({1, 1 + 1e-15}).front().size(), 14U) << "at most 12 decimals";
+}
+
 }  // namespace
 }  // namespace sextant

@@ -174,13 +174,15 @@ Table trend_table(const std::vector<TrendRow>& rows) {
     fields.add(trend_fields(*error),
                [name = error->name](const Row& row) { return find_in(row.errors, name); });
   }
-  return table_of(
-      "Growth of the errors with the noise",
-      "Line through all estimated pairs; slope per unit of the level with its 95 % interval (bootstrap, "
-      "clusters: seeds; with one seed frames). relative: slope / error at the lowest level. rises: steps at "
-      "which the mean rises. p: Page's test of growth over the clusters' means, corrected by Holm over the "
-      "table.",
-      fields, rows);
+  return with_distinct(
+      table_of(
+          "Growth of the errors with the noise",
+          "Line through all estimated pairs; slope per unit of the level with its 95 % interval (bootstrap, "
+          "clusters: seeds; with one seed frames). relative: slope / error at the lowest level. rises: "
+          "steps at which the mean rises. p: Page's test of growth over the clusters' means, corrected by "
+          "Holm over the table.",
+          fields, rows),
+      {"lowest", "highest"});
 }
 
 namespace {
@@ -244,28 +246,31 @@ Table falling_error_table(const std::vector<FallingError>& rows) {
       return row.common_Et_m ? Cell((*row.common_Et_m).*value) : Cell();
     };
   };
-  return table_of<FallingError>(
-      "Errors that fall as noise rises",
-      "Mean E_t at the lowest and the highest level: over all estimated pairs, and over the pairs that both "
-      "levels estimated.",
-      {{Column::text("parameter"), &FallingError::parameter},
-       {Column::text("dataset"), &FallingError::dataset},
-       {Column::text("sequence"), &FallingError::sequence},
-       {Column::text("body"), &FallingError::body},
-       {Column::text("estimator"), &FallingError::estimator},
-       {Column::number("lowest", "from level", 3), &FallingError::lowest},
-       {Column::number("highest", "to", 3), &FallingError::highest},
-       {Column::count("n_lowest", "pairs"), &FallingError::n_lowest},
-       {Column::count("n_highest", "pairs"), [](const FallingError& row) { return row.Et_m.n; }},
-       {Column::number("Et_lowest_m", "E_t [m]", 4), [](const FallingError& row) { return row.Et_m.lowest; }},
-       {Column::number("Et_highest_m", "E_t [m]", 4),
-        [](const FallingError& row) { return row.Et_m.highest; }},
-       {Column::count("n_common", "of both"),
-        [](const FallingError& row) { return row.common_Et_m ? Cell(row.common_Et_m->n) : Cell(); }},
-       {Column::number("common_Et_lowest_m", "E_t [m]", 4), common(&FallingError::Mean::lowest)},
-       {Column::number("common_Et_highest_m", "E_t [m]", 4), common(&FallingError::Mean::highest)},
-       {Column::text("reason"), &FallingError::reason}},
-      rows);
+  return with_distinct(
+      table_of<FallingError>(
+          "Errors that fall as noise rises",
+          "Mean E_t at the lowest and the highest level: over all estimated pairs, and over the pairs that "
+          "both levels estimated.",
+          {{Column::text("parameter"), &FallingError::parameter},
+           {Column::text("dataset"), &FallingError::dataset},
+           {Column::text("sequence"), &FallingError::sequence},
+           {Column::text("body"), &FallingError::body},
+           {Column::text("estimator"), &FallingError::estimator},
+           {Column::number("lowest", "from level", 3), &FallingError::lowest},
+           {Column::number("highest", "to", 3), &FallingError::highest},
+           {Column::count("n_lowest", "pairs"), &FallingError::n_lowest},
+           {Column::count("n_highest", "pairs"), [](const FallingError& row) { return row.Et_m.n; }},
+           {Column::number("Et_lowest_m", "E_t [m]", 4),
+            [](const FallingError& row) { return row.Et_m.lowest; }},
+           {Column::number("Et_highest_m", "E_t [m]", 4),
+            [](const FallingError& row) { return row.Et_m.highest; }},
+           {Column::count("n_common", "of both"),
+            [](const FallingError& row) { return row.common_Et_m ? Cell(row.common_Et_m->n) : Cell(); }},
+           {Column::number("common_Et_lowest_m", "E_t [m]", 4), common(&FallingError::Mean::lowest)},
+           {Column::number("common_Et_highest_m", "E_t [m]", 4), common(&FallingError::Mean::highest)},
+           {Column::text("reason"), &FallingError::reason}},
+          rows),
+      {"lowest", "highest"});
 }
 
 }  // namespace sextant
