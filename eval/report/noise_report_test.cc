@@ -8,6 +8,7 @@
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
+#include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/noise_sweep_testing.h"
@@ -136,6 +137,29 @@ TEST(Trends, SlopeRisesAndTest) {
   EXPECT_NEAR(rows[1].errors.at("Et_m").slope.slope, 2, 0.01);
   EXPECT_LT(*rows[0].errors.at("Et_m").p_corrected, 0.001);
   EXPECT_TRUE(noise_trends({noise_sweep_of("", {record_of("a", 1, 0, 1, 1)})}).empty());
+}
+
+TEST(NoiseReport, TablesShowLevelsThatDifferAsDifferent) {
+  std::vector<Record> records;
+  for (const double level : {1e-5, 1e-4, 0.01}) {
+    for (uint64_t seed = 0; seed < 3; ++seed) {
+      for (const std::string estimator : {"a", "b"})
+        records.push_back(record_of(estimator, level, seed, 1, 1 + level));
+    }
+  }
+  const NoiseSweep sweep = noise_sweep_of("flow.epe_px", records);
+  const auto decimals = [](const Table& table, const char* key) {
+    return table.columns[table.place(key)].decimals;
+  };
+  EXPECT_EQ(decimals(noise_level_table(noise_levels(sweep)), "level"), 5);
+  EXPECT_EQ(decimals(comparison_table(compare_estimators({sweep})), "level"), 5);
+  EXPECT_EQ(decimals(trend_table(noise_trends({sweep}, 1)), "lowest"), 5);
+  EXPECT_EQ(decimals(trend_table(noise_trends({sweep}, 1)), "highest"), 5);
+  AchievedNoiseRow row;
+  row.level = 1e-5;
+  EXPECT_EQ(decimals(achieved_noise_table({row}), "level"), 5);
+  row.level = 0.25;
+  EXPECT_EQ(decimals(achieved_noise_table({row}), "level"), 3);
 }
 
 TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
@@ -279,6 +303,26 @@ TEST(NoiseSweep, LevelZeroBelongsToItsGrid) {
   without_base.add_flow_grid({0, 0.1}, 0);
   EXPECT_EQ(without_base.read(), (NoiseByParameter{{"depth.delta_d_px", {"depth 0.1 px", "depth 0.2 px"}},
                                                    {"flow.epe_px", {"none", "flow 0.1 px"}}}));
+}
+
+TEST(NoiseSweep, LevelsThatScaleAProfileAreASweepOfItsScale) {
+  const auto add_profile = [](const std::vector<double>& scales, SweepOfTwoChannels& sweep) {
+    for (const double scale : scales)
+      sweep.add(scale, Noise(Json{{"profile", "pwc_net_kitti03"}, {"scale", scale}}));
+  };
+  SweepOfTwoChannels sweep;
+  add_profile({0.3, 0.7, 1.9}, sweep);
+  sweep.add_depth_grid({0.1, 0.2}, 0.5);
+  add_profile({0, 0.6, 1.1}, sweep);
+  NoiseByParameter noise = sweep.read();
+  EXPECT_EQ(noise["scale"].size(), 6U);
+  EXPECT_EQ(noise["depth.delta_d_px"].size(), 2U);
+  EXPECT_EQ(noise.size(), 2U);
+  EXPECT_THAT(parameter_title("scale"), HasSubstr("profile"));
+  SweepOfTwoChannels others;  // neither of one profile nor of one parameter
+  others.add(1, 0.1, 0.5);
+  others.add(2, 0.2, 0.6);
+  EXPECT_EQ(others.read().begin()->first, "");
 }
 
 TEST(NoiseSweep, KeysWithDotsAreNoParameters) {

@@ -1,7 +1,9 @@
 #include "sextant/eval/report/noise_sweep.h"
 
 #include <algorithm>
+#include <cmath>
 #include <compare>
+#include <cstdlib>
 #include <map>
 #include <optional>
 #include <set>
@@ -61,8 +63,50 @@ void set_number(const std::string& key, const Json& value, Json& noise) {
   *number = value;
 }
 
+/// Parameter of a grid over the `scale` of a noise profile. The options in run.json hold the profile's
+/// numbers times the level in place of `profile` and `scale`.
+constexpr const char* profile_scale = "scale";
+
+/// Returns true if `key` is one of the numbers that the scale of a profile multiplies.
+bool is_scaled_by_profile(const std::string& key) {
+  static const std::set<std::string> names = {"epe_px",     "epe_x_px", "epe_y_px",
+                                              "delta_d_px", "step_px",  "radius_px"};
+  return names.contains(key.substr(key.rfind('.') + 1));
+}
+
+/// Returns true if the noise of both levels is that of one profile times the level: numbers that differ are
+/// in the ratio of the levels, and all else is equal. At level 0 the noise has no size.
+bool are_of_profile(const ConfiguredLevel& a, const ConfiguredLevel& b) {
+  Json rest_a = a.noise, rest_b = b.noise;
+  bool has_size = false, is_empty = true;
+  for (const auto& [key, number] : a.numbers) {
+    if (!is_scaled_by_profile(key)) continue;
+    is_empty = is_empty && number == 0;
+    const auto other = b.numbers.find(key);
+    if (other == b.numbers.end() || number == other->second) continue;
+    const double scaled = number * b.level, expected = other->second * a.level;
+    if (std::abs(scaled - expected) > 1e-9 * expected) continue;  // remains in both and makes them differ
+    has_size = true;
+    set_number(key, nullptr, rest_a);
+    set_number(key, nullptr, rest_b);
+  }
+  if (a.level == 0) return is_empty;
+  return b.level == 0 ? are_of_profile(b, a) : has_size && rest_a == rest_b;
+}
+
+/// Returns the grid of a level whose noise is that of a profile times the level.
+Grid grid_of_profile(const ConfiguredLevel& level) {
+  Json profile = level.noise;
+  for (const auto& [key, number] : level.numbers) {
+    if (is_scaled_by_profile(key))
+      set_number(key, std::strtod(fmt::format("{:.6g}", number / level.level).c_str(), nullptr), profile);
+  }
+  return {profile_scale, json_line(profile), noise_name(profile)};
+}
+
 /// Returns the grid of a level whose noise is not none.
 Grid grid_of(const ConfiguredLevel& level, const std::string& parameter) {
+  if (parameter == profile_scale) return grid_of_profile(level);
   Json others = level.noise, without = level.noise;
   set_number(parameter, nullptr, others);
   set_number(parameter, 0, without);
@@ -101,10 +145,18 @@ bool is_swept(const std::string& key, const ConfiguredLevel& a, const Configured
 /// the grid after it, it is assigned to the grid after it.
 void find_grids(std::vector<ConfiguredLevel>& levels) {
   using Keys = std::set<std::string>;
+  const auto fits_profile = [&](size_t a, size_t b) {
+    // Level 0 does not show the profile: two others must.
+    if (levels[a].level > 0)
+      return (levels[b].level > 0 || b > a + 1) && are_of_profile(levels[a], levels[b]);
+    const size_t i = a + 1, j = std::max(b, a + 2);
+    return j < levels.size() && are_of_profile(levels[a], levels[i]) && levels[i].level > 0 &&
+           are_of_profile(levels[i], levels[j]);
+  };
   const auto fitting = [&](const Keys& keys, size_t a, size_t b) {
     Keys fit;
     for (const std::string& key : keys) {
-      if (is_swept(key, levels[a], levels[b])) fit.insert(key);
+      if (key == profile_scale ? fits_profile(a, b) : is_swept(key, levels[a], levels[b])) fit.insert(key);
     }
     return fit;
   };
@@ -113,7 +165,8 @@ void find_grids(std::vector<ConfiguredLevel>& levels) {
     for (const size_t i : {a, a + 1}) {
       for (const auto& [key, value] : levels[i].numbers) keys.insert(key);
     }
-    return fitting(keys, a, a + 1);
+    const Keys fit = fitting(keys, a, a + 1);
+    return fit.empty() ? fitting({profile_scale}, a, a + 1) : fit;
   };
   size_t first = 0;  // of the grid
   Keys keys;         // parameters that fit the grid so far
@@ -327,6 +380,7 @@ std::string parameter_title(const std::string& swept) {
   const std::string parameter = swept.substr(0, swept.find(" with "));
   if (parameter == "depth.delta_d_px") return "depth noise: disparity accuracy \u0394d [px]";
   if (parameter == "flow.scale") return "flow noise [\u00d7 each body's EPE level]";
+  if (parameter == profile_scale) return "noise [\u00d7 the profile]";
   if (parameter == "flow.epe_px") return "flow noise: end-point error [px]";
   return parameter.empty() ? "noise level" : parameter;
 }
@@ -411,11 +465,13 @@ Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
     fields.insert(fields.begin(), {Column::text("folder"),
                                    [](const Row& row) { return Cell(row.file.parent_path().string()); }});
   }
-  return table_of(
-      "Noise: requested and achieved",
-      "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
-      "neighbours: correlation between neighbouring pixels.",
-      fields, rows);
+  return with_distinct(
+      table_of(
+          "Noise: requested and achieved",
+          "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
+          "neighbours: correlation between neighbouring pixels.",
+          fields, rows),
+      {"level"});
 }
 
 }  // namespace sextant
