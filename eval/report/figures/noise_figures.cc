@@ -100,21 +100,46 @@ Table level_data(const std::vector<Line>& lines, const std::vector<Level>& level
   return table_of("", "", fields, levels);
 }
 
-/// Returns the gnuplot command for the tics: at most six labels, placed at levels.
-std::string level_tics(const std::vector<Level>& levels) {
-  const size_t n = levels.size();
-  const size_t step = (n + 5) / 6;
-  std::string tics;
-  for (size_t i = n - 1; i < n; i -= step)
-    tics = fmt::format("\"{0:.2g}\" {0}", levels[i].level) + (tics.empty() ? "" : ", ") + tics;
-  return fmt::format("set xtics ({})\n", tics);
+/// Returns half of the space for the bars of each level, which is also the margin of the axis. If the
+/// smallest step is at least a twelfth of the range, this is half of that step for all levels. Otherwise it
+/// is half of the distance to the nearest level, but at most half of the mean step, and at least 0.4 % of the
+/// range, so that bars remain visible.
+std::vector<double> half_steps(const std::vector<Level>& levels) {
+  const double range = levels.back().level - levels.front().level;
+  std::vector<double> half;  // of the distance to the nearest neighbour
+  for (size_t i = 0; i < levels.size(); ++i) {
+    double step = std::numeric_limits<double>::infinity();
+    if (i > 0) step = std::min(step, levels[i].level - levels[i - 1].level);
+    if (i + 1 < levels.size()) step = std::min(step, levels[i + 1].level - levels[i].level);
+    half.push_back(step / 2);
+  }
+  const double smallest = *std::ranges::min_element(half);
+  const double mean_step = range / static_cast<double>(levels.size() - 1);
+  const double widest = 2 * smallest >= range / 12 ? smallest : mean_step / 2;
+  for (double& h : half) h = std::clamp(h, std::min(0.004 * range, widest), widest);
+  return half;
 }
 
-/// Returns half of the smallest step between levels.
-double half_step(const std::vector<Level>& levels) {
-  double step = std::numeric_limits<double>::infinity();
-  for (size_t i = 1; i < levels.size(); ++i) step = std::min(step, levels[i].level - levels[i - 1].level);
-  return step / 2;
+/// Returns the gnuplot command for the tics: at most six labels, placed at levels. A label that would overlap
+/// the one to its right is left out.
+std::string level_tics(const std::vector<Level>& levels, const std::vector<double>& half) {
+  constexpr double of_character = 0.045, of_point = 0.022, gap = 0.005;  // shares of the axis
+  const size_t n = levels.size();
+  const size_t step = (n + 5) / 6;
+  const double range = levels.back().level + half.back() - levels.front().level + half.front();
+  std::string tics;
+  double end = std::numeric_limits<double>::infinity();  // of the space to the left of the last label
+  for (size_t i = n - 1; i < n; i -= step) {
+    const std::string label = fmt::format("{}", levels[i].level);
+    const auto n_points = static_cast<double>(std::ranges::count(label, '.'));
+    const double width =
+        of_character * (static_cast<double>(label.size()) - n_points) + of_point * n_points + gap;
+    const double half_width = width * range / 2;
+    if (levels[i].level + half_width > end) continue;
+    end = levels[i].level - half_width;
+    tics = fmt::format("\"{0}\" {0}", label) + (tics.empty() ? "" : ", ") + tics;
+  }
+  return fmt::format("set xtics ({})\n", tics);
 }
 
 /// Largest drawn values: errors with their intervals, and bounds.
@@ -141,12 +166,11 @@ struct Largest {
   }
 };
 
-std::string axes_script(const std::vector<Level>& levels, const Largest& largest, const std::string& x_title,
-                        const Content& content) {
-  const double half = half_step(levels);
-  std::string script =
-      fmt::format("set xlabel {} noenhanced\nset xrange [{}:{}]\n{}", gp_text(x_title),
-                  levels.front().level - half, levels.back().level + half, level_tics(levels));
+std::string axes_script(const std::vector<Level>& levels, const std::vector<double>& half,
+                        const Largest& largest, const std::string& x_title, const Content& content) {
+  std::string script = fmt::format("set xlabel {} noenhanced\nset xrange [{}:{}]\n{}", gp_text(x_title),
+                                   levels.front().level - half.front(), levels.back().level + half.back(),
+                                   level_tics(levels, half));
   script +=
       fmt::format("set ylabel \"{} error {}{}\"\nset yrange [0:{}]\n", content.word, curve_error().heading(),
                   content.bars ? " (curves)" : "", largest.Et > 0 ? 1.45 * largest.Et : 1.0);
@@ -161,12 +185,37 @@ std::string column(const Line& line, const char* name) {
   return fmt::format("(column(\"{}_{}\"))", line.key, name);
 }
 
-/// Draws E_R of one line as bars on the right axis, with their intervals.
-void add_bars(const Line& line, size_t i, double shift, double width, std::vector<std::string>& parts) {
+/// Width of the bars of one line at each level.
+struct BarWidths {
+  std::vector<double> at_level;
+  std::string function;  ///< gnuplot's definition of width(level); "" if all widths are equal
+
+  BarWidths(const std::vector<Level>& levels, const std::vector<double>& half, double n_lines) {
+    for (const double h : half) at_level.push_back(1.5 * h / n_lines);
+    if (std::ranges::count(half, half.front()) == std::ssize(half)) return;
+    function = "width(level) = ";
+    for (size_t i = 0; i + 1 < levels.size(); ++i) {
+      function += fmt::format("level < {} ? {} : ", (levels[i].level + levels[i + 1].level) / 2, at_level[i]);
+    }
+    function += fmt::format("{}\n", at_level.back());
+  }
+
+  /// Returns the gnuplot expression of `factor` times the width.
+  std::string times(double factor) const {
+    if (function.empty()) return fmt::format("{}", factor * at_level.front());
+    return fmt::format("{}*width(column(\"level\"))", factor);
+  }
+};
+
+/// Draws E_R of one line as bars on the right axis, with their intervals; `place` is the place of the bars
+/// beside their level, in widths.
+void add_bars(const Line& line, size_t i, double place, const BarWidths& widths,
+              std::vector<std::string>& parts) {
+  const std::string shift = widths.times(place);
   parts.push_back(
       fmt::format("data using (column(\"level\")+{}):{}:({}) axes x1y2 with boxes fc rgb \"{}\" fs "
                   "transparent solid 0.25 noborder notitle",
-                  shift, column(line, "ER_deg"), 0.9 * width, line_colour(i)));
+                  shift, column(line, "ER_deg"), widths.times(0.9), line_colour(i)));
   // Intervals are vectors, because error bars would blank a disc around the top of each bar.
   const std::string low = column(line, "ER_low_deg");
   parts.push_back(
@@ -190,10 +239,11 @@ std::string curves_script(const std::vector<Line>& lines, const std::vector<Leve
                           const std::string& x_title, const Content& content) {
   std::vector<std::string> parts;
   const auto n = static_cast<double>(lines.size());
-  const double width = 1.5 * half_step(levels) / n;
+  const std::vector<double> half = half_steps(levels);
+  const BarWidths widths(levels, half, n);
   const Largest largest(levels, content.statistic, !content.bars);
   for (size_t i = 0; content.bars && i < lines.size(); ++i) {
-    add_bars(lines[i], i, (static_cast<double>(i) - (n - 1) / 2) * width, width, parts);
+    add_bars(lines[i], i, static_cast<double>(i) - (n - 1) / 2, widths, parts);
   }
   for (size_t i = 0; i < lines.size(); ++i) {
     // Estimators often agree, so later curves are thinner to keep the earlier ones visible.
@@ -204,7 +254,9 @@ std::string curves_script(const std::vector<Line>& lines, const std::vector<Leve
         "data using (column(\"level\")):{} with lines lc rgb \"#606060\" lw 1.2 dt 3 title \"bound (RMS)\"",
         column(lines.front(), "Et_bound_m")));
   }
-  std::string script = axes_script(levels, largest, x_title, content) + "plot \\\n";
+  std::string script = axes_script(levels, half, largest, x_title, content);
+  if (content.bars) script += widths.function;
+  script += "plot \\\n";
   for (size_t i = 0; i < parts.size(); ++i)
     script += "  " + parts[i] + (i + 1 < parts.size() ? ", \\\n" : "\n");
   return script;
@@ -233,6 +285,20 @@ std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows,
   return lines;
 }
 
+/// Arranges a legend of more than five entries in columns of three, above the curves, and widens the figure
+/// for the columns.
+void widen_for_legend(const std::vector<Line>& lines, Figure& figure) {
+  constexpr size_t most_in_a_column = 5, rows = 3;
+  constexpr double character_cm = 0.17, sample_cm = 1.25, widest_cm = 18;
+  if (lines.size() <= most_in_a_column) return;
+  size_t longest = 0;
+  for (const Line& line : lines) longest = std::max(longest, width_of(line.title));
+  const double column_cm = sample_cm + character_cm * static_cast<double>(longest);
+  const size_t more_columns = (lines.size() - 1) / rows;
+  figure.width_cm = std::min(widest_cm, figure.width_cm + column_cm * static_cast<double>(more_columns));
+  figure.script = fmt::format("set key maxrows {}\n", rows) + figure.script;
+}
+
 Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line>& lines,
                      const std::vector<Level>& levels, const NoiseLevelRow& first, const Content& content) {
   Figure figure;
@@ -247,6 +313,7 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
                   first.dataset, first.sequence, of, content.word, first.n_seeds,
                   content.bars ? " Bars: mean E_R with its 95 % interval." : "");
   figure.script = curves_script(lines, levels, parameter_title(first.parameter), content);
+  widen_for_legend(lines, figure);
   return figure;
 }
 

@@ -33,6 +33,56 @@ TEST(NoiseFigures, OneAnEstimatorAndOneABody) {
   EXPECT_THAT(figures[0].script, HasSubstr("'object 2'"));
 }
 
+/// Returns the script of the first figure for one line of these levels.
+std::string script_at(const std::vector<double>& levels) {
+  std::vector<NoiseLevelRow> at;
+  for (const double level : levels) {
+    at.push_back(rows().front());
+    at.back().level = level;
+  }
+  return noise_level_figures(at).front().script;
+}
+
+TEST(NoiseFigures, LabelsAreTheLevels) {
+  EXPECT_THAT(script_at({0.1, 0.2, 0.3}), HasSubstr("set xtics (\"0.1\" 0.1, \"0.2\" 0.2, \"0.3\" 0.3)"));
+  EXPECT_THAT(script_at({0.125, 0.175}), HasSubstr("(\"0.125\" 0.125, \"0.175\" 0.175)"));
+  EXPECT_THAT(script_at({100, 125, 150}), HasSubstr("(\"100\" 100, \"125\" 125, \"150\" 150)"));
+  EXPECT_THAT(script_at({0.05, 0.1, 0.4, 1.6}), HasSubstr("(\"0.1\" 0.1, \"0.4\" 0.4, \"1.6\" 1.6)"))
+      << "0.05 would overlap 0.1";
+  EXPECT_THAT(script_at({1e-6, 1e-4, 1e-3, 0.01, 0.05}),
+              HasSubstr("set xtics (\"0.01\" 0.01, \"0.05\" 0.05)"));
+  EXPECT_THAT(script_at({0.05, 0.1, 0.15, 0.2, 0.25, 0.3}),
+              HasSubstr("set xtics (\"0.05\" 0.05, \"0.1\" 0.1, "));
+}
+
+TEST(NoiseFigures, BarsOfCloseLevelsDoNotNarrowTheOthers) {
+  const std::string even = script_at({0.1, 0.2, 0.3});
+  EXPECT_THAT(even, HasSubstr(":(0.067")) << "0.9 times 1.5 times half of the step";
+  EXPECT_THAT(even, Not(HasSubstr("width(level)")));
+  const std::string geometric = script_at({0.05, 0.1, 0.4, 1.6});
+  EXPECT_THAT(geometric, HasSubstr("width(level) = level < 0.075"));
+  EXPECT_THAT(geometric, HasSubstr(":(0.9*width(column(\"level\"))) axes x1y2 with boxes"));
+  EXPECT_THAT(geometric, HasSubstr(" : 0.3875")) << "1.5 times half of the mean step at the last level";
+}
+
+TEST(NoiseFigures, ALegendOfManyLinesHasColumns) {
+  std::vector<NoiseLevelRow> of_bodies;
+  for (int id = 1; id <= 8; ++id) {
+    for (NoiseLevelRow row : rows()) {
+      row.body = "object:" + std::to_string(id);
+      if (row.estimator == "joint_flow" && row.level < 0.3) of_bodies.push_back(row);
+    }
+  }
+  const Figure figure = noise_level_figures(of_bodies).front();
+  EXPECT_THAT(figure.script, HasSubstr("set key maxrows 3"));
+  EXPECT_GT(figure.width_cm, 11);
+  EXPECT_THAT(draw(figure).at(figure.name + ".svg"), HasSubstr("object 8"));
+  of_bodies.resize(6);
+  const Figure of_few = noise_level_figures(of_bodies).front();
+  EXPECT_THAT(of_few.script, Not(HasSubstr("set key")));
+  EXPECT_LT(of_few.width_cm, 9);
+}
+
 TEST(NoiseFigures, DrawnTwiceTheBytesAreTheSameAndFollowTheData) {
   std::vector<NoiseLevelRow> data = rows();
   const Figure figure = noise_level_figures(data).front();
