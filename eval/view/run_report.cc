@@ -248,11 +248,12 @@ ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst)
   for (const SourceRun& source : result.sources) {
     for (Figure& figure : showcase_figures(source_title(source.info), source.tracks, result.records)) {
       figure.name = "tracks_" + file_stem(folder_name(source.info));
+      const int n_seeds = request.config.n_seeds;
       figure.caption = fmt::format(
-          "Camera and objects from above, {}. Estimates begin at the truth; objects: the origin of the true "
-          "box, moved by the "
-          "estimated motions. Numbers: mean estimated speed.",
-          source_title(source.info));
+          "Camera and objects from above, {}{}. Estimates begin at the truth; objects: the origin of the "
+          "true box, moved by the estimated motions. Numbers: mean estimated speed{}.",
+          source_title(source.info), n_seeds > 1 ? fmt::format(", seed 0 of {}", n_seeds) : "",
+          n_seeds > 1 ? " over all seeds" : "");
       above.figures.push_back(std::move(figure));
     }
   }

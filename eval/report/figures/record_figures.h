@@ -72,7 +72,8 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records);
 // the camera, and the objects with the most estimates. The axis of the errors is logarithmic; a line is
 // interrupted where a body has no estimate with truth. If the records state the floor of the truth
 // (step_floor_m), below which E_t of the camera is not meaningful, it is a dashed line. One figure per data
-// set, sequence and estimator, from the records of its lowest seed.
+// set, sequence and estimator, from the records of its lowest seed, which the caption names if there are
+// several.
 
 /// E_t, E_R and E_v as the preset defines them, and the EPE after the optimisation; panels without a number
 /// are left out.
@@ -80,8 +81,8 @@ std::vector<Figure> timeline_figures(const std::vector<Record>& records, const M
 
 // ---- (ours) Speed of objects over the frames of a source: estimates, truth, and a band around the truth of
 // +- the error of the truth itself (the ground-truth floor). One figure per data set and sequence, from the
-// records of its lowest seed, with the six objects that have the most estimates. Objects with estimates in
-// fewer than five frames are left out.
+// records of its lowest seed, with the six objects that have the most estimates; the caption names the seed
+// if there are several. Objects with estimates in fewer than five frames are left out.
 
 /// `floor_kmh`: RMS error of the true speed by sequence; other sequences have no band.
 std::vector<Figure> speed_figures(const std::vector<Record>& records,

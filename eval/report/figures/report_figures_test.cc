@@ -123,6 +123,16 @@ TEST(ReportFigures, SpeedsHaveABandWhereTheFloorIsKnown) {
   EXPECT_TRUE(speed_figures(all, {}).empty());  // too few to be a curve
 }
 
+TEST(ReportFigures, CaptionsOverTimeNameTheSeedOfSeveral) {
+  std::vector<Record> all = records();
+  const MetricPreset& preset = find_preset("paper");
+  EXPECT_THAT(timeline_figures(all, preset).front().caption, HasSubstr("joint_flow, seed 0 of 2. "));
+  EXPECT_THAT(speed_figures(all, {}).front().caption, HasSubstr("s18, seed 0 of 2."));
+  std::erase_if(all, [](const Record& r) { return r.seed > 0; });
+  EXPECT_THAT(timeline_figures(all, preset).front().caption, Not(HasSubstr("seed")));
+  EXPECT_THAT(speed_figures(all, {}).front().caption, Not(HasSubstr("seed")));
+}
+
 TEST(ReportFigures, TheFloorOfASpeedIsThatOfAStep) {
   Record record;
   record.sequence = "0003";

@@ -19,6 +19,11 @@ constexpr const char* no_estimate = "NaN";  // interrupts gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
 
+/// Returns ", seed 0 of 5" for captions of figures that show one seed of several; "" if there is only one.
+std::string seed_text(uint64_t seed, size_t n_seeds) {
+  return n_seeds > 1 ? fmt::format(", seed {} of {}", seed, n_seeds) : "";
+}
+
 /// Returns the camera and the objects with the most estimates, six bodies at most, by body_order().
 std::vector<int> chosen(const Bodies& bodies) {
   std::vector<std::pair<ptrdiff_t, int>> by_size;
@@ -130,7 +135,8 @@ std::vector<Figure> timeline_figures(const std::vector<Record>& records, const M
   std::vector<Figure> figures;
   for (const auto& [key, by_seed] : groups) {
     const auto& [dataset, sequence, estimator] = key;
-    Figure figure = figure_of(fmt::format("{} {}, {}", dataset, sequence, estimator),
+    const std::string seed = seed_text(by_seed.begin()->first, by_seed.size());
+    Figure figure = figure_of(fmt::format("{} {}, {}{}", dataset, sequence, estimator, seed),
                               file_stem(fmt::format("{}_{}_{}", dataset, sequence, estimator)),
                               by_seed.begin()->second, preset);
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
@@ -220,7 +226,7 @@ Panel panel_of(const std::string& body, const std::vector<std::string>& estimato
   return panel;
 }
 
-Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
+Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, size_t n_seeds) {
   const Record& first = *records.front();
   Figure figure;
   figure.name = "speed_" + file_stem(first.dataset) + "_" + file_stem(first.sequence);
@@ -252,7 +258,8 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
                            .panel_height_cm = 4.8};
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
-      "Speed of the objects by frame, {} {}.{}", first.dataset, first.sequence,
+      "Speed of the objects by frame, {} {}{}.{}", first.dataset, first.sequence,
+      seed_text(first.seed, n_seeds),
       floor_kmh ? fmt::format(" Band: error of the true speed itself, {:.1f} km/h (RMS) from the camera's "
                               "ground truth alone.",
                               *floor_kmh)
@@ -265,20 +272,19 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh) {
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
                                   const std::map<std::string, double>& floor_kmh) {
   std::map<std::pair<std::string, std::string>, RecordRefs> groups;
-  std::map<std::pair<std::string, std::string>, uint64_t> seeds;
+  std::map<std::pair<std::string, std::string>, std::set<uint64_t>> seeds;
   for (const Record& record : records) {
-    if (!has_speed(record)) continue;
-    const auto [it, is_new] = seeds.try_emplace({record.dataset, record.sequence}, record.seed);
-    it->second = std::min(it->second, record.seed);
+    if (has_speed(record)) seeds[{record.dataset, record.sequence}].insert(record.seed);
   }
   for (const Record& record : records) {
     const std::pair key(record.dataset, record.sequence);
-    if (has_speed(record) && record.seed == seeds.at(key)) groups[key].push_back(&record);
+    if (has_speed(record) && record.seed == *seeds.at(key).begin()) groups[key].push_back(&record);
   }
   std::vector<Figure> figures;
   for (const auto& [key, group] : groups) {
     const auto floor = floor_kmh.find(key.second);
-    Figure figure = figure_of(group, floor == floor_kmh.end() ? std::nullopt : std::optional(floor->second));
+    Figure figure = figure_of(group, floor == floor_kmh.end() ? std::nullopt : std::optional(floor->second),
+                              seeds.at(key).size());
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;
