@@ -102,6 +102,8 @@ class Vkitti2Reader {
     const auto poses = rows("pose.txt", decode_vkitti2_poses, "there is no true object motion");
     const auto boxes = rows("bbox.txt", decode_vkitti2_boxes, "objects have no boxes");
     const auto infos = rows("info.txt", decode_vkitti2_infos, "objects have no types");
+    require_camera("pose.txt", poses, "there is no true object motion");
+    require_camera("bbox.txt", boxes, "objects have no boxes");
     for (const Vkitti2Box& row : boxes) {
       if (row.camera == camera_) boxes_[{row.frame, row.track}] = row;
     }
@@ -110,6 +112,16 @@ class Vkitti2Reader {
       if (row.camera == camera_) add_object(row);
     }
     for (auto& [frame, list] : out_.truth.objects) std::ranges::sort(list, {}, &ObjectTruth::id);
+  }
+
+  /// Warns if a file has rows, but none of the camera in use.
+  template <typename Row>
+  void require_camera(const char* file, const std::vector<Row>& rows, const char* consequence) {
+    std::set<int> cameras;
+    for (const Row& row : rows) cameras.insert(row.camera);
+    if (cameras.empty() || cameras.contains(camera_)) return;
+    out_.warnings.push_back(fmt::format("{}: no rows of camera {}, only of camera {}: {}",
+                                        path(file).string(), camera_, fmt::join(cameras, ", "), consequence));
   }
 
   void add_object(const Vkitti2Pose& row) {
