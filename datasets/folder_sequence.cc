@@ -217,4 +217,9 @@ TruthFloor truth_floor(const Sequence& sequence) {
   return known == nullptr ? TruthFloor() : known->floor();
 }
 
+std::vector<std::string> truth_faults(const Sequence& sequence) {
+  const auto* folder = dynamic_cast<const FolderSequence*>(&sequence);
+  return folder == nullptr ? std::vector<std::string>() : folder->faults();
+}
+
 }  // namespace sextant

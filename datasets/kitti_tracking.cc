@@ -67,6 +67,7 @@ std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
   KittiTruth truth = read_kitti_truth(source.path, source.sequence, options, sequence->inputs());
   sequence->truth() = std::move(truth.truth);
   sequence->floor() = truth.floor;
+  sequence->faults() = std::move(truth.faults);
   info.sequence = source.sequence;
   info.camera = truth.camera;
   info.rate_hz = options.rate_hz;

@@ -19,11 +19,28 @@ namespace {
 constexpr double walk_rad = 0.0004;    // step of the random walk `slow` between samples
 constexpr double velocity_mps = 0.02;  // noise across the course
 constexpr double lever_prior_m = 1;
+constexpr double shortest_step_s = 1e-3;  // if length / speed is shorter, the positions do not change
+constexpr double fault_m = 0.5;           // the largest difference in the nine sequences in use is 0.3 m
+constexpr double fault_deviations = 10;
 constexpr double deg = 180 / std::numbers::pi;
 constexpr size_t turn_rates = 6;  // wx, wy, wz among KittiOxts::rest
 
 double mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
   return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
+}
+
+/// Returns the number of steps between samples that are faster than kitti_slow_mps.
+int moving_steps(const std::vector<KittiOxts>& samples) {
+  int n = 0;
+  for (size_t i = 0; i + 1 < samples.size(); ++i) n += mean_speed_mps(samples, i) > kitti_slow_mps ? 1 : 0;
+  return n;
+}
+
+/// Returns the median; the upper one of an even number of values. `values` must not be empty.
+double upper_median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
 }
 
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
@@ -68,7 +85,12 @@ std::vector<SE3> kitti_imu_poses(const std::vector<KittiOxts>& samples) {
   const double scale = mercator_scale(samples.front().latitude_deg);
   std::vector<SE3> poses;
   poses.reserve(samples.size());
-  for (const KittiOxts& sample : samples) poses.push_back(pose_from_oxts(sample, scale));
+  for (KittiOxts sample : samples) {
+    // East of +180 degrees, longitudes continue at -180 degrees: the difference to the first sample decides.
+    const double turned = sample.longitude_deg - samples.front().longitude_deg;
+    if (std::abs(turned) > 180) sample.longitude_deg -= std::copysign(360, turned);
+    poses.push_back(pose_from_oxts(sample, scale));
+  }
   return poses;
 }
 
@@ -91,6 +113,7 @@ std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples)
   StepFloor out;
   out.n_steps = static_cast<int>(steps.size());
   out.mean_s = sum_s / out.n_steps;
+  if (!(out.mean_s > shortest_step_s)) return std::nullopt;
   double sum_squares = 0;
   for (const auto& [length_m, speed] : steps) sum_squares += std::pow(length_m - out.mean_s * speed, 2);
   out.floor_m = std::sqrt(sum_squares / out.n_steps);
@@ -192,6 +215,66 @@ std::string differing_velocities(const std::vector<KittiOxts>& samples, const fs
                        by_heading);
   }
   return {};
+}
+
+/// A step whose length contradicts the measured speed.
+struct OxtsFault {
+  size_t step = 0;  ///< from this sample to the next one
+  double length_m = 0, expected_m = 0;
+};
+struct OxtsFaults {
+  double step_s = 0;   ///< median of length / speed
+  double limit_m = 0;  ///< largest difference of length and speed x step_s that is no fault
+  std::vector<OxtsFault> faults;
+};
+
+/// Compares the length of every step with the speed. Medians determine the time and the scatter, so that the
+/// faults do not raise the limit that finds them.
+OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples) {
+  const std::vector<SE3> poses = kitti_imu_poses(samples);
+  OxtsFaults out;
+  std::vector<OxtsFault> steps;
+  std::vector<double> speeds, times, scatter;
+  for (size_t i = 0; i + 1 < poses.size(); ++i) {
+    const double length_m = (poses[i + 1].translation() - poses[i].translation()).norm();
+    speeds.push_back(mean_speed_mps(samples, i));
+    steps.push_back({i, length_m, 0});
+    if (speeds[i] > kitti_slow_mps && length_m > 0) times.push_back(length_m / speeds[i]);
+  }
+  if (times.empty()) return out;
+  out.step_s = upper_median(times);
+  for (OxtsFault& step : steps) {
+    step.expected_m = out.step_s * speeds[step.step];
+    if (speeds[step.step] > kitti_slow_mps) scatter.push_back(std::abs(step.length_m - step.expected_m));
+  }
+  out.limit_m = std::max(fault_m, fault_deviations * 1.4826 * upper_median(scatter));
+  for (const OxtsFault& step : steps) {
+    if (std::abs(step.length_m - step.expected_m) > out.limit_m) out.faults.push_back(step);
+  }
+  return out;
+}
+
+/// Returns the faults of the positions as text for a message; empty if there are none.
+std::string faults_text(const std::vector<KittiOxts>& samples, const fs::path& path) {
+  const OxtsFaults found = oxts_faults(samples);
+  if (found.faults.empty()) return {};
+  const OxtsFault& first = found.faults.front();
+  std::string more;
+  if (const size_t others = found.faults.size() - 1; others > 0)
+    more = fmt::format("; {} more {}", others, others == 1 ? "step is wrong" : "steps are wrong");
+  return fmt::format(
+      "{}:{}: the position moves by {:.3f} m from frame {} to frame {}, but the measured speed times {:.4f} "
+      "s is {:.3f} m, and a difference of {:.2f} m is allowed{}: is a line missing, repeated or wrong? The "
+      "floors of the truth contain this fault",
+      path.string(), first.step + 2, first.length_m, first.step, first.step + 1, found.step_s,
+      first.expected_m, found.limit_m, more);
+}
+
+/// Returns the largest speed (m/s) of the samples.
+double top_speed_mps(const std::vector<KittiOxts>& samples) {
+  double top = 0;
+  for (const KittiOxts& sample : samples) top = std::max(top, sample.velocity_mps.norm());
+  return top;
 }
 
 /// The truth of the GPS/IMU unit: raw poses, corrected according to the options.
@@ -354,6 +437,10 @@ class KittiTruthReader {
     out_.n_poses = static_cast<int>(samples.size());
     std::vector<SE3> imu = kitti_imu_poses(samples);
     const std::optional<StepFloor> steps = kitti_step_floor(samples);
+    const bool still = !steps && moving_steps(samples) > 0;
+    if (still) report_still(samples, path);
+    const std::string faults = still ? "" : faults_text(samples, path);
+    if (!faults.empty()) add_fault(faults);
     const std::string differing = differing_velocities(samples, path);
     if (!differing.empty() && needs_direction()) {
       fail("{}: {} requires them to agree within 0.1 m/s: take velocity = raw and heading = yaw", differing,
@@ -369,10 +456,36 @@ class KittiTruthReader {
                                           to_string(options_.ground_truth), to_string(options_.velocity),
                                           to_string(options_.heading)));
     if (!steps) {
-      out_.provenance.emplace_back("camera truth floor: unknown, no step is faster than 1 m/s");
+      add_accuracy(fmt::format("camera truth floor: unknown, {}",
+                               still ? "the positions do not change" : "no step is faster than 1 m/s"));
       return;
     }
     report_floor(samples, imu, *steps, course);
+  }
+
+  void add_fault(const std::string& text) {
+    out_.warnings.push_back(text);
+    out_.faults.push_back(text);
+  }
+
+  void add_accuracy(const std::string& text) {
+    out_.provenance.push_back(text);
+    out_.accuracy.push_back(text);
+  }
+
+  /// Reports positions that do not change although the car moves; an error if the options require steps.
+  void report_still(const std::vector<KittiOxts>& samples, const fs::path& path) {
+    const std::string text = fmt::format(
+        "{}: the positions do not change, although the measured speed is up to {:.4g} m/s: had the receiver "
+        "no fix?",
+        path.string(), top_speed_mps(samples));
+    if (options_.velocity != KittiVelocity::raw || options_.heading == KittiHeading::course) {
+      fail(
+          "{} Options velocity = {} and heading = {} require the time between positions: take velocity = "
+          "raw and heading = yaw",
+          text, to_string(options_.velocity), to_string(options_.heading));
+    }
+    add_fault(text + " The true camera motion is wrong");
   }
 
   bool needs_direction() const {
@@ -386,13 +499,13 @@ class KittiTruthReader {
     TruthFloor& floor = out_.floor;
     floor = kitti_pose_floor(imu, samples, steps, course ? course->lever_m : 0);
     if (!corrected) out_.truth.camera_step_floor_m = steps.floor_m;
-    out_.provenance.push_back(fmt::format(
+    add_accuracy(fmt::format(
         "camera truth floor: raw steps scatter by {:.4f} m RMS around speed x {:.4f} s ({} steps){}; their "
         "component perpendicular to the measured velocity is {:.4f} m RMS",
         steps.floor_m, steps.mean_s, steps.n_steps, corrected ? " and are replaced by it" : "",
         steps.across_m));
     if (!course) return;
-    out_.provenance.push_back(fmt::format(
+    add_accuracy(fmt::format(
         "camera truth heading: course minus yaw ranges from {:.2f} to {:.2f} deg, lever arm {:.2f} m; the "
         "component of the true steps perpendicular to the heading is {:.4f} m RMS (lever arm subtracted); "
         "errors of the rotations: {:.4f} (timing alone) to {} deg RMS",

@@ -46,6 +46,7 @@ inline constexpr double kitti_slow_mps =
     1.0;  ///< slower samples are left out: their speed determines the step too inaccurately
 
 /// Returns the poses of the GPS/IMU unit in map axes (x east, y north, z up); `samples` must not be empty.
+/// Longitudes that differ from the first one by more than 180 degrees are continued across +-180 degrees.
 std::vector<SE3> kitti_imu_poses(const std::vector<KittiOxts>& samples);
 
 /// Comparison of the steps of a trajectory with the measured speed; see step_m above.
@@ -56,7 +57,7 @@ struct StepFloor {
   /// rms of the component of the steps perpendicular to the mean velocity at their ends
   double across_m = 0;
 };
-/// Returns the comparison; nullopt if no step is faster than 1 m/s.
+/// Returns the comparison; nullopt if no step is faster than 1 m/s, or if the positions do not change.
 std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples);
 
 struct CourseFit {
@@ -94,6 +95,10 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
 //
 // heading = course rotates the attitude instead, by the same slow drift, so that the heading follows the
 // velocity; velocity_vector then also uses velocities taken velocity_lag_s later.
+//
+// Positions that contradict the measured speed are a fault of the file. Let s' be the median of |d| / v; a
+// step is a fault if | |d| - s' v | exceeds 0.5 m and 10 robust standard deviations (1.4826 times the median)
+// of these differences.
 //
 // Objects: id = track id + 1 (as in decoded MOTS masks), T_camera_object = (Ry(rotation_y + pi/2), (x, y,
 // z)), or the pose in training/object_pose/%04d.txt, an extension of this project, if given there
@@ -148,12 +153,15 @@ struct KittiTruth {
   int n_poses = 0;  ///< number of samples in oxts; 0 = there is no such file
   std::optional<int> last_labelled_frame;
   std::vector<std::string> warnings;
+  std::vector<std::string> faults;  ///< warnings that say that the camera poses are wrong
   std::vector<std::string> provenance;
+  std::vector<std::string> accuracy;  ///< lines of the provenance on the accuracy of the camera poses
 };
 
-/// Reads the truth; `root` is the folder that contains training/. Missing oxts or labels are warnings. Throws
-/// Error if training/calib or the sequence's calibration is missing, if a file is malformed or does not fit
-/// the others, and if the options require velocities that agree and they differ.
+/// Reads the truth; `root` is the folder that contains training/. Missing oxts or labels, and faults of the
+/// positions in oxts, are warnings. Throws Error if training/calib or the sequence's calibration is missing,
+/// if a file is malformed or does not fit the others, and if the options require velocities that agree and
+/// they differ, or positions that change and they do not.
 KittiTruth read_kitti_truth(const std::filesystem::path& root, const std::string& sequence,
                             const KittiTruthOptions& options, InputLog& inputs);
 

@@ -186,6 +186,71 @@ TEST_F(KittiHeadingFiles, VelocitiesThatDisagree) {
   expect_error([&] { read({.heading = KittiHeading::course}); }, "heading = course requires them to agree");
 }
 
+TEST_F(KittiHeadingFiles, PositionsThatContradictTheSpeedAreNamed) {
+  const std::vector<KittiOxts> right = drive(600, -0.4, 0.05, wander(600, 1.0));
+  const auto faults = [&](const std::vector<KittiOxts>& samples) {
+    write("oxts", encode_kitti_oxts(samples));
+    const KittiTruth truth = read({});
+    for (const std::string& fault : truth.faults) EXPECT_THAT(truth.warnings, testing::Contains(fault));
+    return truth.faults;
+  };
+  EXPECT_TRUE(faults(right).empty());
+  std::vector<KittiOxts> wrong = right;
+  wrong.erase(wrong.begin() + 300);
+  EXPECT_THAT(faults(wrong),
+              testing::ElementsAre(testing::AllOf(
+                  HasSubstr("oxts/0001.txt:301: the position moves by 2.0"),
+                  HasSubstr(" m from frame 299 to frame 300, but the measured speed times 0.1000 s is 1.00"),
+                  HasSubstr("difference of 0.50 m is allowed: is a line missing"))));
+  wrong = right;
+  wrong[17].altitude_m += 3;
+  EXPECT_THAT(faults(wrong),
+              testing::ElementsAre(testing::AllOf(HasSubstr("0001.txt:18: the position moves by 3.1"),
+                                                  HasSubstr(" allowed; 1 more step is wrong: is a line"))));
+  wrong = right;
+  wrong[598] = wrong[597];
+  EXPECT_THAT(faults(wrong), testing::ElementsAre(HasSubstr("0001.txt:599: the position moves by 0.000 m")));
+  // a tenth of the positions is wrong, which does not raise the limit
+  wrong = right;
+  for (size_t k = 5; k < wrong.size(); k += 20) wrong[k].altitude_m += 3;
+  EXPECT_THAT(faults(wrong), testing::ElementsAre(HasSubstr("59 more steps are wrong")));
+}
+
+TEST_F(KittiHeadingFiles, PositionsWithoutAFix) {
+  std::vector<KittiOxts> samples = drive(20, 0, 0, wander(20, 0));
+  for (KittiOxts& s : samples) {
+    s.latitude_deg = samples[0].latitude_deg;
+    s.longitude_deg = samples[0].longitude_deg;
+  }
+  write("oxts", encode_kitti_oxts(samples));
+  const KittiTruth truth = read({});
+  EXPECT_THAT(truth.faults,
+              testing::ElementsAre(HasSubstr("oxts/0001.txt: the positions do not change, although the "
+                                             "measured speed is up to 10 m/s")));
+  EXPECT_FALSE(truth.truth.camera_step_floor_m || truth.floor.lateral_m || truth.floor.rotation_timing_deg);
+  EXPECT_THAT(truth.provenance,
+              testing::Contains("camera truth floor: unknown, the positions do not change"));
+  expect_error([&] { read({.heading = KittiHeading::course}); }, "the positions do not change");
+  expect_error([&] { read({.velocity = KittiVelocity::velocity_vector}); }, "the positions do not change");
+}
+
+TEST(KittiImuPoses, LongitudesContinueAcross180Degrees) {
+  std::vector<KittiOxts> east = drive(20, 0, 0, wander(20, 0)), across = east;
+  for (KittiOxts& sample : across)
+    sample.longitude_deg += sample.longitude_deg < 5e-5 ? 179.99995 : 179.99995 - 360;
+  ASSERT_GT(across.front().longitude_deg, 0);
+  ASSERT_LT(across.back().longitude_deg, 0);
+  std::vector<KittiOxts> west = across;  // the same drive backwards, from -180 to +180 degrees
+  std::ranges::reverse(west);
+  const std::vector<SE3> expected = kitti_imu_poses(east), a = kitti_imu_poses(across),
+                         b = kitti_imu_poses(west);
+  for (size_t k = 1; k < east.size(); ++k) {
+    const Eigen::Vector3d way = expected[k].translation() - expected[0].translation();
+    EXPECT_THAT(a[k].translation() - a[0].translation(), EigenNear(way, 1e-6)) << k;
+    EXPECT_THAT(b[19 - k].translation() - b[19].translation(), EigenNear(way, 1e-6)) << k;
+  }
+}
+
 // The numbers of the real data set are in docs/datasets.md.
 TEST(KittiRealHeading, WandersInSequence03) {
   SEXTANT_NEEDS_DATA("kitti_tracking");
@@ -445,7 +510,7 @@ TEST_F(KittiRealTruth, BothCalibrationDialectsAgree) {
 TEST_F(KittiRealTruth, EverySequenceReads) {
   for (const char* sequence : {"0000", "0001", "0002", "0003", "0004", "0005", "0006", "0018", "0020"}) {
     const KittiTruth truth = read(sequence);
-    EXPECT_TRUE(truth.warnings.empty()) << sequence;
+    EXPECT_TRUE(truth.warnings.empty()) << sequence << ": " << truth.warnings.front();
     EXPECT_GT(truth.n_poses, 100) << sequence;
     EXPECT_EQ(truth.last_labelled_frame.value() < truth.n_poses, true) << sequence;
     fmt::print("{}: {} poses, {}\n", sequence, truth.n_poses, truth.provenance.at(2));

@@ -12,6 +12,7 @@
 #include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/datasets/folder_sequence.h"
 #include "sextant/eval/check/conventions.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/table.h"
@@ -327,7 +328,8 @@ void add_dense_errors(const Sequence& sequence, int jobs, std::vector<SourceChec
   }
 }
 
-/// Adds notes: the accuracy of the ground truth itself, and the adapter's warnings.
+/// Adds notes: the accuracy of the ground truth itself, and the adapter's warnings. Warnings of wrong true
+/// poses are failures.
 void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
   if (const auto floor = sequence.truth().camera_step_floor_m) {
     lines.push_back(note("truth floor", fmt::format("the true camera steps scatter by {:.4f} m "
@@ -353,7 +355,12 @@ void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
     }
     lines.push_back(note("rotation floor", text));
   }
-  for (const std::string& warning : sequence.info().warnings) lines.push_back(note("note", warning));
+  const std::vector<std::string> faults = truth_faults(sequence);
+  for (const std::string& warning : sequence.info().warnings) {
+    const bool is_fault = std::ranges::find(faults, warning) != faults.end();
+    lines.push_back(note(is_fault ? "truth" : "note", warning));
+    if (is_fault) lines.back().outcome = CheckOutcome::fail;
+  }
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include "sextant/eval/check/check_source.h"
 
+#include "sextant/base/files.h"
+#include "sextant/base/testing.h"
+#include "sextant/datasets/codec/kitti_text.h"
 #include "sextant/eval/check/planted_mistakes_testing.h"
 
 namespace sextant {
@@ -105,6 +108,32 @@ TEST(CheckSource, ChecksSourcesWithTruthOnly) {
   sequence.truth_.objects.clear();
   sequence.truth_.camera = {};
   expect_clean(check_source(sequence, {.quiet = true}));
+}
+
+TEST(CheckSource, PositionsThatContradictTheSpeedFail) {
+  const TempFolder folder;
+  const fs::path training = folder.path() / "training";
+  for (const char* kind : {"calib", "oxts"}) fs::create_directories(training / kind);
+  write_file(training / "calib/0003.txt",
+             "P0: 700 0 620 0 0 700 180 0 0 0 1 0\nP1: 700 0 620 -350 0 700 180 0 0 0 1 0\n"
+             "P2: 700 0 620 0 0 700 180 0 0 0 1 0\nP3: 700 0 620 -350 0 700 180 0 0 0 1 0\n"
+             "R_rect 1 0 0 0 1 0 0 0 1\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\n"
+             "Tr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  std::vector<KittiOxts> samples;
+  for (int k = 0; k < 12; ++k) {
+    samples.push_back(oxts_from_pose(SE3(Eigen::Quaterniond::Identity(), {1.0 * k, 0, 0}), 1));
+    samples.back().velocity_mps.x() = samples.back().east_mps = 10;
+  }
+  const auto failed = [&] {
+    write_file(training / "oxts/0003.txt", encode_kitti_oxts(samples));
+    const auto sequence = open_source(SourceSpec::parse("kitti:" + folder.path().string() + "#0003"));
+    return failures("S", check_source(*sequence, {.quiet = true, .quick = true}));
+  };
+  EXPECT_THAT(failed(), IsEmpty());
+  samples.erase(samples.begin() + 6);
+  EXPECT_THAT(failed(), ElementsAre(HasSubstr("oxts/0003.txt:7: the position moves by 2.000 m")));
+  for (KittiOxts& sample : samples) sample.longitude_deg = 0;
+  EXPECT_THAT(failed(), ElementsAre(HasSubstr("oxts/0003.txt: the positions do not change")));
 }
 
 TEST(CheckSource, TimeStampsMustIncrease) {
