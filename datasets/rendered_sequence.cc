@@ -1,5 +1,6 @@
 #include "sextant/datasets/rendered_sequence.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -394,6 +395,12 @@ std::unique_ptr<Sequence> open_replay_kitti(const SourceSpec& source) {
         const KittiImageSize size = kitti_image_size(source.path, source.sequence, inputs);
         info.warnings = std::move(text.warnings);
         info.provenance = std::move(text.provenance);
+        // The rendered camera moves exactly as the text says, so that the errors of the text are none of this
+        // truth.
+        text.truth.camera_step_floor_m.reset();
+        std::erase_if(info.provenance, [&](const std::string& line) {
+          return std::ranges::find(text.accuracy, line) != text.accuracy.end();
+        });
         choose_frames(source, frames_of(text.truth), source.path + "#" + source.sequence, info);
         synthetic::Scenario shape{.width = size.width, .height = size.height};
         return replay_of(std::move(info), std::move(text.truth), std::move(shape));

@@ -1,7 +1,11 @@
+#include <gmock/gmock.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "sextant/base/files.h"
 #include "sextant/base/testing.h"
+#include "sextant/datasets/codec/kitti_text.h"
 #include "sextant/datasets/rendered_sequence.h"
 #include "sextant/datasets/synthetic/choreography.h"
 #include "sextant/datasets/vdo_folder_testing.h"
@@ -86,6 +90,35 @@ TEST(Replay, AbsentDataAreErrors) {
   const std::string path = folder.path().string();
   expect_error([&] { open_source(SourceSpec::parse("replay-vkitti1:" + path + "#0018")); }, path);
   expect_error([&] { open_source(SourceSpec::parse("replay-kitti:" + path + "#0003")); }, path);
+}
+
+TEST(Replay, OfKittiHasAnExactTruthWithoutAFloor) {
+  const TempFolder folder;
+  for (const char* kind : {"calib", "oxts"}) fs::create_directories(folder.path() / "training" / kind);
+  write_file(folder.path() / "training/calib/0003.txt",
+             "P0: 200 0 80 0 0 200 24 0 0 0 1 0\nP1: 200 0 80 -100 0 200 24 0 0 0 1 0\n"
+             "P2: 200 0 80 0 0 200 24 0 0 0 1 0\nP3: 200 0 80 -100 0 200 24 0 0 0 1 0\n"
+             "R_rect 1 0 0 0 1 0 0 0 1\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\n"
+             "Tr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  std::vector<KittiOxts> samples;
+  for (int k = 0; k < 4; ++k) {
+    const double x_m = k + 0.1 * (k % 2);  // steps of 1.1 m and 0.9 m
+    samples.push_back(oxts_from_pose(SE3(Eigen::Quaterniond::Identity(), {x_m, 0, 0}), 1));
+    samples.back().velocity_mps.x() = samples.back().east_mps = 10;
+  }
+  write_file(folder.path() / "training/oxts/0003.txt", encode_kitti_oxts(samples));
+  const std::string path = folder.path().string() + "#0003";
+  const auto files = open_source(SourceSpec::parse("kitti:" + path));
+  EXPECT_NEAR(files->truth().camera_step_floor_m.value(), 0.094, 0.01);
+  EXPECT_TRUE(truth_floor(*files).lateral_m.has_value());
+  const auto replay = open_source(SourceSpec::parse("replay-kitti:" + path));
+  EXPECT_EQ(replay->truth().camera.poses().size(), 4U);
+  EXPECT_FALSE(replay->truth().camera_step_floor_m.has_value());
+  EXPECT_FALSE(truth_floor(*replay).lateral_m.has_value());
+  EXPECT_THAT(replay->info().provenance, testing::Contains(testing::HasSubstr("camera truth: oxts")));
+  EXPECT_THAT(replay->info().provenance,
+              testing::Not(testing::Contains(testing::AnyOf(testing::HasSubstr("camera truth floor"),
+                                                            testing::HasSubstr("camera truth heading")))));
 }
 
 /// A camera that drives ahead by 1 m per frame, and a car without a size that appears in some frames.
