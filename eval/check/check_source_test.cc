@@ -136,6 +136,24 @@ TEST(CheckSource, PositionsThatContradictTheSpeedFail) {
   EXPECT_THAT(failed(), ElementsAre(HasSubstr("oxts/0003.txt: the positions do not change")));
 }
 
+// A median hides that depth is of another rendering, which is right at most pixels.
+TEST(CheckSource, GroundTruthOfFlowAndDepthMustAgreeAtAlmostEveryPixel) {
+  LoadedSequence sequence = copy_of("synthetic:s18@0-3");
+  ASSERT_TRUE(sequence.info_.exact.depth && sequence.info_.exact.flow);
+  const auto static_flow = [&] {
+    const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
+    return *std::ranges::find(checks, "static flow", &SourceCheck::name);
+  };
+  depth([](I i, double z, int x, int) { return x < 0.3 * i.width ? 1.15 * z : z; })(sequence);
+  const SourceCheck third = static_flow();
+  EXPECT_EQ(third.outcome, CheckOutcome::suspect);
+  EXPECT_THAT(third.cause, HasSubstr("of another variation of the scene, or of another camera"));
+  EXPECT_THAT(third.message, HasSubstr("differ by more than 0.25 px"));
+  EXPECT_LT(third.value.value(), third.limit.value());
+  sequence.info_.exact = {};
+  EXPECT_EQ(static_flow().outcome, CheckOutcome::pass);
+}
+
 TEST(CheckSource, TimeStampsMustIncrease) {
   LoadedSequence sequence = copy_of("synthetic:s18@0-3");
   sequence.info_.channels = {};

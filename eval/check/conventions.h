@@ -115,6 +115,14 @@ struct Finding {
 /// Compares the positions of background points after the true camera motion with the flow. Median residual,
 /// px; that of single pairs, which are named, if their residuals are five times the typical one.
 Finding check_static_flow(const ConventionData& data);
+/// Share of the background points whose flow differs by more than 0.25 px from that of their depth after the
+/// true camera motion, %. It is about 0 for exact depth and flow, and depth of another rendering exceeds it
+/// where its median residual is below the limit of check_static_flow(). nullopt without such points.
+struct DeviatingShare {
+  double percent = 0;
+  int n = 0;  ///< number of points
+};
+std::optional<DeviatingShare> deviating_share(const ConventionData& data);
 /// Factor on depth for which the true camera steps explain the flow, and its relative standard error.
 struct DepthFactor {
   double factor = 1;

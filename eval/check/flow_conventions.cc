@@ -234,6 +234,28 @@ Finding check_static_flow(const ConventionData& data) {
   return finding;
 }
 
+std::optional<DeviatingShare> deviating_share(const ConventionData& data) {
+  constexpr double tolerance_px = 0.25;
+  DeviatingShare share;
+  int n_off = 0;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    const auto pair = static_pair(data, k);
+    if (!pair) continue;
+    std::vector<double> given;
+    int off = 0;
+    for (const FlowSample& s : pair->points) {
+      given.push_back(length(s.flow));
+      off += residual_px(data.camera.left, s, pair->T_to_from) > tolerance_px ? 1 : 0;
+    }
+    if (median(given) < still_px) continue;
+    share.n += static_cast<int>(given.size());
+    n_off += off;
+  }
+  if (share.n == 0) return std::nullopt;
+  share.percent = 100.0 * n_off / share.n;
+  return share;
+}
+
 namespace {
 
 /// Returns the step length computed from flow and depth, as a share of the true one; NaN without parallax.
