@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <vector>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 
 namespace sextant {
 
@@ -37,6 +39,7 @@ size_t NumberFile::expected_records() const {
 
 bool NumberFile::next() {
   values_.clear();
+  fields_.clear();
   for (std::string_view line; lines_.next(line);) {
     if (line.front() == '#') {
       if (comments_.size() + line.size() < most_comment_bytes) comments_.append(line).push_back('\n');
@@ -51,11 +54,22 @@ bool NumberFile::next() {
     line_bytes_ = line.size();
     if (separator_ == either) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
     if (line.back() == separator_) line.remove_suffix(1);  // some writers end each line with a separator
-    for_each_field(line, separator_, [this](std::string_view field) { values_.push_back(parse(field)); });
+    for_each_field(line, separator_, [this](std::string_view field) {
+      values_.push_back(parse(field));
+      fields_.push_back(field);
+    });
     ++records_;
     return true;
   }
   return false;
+}
+
+std::optional<int64_t> NumberFile::integer(size_t i) const {
+  const std::string_view field = trimmed(fields_.at(i));
+  int64_t value = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  const bool is_whole = error == std::errc() && end == field.data() + field.size();
+  return is_whole ? std::optional(value) : std::nullopt;
 }
 
 double NumberFile::parse(std::string_view field) const {

@@ -55,6 +55,9 @@ class NumberFile {
   bool next();
 
   std::span<const double> values() const { return values_; }
+  /// Returns value i of the record exactly if it is written as an integer that fits; otherwise nullopt. A
+  /// double holds the ns since 1970 in steps of 256 only.
+  std::optional<int64_t> integer(size_t i) const;
   int64_t line() const { return lines_.number(); }  ///< from 1
   bool is_cut() const { return lines_.is_cut(); }   ///< at the end: true if the last line was left out
   /// Returns the approximate number of records, judged by the first one; at most 2^20, since later ones may
@@ -81,6 +84,7 @@ class NumberFile {
   size_t line_bytes_ = 0;  // length of the current record
   int64_t records_ = 0;
   std::vector<double> values_;
+  std::vector<std::string_view> fields_;  // valid until the next record is read
   std::string header_;
   std::string comments_;
   std::string last_comment_;  // before the first record

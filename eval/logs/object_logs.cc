@@ -49,15 +49,28 @@ void read_dynosam_cameras(const LogFolder& folder, const std::string& name, Obje
   });
 }
 
-/// Computes the rate from the median time between frames, given in lines frame_id,timestamp [ns].
+/// Computes the rate from the median time between frames, given in lines frame_id,timestamp [ns]. Stamps are
+/// subtracted as integers: a double of s since 1970 has steps of 0.2 us.
 void read_dynosam_times(const LogFolder& folder, const std::string& name, ObjectLog& out) {
+  struct StampedFrame {
+    int frame = 0;
+    std::optional<int64_t> exact_ns;
+    double ns = 0;
+
+    double ns_since(const StampedFrame& before) const {
+      int64_t difference = 0;
+      const bool is_exact = exact_ns && before.exact_ns &&
+                            !__builtin_sub_overflow(*exact_ns, *before.exact_ns, &difference);
+      return is_exact ? static_cast<double>(difference) : ns - before.ns;
+    }
+  };
   std::vector<double> steps_s;
-  std::optional<std::pair<int, double>> last;
+  std::optional<StampedFrame> last;
   for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog&) {
     if (file.values().size() != 2) file.fail_here("expected frame_id,timestamp [ns]");
-    const std::pair<int, double> now(whole(file, 0, "a frame number"), 1e-9 * file.values()[1]);
-    if (last && now.first > last->first)
-      steps_s.push_back((now.second - last->second) / (now.first - last->first));
+    const StampedFrame now{whole(file, 0, "a frame number"), file.integer(1), file.values()[1]};
+    if (last && now.frame > last->frame)
+      steps_s.push_back(now.ns_since(*last) / 1e9 / (now.frame - last->frame));
     last = now;
   });
   if (steps_s.empty()) return;

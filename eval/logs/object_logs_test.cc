@@ -90,6 +90,17 @@ TEST(ObjectLogs, DynosamUnderEveryPreset) {
   EXPECT_EQ(rows[0]["other"], "lost 1");
 }
 
+TEST(ObjectLogs, TheRateOfDynosamHasAllDigitsOfItsStamps) {
+  const TempFolder folder;
+  write_dynosam(folder, 3);
+  constexpr int64_t first_ns = 1'700'000'000'123'456'789, step_ns = 33'333'333;
+  std::string times = "frame_id,timestamp [ns]\n";
+  for (int k = 0; k < 9; ++k) times += fmt::format("{},{}\n", k, first_ns + k * step_ns);
+  folder.write("frame_id_timestamp.csv", times);
+  const ObjectLog log = read_object_logs(folder.path(), {LogFormat::dynosam}).front();
+  EXPECT_NEAR(log.rate_hz.value(), 1e9 / step_ns, 1e-12);
+}
+
 TEST(ObjectLogs, IdentityTruthIsMissingTruth) {
   const TempFolder folder;
   folder.write("m_object_motion_log.csv",

@@ -118,7 +118,9 @@ struct Channel {
   std::vector<std::string> messages;
 };
 
-inline std::string bag_of(const std::vector<Channel>& channels, const std::string& compression = "none") {
+/// `is_closed`: the header gives the place of the index.
+inline std::string bag_of(const std::vector<Channel>& channels, const std::string& compression = "none",
+                          bool is_closed = true) {
   std::string chunk;
   for (uint32_t id = 0; id < channels.size(); ++id) {
     const Channel& c = channels[id];
@@ -130,11 +132,13 @@ inline std::string bag_of(const std::vector<Channel>& channels, const std::strin
   }
   const std::string header = op('\x05') + bag_field("compression", compression) +
                              bag_field("size", bytes(static_cast<uint32_t>(chunk.size())));
-  return "#ROSBAG V2.0\n" +
-         bag_record(op('\x03') + bag_field("index_pos", bytes(uint64_t{0})) +
-                        bag_field("conn_count", bytes(uint32_t{1})),
-                    std::string(100, ' ')) +
-         bag_record(header, compressed(compression, chunk)) +
+  const auto head = [](uint64_t index_at) {
+    return "#ROSBAG V2.0\n" + bag_record(op('\x03') + bag_field("index_pos", bytes(index_at)) +
+                                             bag_field("conn_count", bytes(uint32_t{1})),
+                                         std::string(100, ' '));
+  };
+  const std::string chunks = bag_record(header, compressed(compression, chunk));
+  return head(is_closed ? head(0).size() + chunks.size() : 0) + chunks +
          bag_record(op('\x04') + bag_field("ver", bytes(uint32_t{1})), std::string(16, '\0'));
 }
 

@@ -7,7 +7,8 @@
 // compressed and decompressed (256 MB each at most), and 104 bytes per pose.
 //
 //   bag      ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0), chunks uncompressed, bz2 or lz4; a file that
-//            ends within a record is an Error
+//            ends within a record, or before the place of its index, is an Error; one that was not closed
+//            (the place of the index is 0) has a warning
 //   mcap     (mcap.dev/spec), chunks uncompressed, lz4 or zstd, checked by their CRC if present; a file
 //            without its end of data is an Error
 //   rosbag2  the SQLite file .db3 of a rosbag2 (ROS 2): the tables topics(id, name, type,

@@ -19,7 +19,7 @@ namespace {
 constexpr std::string_view bag_magic = "#ROSBAG V2.0\n";
 constexpr uint32_t longest_header = uint32_t{1} << 20;
 
-enum BagOp : uint8_t { op_message = 0x02, op_chunk = 0x05, op_connection = 0x07 };
+enum BagOp : uint8_t { op_message = 0x02, op_bag_header = 0x03, op_chunk = 0x05, op_connection = 0x07 };
 
 /// The fields NAME=VALUE of a record's header.
 class Fields {
@@ -86,7 +86,15 @@ class BagReader {
     }
   }
 
-  TrajectoryFile finish() { return poses_.finish(); }
+  TrajectoryFile finish() {
+    TrajectoryFile file = poses_.finish();
+    if (is_open_) {
+      file.warnings.push_back(
+          fmt::format("{}: the recording was not closed, so its end may be missing: `rosbag reindex` closes it",
+                      file_));
+    }
+    return file;
+  }
 
  private:
   void take(ByteSource& bytes, const Fields& header, uint64_t at, uint32_t n, bool in_chunk,
@@ -130,7 +138,19 @@ class BagReader {
         }
         break;
       }
-      default:  // bag header, indices, chunk infos
+      case op_bag_header: {
+        if (in_chunk) break;
+        const auto index_at = header.number<uint64_t>("index_pos");
+        is_open_ = index_at == 0;  // written when the recording is closed
+        if (index_at > bytes.size()) {
+          fail(
+              "{}: has {} bytes, expected more than {}, where its header places the index: the bag is cut "
+              "off: copy it again; `rosbag reindex` accepts the remaining messages",
+              file_, bytes.size(), index_at);
+        }
+        break;
+      }
+      default:  // indices, chunk infos
         break;
     }
   }
@@ -138,6 +158,7 @@ class BagReader {
   std::string file_;
   TopicPoses poses_;
   Decompressor decompressor_;
+  bool is_open_ = false;  // true if the recording was not closed
   std::map<uint32_t, std::optional<std::string>> topics_;  // of connections; nullopt: not wanted
 };
 

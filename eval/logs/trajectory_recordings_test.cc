@@ -206,6 +206,21 @@ TEST(Recordings, CutOffAnywhereIsAnError) {
   }
 }
 
+TEST(Recordings, ABagThatIsCutAtARecordIsAnErrorOrHasAWarning) {
+  const std::vector<Channel> channels = {images, ros1_channel("/pose", "nav_msgs/Odometry")};
+  const std::string bag = bag_of(channels);
+  EXPECT_THAT(decode_trajectory(bag, "bag").warnings, IsEmpty());
+  // The chunk of a bag that is cut between two chunks is complete.
+  const size_t index_at = bag.find("index_pos=") + 10;
+  std::string cut = bag;
+  cut.replace(index_at, 8, bytes(uint64_t{bag.size() + 1000}));
+  EXPECT_THAT(bag_error(cut), AllOf(HasSubstr(fmt::format("has {} bytes", bag.size())),
+                                    HasSubstr(fmt::format("more than {}", bag.size() + 1000))));
+  const TrajectoryFile open = decode_trajectory(bag_of(channels, "none", false), "bag");
+  EXPECT_EQ(open.poses.size(), std::size(samples));
+  EXPECT_THAT(open.warnings, ElementsAre(HasSubstr("was not closed, so its end may be missing")));
+}
+
 TEST(Recordings, ForgedLengthsAllocateNoMemory) {
   std::string bag = "#ROSBAG V2.0\n" + bytes(uint32_t{0xffffffff}) + "x";
   EXPECT_THAT(bag_error(bag), HasSubstr("4294967295 bytes where 1 are left"));
