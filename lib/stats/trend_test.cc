@@ -7,6 +7,7 @@
 #include <random>
 
 #include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 namespace {
@@ -79,12 +80,55 @@ TEST(NoiseSlope, RefusesDataWithoutASlope) {
   EXPECT_FALSE(slope_of(Values{0, 1}, Values{1, 2}, Labels{1, 1}).interval);
 }
 
-// scipy.stats.page_trend_test(blocks, method='asymptotic'): L = 140, p = 0.01006837577517317.
+// scipy.stats.page_trend_test(blocks, method='exact') and, for z, method='asymptotic'.
 TEST(PageTrend, AgreesWithScipy) {
-  const TrendTest test =
-      page_trend_test({{1, 2, 3, 4}, {2, 1, 4, 3}, {1, 3, 2, 4}, {4, 1, 2, 3}, {1, 2, 4, 3}});
-  EXPECT_EQ(test.statistic, 140);
-  EXPECT_NEAR(test.p, 0.01006837577517317, 1e-12);
+  const auto expect = [](const std::vector<Values>& blocks, double L, double exact, double asymptotic) {
+    const TrendTest test = page_trend_test(blocks);
+    EXPECT_EQ(test.statistic, L);
+    EXPECT_TRUE(test.exact);
+    EXPECT_NEAR(test.p, exact, 1e-12);
+    EXPECT_NEAR(normal_cdf(-test.z), asymptotic, 1e-12);
+  };
+  expect({{1, 2, 3, 4}, {2, 1, 4, 3}, {1, 3, 2, 4}, {4, 1, 2, 3}, {1, 2, 4, 3}}, 140, 0.010612079636059668,
+         0.01006837577517317);
+  expect({{1, 2, 3}, {2, 1, 3}, {3, 1, 2}, {1, 3, 2}, {1, 2, 3}, {2, 3, 1}, {1, 2, 3}, {1, 3, 2}}, 103,
+         0.052081547210791015, 0.040059156863817086);
+  expect({{1, 3, 2, 4, 6, 5}, {2, 1, 3, 5, 4, 6}, {6, 1, 2, 3, 4, 5}, {6, 5, 1, 2, 4, 3}, {1, 2, 6, 3, 5, 4}},
+         403, 0.021961604135643124, 0.021250980571409433);
+}
+
+TEST(PageTrend, OfTwoLevelsIsTheSignTest) {
+  EXPECT_DOUBLE_EQ(page_trend_test(std::vector<Values>(7, {1, 2})).p, 1. / 128);
+  std::vector<Values> blocks(6, {1, 2});
+  blocks.push_back({2, 1});
+  EXPECT_DOUBLE_EQ(page_trend_test(blocks).p, 8. / 128);
+  blocks.push_back({1, 1});  // the same value in every permutation
+  EXPECT_DOUBLE_EQ(page_trend_test(blocks).p, 8. / 128);
+}
+
+TEST(PageTrend, OfTiesCountsAllPermutations) {
+  // Blocks (1, 1, 2) and (1, 2, 3): 3 and 6 orders. L is at least 26.5 for 13.5 + 14, 13.5 + 13 (twice), and
+  // for no other of the 18 sums, since 12 + 14 = 26.
+  EXPECT_DOUBLE_EQ(page_trend_test({{1, 1, 2}, {1, 3, 2}}).p, 3. / 18);
+}
+
+TEST(PageTrend, ExactAndNormalAgreeWhereOneReplacesTheOther) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (const auto& [n_levels, most_blocks] : {std::pair(3, 157), {4, 67}, {5, 34}, {6, 20}}) {
+    for (const double growth : {0.0, 0.05, 0.1}) {
+      std::vector<Values> blocks(static_cast<size_t>(most_blocks));
+      for (Values& block : blocks) {
+        for (int level = 0; level < n_levels; ++level) block.push_back(growth * level + normal(random));
+      }
+      const TrendTest test = page_trend_test(blocks);
+      EXPECT_TRUE(test.exact);
+      EXPECT_NEAR(test.p, normal_cdf(-test.z), 0.02) << "the approximation has no continuity correction";
+      blocks.push_back(blocks.front());
+      EXPECT_FALSE(page_trend_test(blocks).exact);
+    }
+  }
+  EXPECT_FALSE(page_trend_test(std::vector<Values>(2, {1, 2, 3, 4, 5, 6, 7})).exact);
 }
 
 TEST(PageTrend, TiesAndFallingValues) {
