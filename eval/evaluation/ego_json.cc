@@ -142,6 +142,28 @@ Json system_json(const SystemSummary& s) {
   return json;
 }
 
+/// Absolute errors accumulate along the path; relative errors depend on their neighbours only.
+IndependentUnit unit_of_errors(const EgoOptions& options) {
+  return options.rpe ? IndependentUnit::blocks : IndependentUnit::runs;
+}
+
+Json comparison_json(const SystemComparison& c, const EgoOptions& options) {
+  Json json = {{"a", c.a}, {"b", c.b}, {"n_common", c.n_common}};
+  if (unit_of_errors(options) == IndependentUnit::blocks) {
+    json["stretches"] = c.n_blocks;
+  } else {
+    json["runs_a"] = c.n_runs_a;
+    json["runs_b"] = c.n_runs_b;
+  }
+  json["mean_difference"] = c.difference;
+  if (c.p_corrected) {
+    json["p"] = *c.p_corrected;
+  } else {
+    json["why_no_p"] = c.why_no_p;
+  }
+  return json;
+}
+
 }  // namespace
 
 Json to_json(const ErrorStatistics& s) {
@@ -162,14 +184,8 @@ Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference,
   json["systems"] = Json::array();
   for (const SystemSummary& s : systems) json["systems"].push_back(system_json(s));
   json["comparisons"] = Json::array();
-  for (const SystemComparison& c : compare_systems(run_errors(runs))) {
-    json["comparisons"].push_back({{"a", c.a},
-                                   {"b", c.b},
-                                   {"n_common", c.n_common},
-                                   {"stretches", c.n_clusters},
-                                   {"mean_difference", c.difference},
-                                   {"p", *c.p_corrected}});
-  }
+  for (const SystemComparison& c : compare_systems(run_errors(runs), unit_of_errors(options)))
+    json["comparisons"].push_back(comparison_json(c, options));
   json["runs"] = Json::array();
   for (const EgoResult& r : runs) {
     Json run = {{"system", r.system}};
@@ -392,16 +408,46 @@ Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions&
   Table table;
   table.title =
       fmt::format("Comparison of systems: difference of mean error [{}]", unit_of(options.relation));
-  table.caption = "Sign-flip test over blocks of successive poses, two-sided, p adjusted after Holm.";
-  table.columns = {Column::text("a"),
-                   Column::text("b"),
-                   Column::count("n_common", "poses"),
-                   Column::count("stretches", "blocks"),
-                   Column::number("mean_difference", "a - b", 6),
-                   Column::number("p", 4)};
+  const bool has_blocks = unit_of_errors(options) == IndependentUnit::blocks;
+  table.caption = has_blocks
+                      ? "Sign-flip test over blocks of successive poses, two-sided, p adjusted after Holm."
+                      : "Exact Mann-Whitney test of the mean errors of the runs, two-sided, p adjusted after "
+                        "Holm: absolute errors along one path depend on each other, so the runs are the "
+                        "independent units.";
+  table.columns = {Column::text("a"), Column::text("b"), Column::count("n_common", "poses")};
+  if (has_blocks) {
+    table.columns.push_back(Column::count("stretches", "blocks"));
+  } else {
+    table.columns.push_back(Column::count("runs_a", "runs of a"));
+    table.columns.push_back(Column::count("runs_b", "runs of b"));
+  }
+  table.columns.push_back(Column::number("mean_difference", "a - b", 6));
+  table.columns.push_back(Column::number("p", 4));
   if (runs.size() < 2) return table;
-  for (const SystemComparison& c : compare_systems(run_errors(runs)))
-    table.add_row({c.a, c.b, c.n_common, c.n_clusters, c.difference, *c.p_corrected});
+  const std::vector<SystemComparison> comparisons =
+      compare_systems(run_errors(runs), unit_of_errors(options));
+  int fewest_a = 0, fewest_b = 0;
+  for (const SystemComparison& c : comparisons) {
+    std::vector<Cell> row = {c.a, c.b, c.n_common};
+    if (has_blocks) {
+      row.emplace_back(c.n_blocks);
+    } else {
+      row.emplace_back(c.n_runs_a);
+      row.emplace_back(c.n_runs_b);
+    }
+    row.emplace_back(c.difference);
+    row.emplace_back(c.p_corrected);
+    table.add_row(std::move(row));
+    if (!has_blocks && c.p && (fewest_a == 0 || c.n_runs_a + c.n_runs_b < fewest_a + fewest_b)) {
+      fewest_a = c.n_runs_a;
+      fewest_b = c.n_runs_b;
+    }
+  }
+  if (fewest_a > 0) {
+    table.notes.push_back(fmt::format("The smallest p that {} and {} runs can give is {:.4f}, before Holm.",
+                                      fewest_a, fewest_b, smallest_p_of_runs(fewest_a, fewest_b)));
+  }
+  std::ranges::move(notes_on_missing_p(comparisons), std::back_inserter(table.notes));
   return table;
 }
 

@@ -124,14 +124,18 @@ Table object_system_table(const std::vector<Record>& records, std::span<const Me
 Table object_comparison_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
   Table table{
       "Comparison of systems: difference of mean error",
-      "Over the steps that both have. Sign-flip test over blocks of successive steps, two-sided, p adjusted "
-      "after Holm within each error.",
+      "Over the steps that both have. Sign-flip test over blocks of successive frames, two-sided, p adjusted "
+      "after Holm within each error. The differences of the objects of a frame are averaged first, because "
+      "they share the error of the camera.",
       {Column::text("error"), Column::text("a"), Column::text("b"), Column::count("n_common", "steps"),
        Column::count("stretches", "blocks"), Column::number("mean_difference", "a - b", 5),
        Column::p_value("p")}};
   for (const ErrorTitle& error : errors_of(presets)) {
-    for (const SystemComparison& c : compare_systems(object_run_errors(records, error.key)))
-      table.add_row({error.title, c.a, c.b, c.n_common, c.n_clusters, c.difference, *c.p_corrected});
+    const std::vector<SystemComparison> comparisons =
+        compare_systems(object_run_errors(records, error.key), IndependentUnit::blocks);
+    for (const SystemComparison& c : comparisons)
+      table.add_row({error.title, c.a, c.b, c.n_common, c.n_blocks, c.difference, c.p_corrected});
+    for (std::string& note : notes_on_missing_p(comparisons)) add_distinct(std::move(note), table.notes);
   }
   return table;
 }

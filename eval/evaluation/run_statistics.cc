@@ -1,5 +1,6 @@
 #include "sextant/eval/evaluation/run_statistics.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,6 +10,9 @@
 #include "sextant/base/text.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/stats/paired_comparison.h"
+#include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 
@@ -77,17 +81,81 @@ std::vector<double> stretch_means(const std::vector<double>& values, size_t n_st
   return means;
 }
 
-std::optional<SystemComparison> compare(const System& a, const System& b) {
-  constexpr size_t fewest = 6,
-                   most = 20;  // number of stretches; with fewer than 6 no p-value can be below 0.03
+/// Sign-flip test over blocks of successive frames; `differences` are those of the common steps.
+void test_blocks(const std::map<ErrorStep, double>& differences, SystemComparison& out) {
+  constexpr size_t fewest = 6, most = 20;  // with fewer than 6 blocks no p-value can be below 0.03
+  std::map<int, std::vector<double>> by_frame;
+  for (const auto& [step, difference] : differences) by_frame[step.second].push_back(difference);
+  std::vector<double> of_frames;
+  for (const auto& [frame, values] : by_frame) of_frames.push_back(mean(values));
+  out.n_blocks = static_cast<int>(std::min(most, of_frames.size()));
+  if (of_frames.size() < fewest) {
+    out.why_no_p = fmt::format("the test needs errors of at least {} frames", fewest);
+    return;
+  }
+  out.p = sign_flip_test(stretch_means(of_frames, std::min(most, of_frames.size()))).p;
+}
+
+/// Mean of each run over the common steps, relative to the mean of all runs of both systems at each step, so
+/// that a run that lacks some steps is comparable with the others. Runs without a common step are left out.
+std::vector<double> means_of_runs(const System& system, const std::map<ErrorStep, double>& mean_of_all) {
+  std::vector<double> means;
+  for (const RunErrors* run : system.runs) {
+    std::vector<double> errors;
+    for (size_t i = 0; i < run->errors.size(); ++i) {
+      const auto all = mean_of_all.find(run->steps[i]);
+      if (all != mean_of_all.end()) errors.push_back(run->errors[i] - all->second);
+    }
+    if (!errors.empty()) means.push_back(mean(errors));
+  }
+  return means;
+}
+
+/// Mann-Whitney test of the runs of a against those of b; `differences` has the common steps as its keys.
+void test_runs(const System& a, const System& b, const std::map<ErrorStep, double>& differences,
+               SystemComparison& out) {
+  System both{"", a.runs};
+  both.runs.insert(both.runs.end(), b.runs.begin(), b.runs.end());
+  std::map<ErrorStep, double> mean_of_all = mean_by_step(both);
+  std::erase_if(mean_of_all, [&](const auto& at) { return !differences.contains(at.first); });
+  const std::vector<double> of_a = means_of_runs(a, mean_of_all), of_b = means_of_runs(b, mean_of_all);
+  out.n_runs_a = static_cast<int>(of_a.size());
+  out.n_runs_b = static_cast<int>(of_b.size());
+  constexpr double level = 0.05;
+  const double smallest = smallest_p_of_runs(out.n_runs_a, out.n_runs_b);
+  if (std::min(of_a.size(), of_b.size()) < 2) {
+    out.why_no_p = "errors along one path depend on each other: give several runs of each system";
+  } else if (smallest >= level) {
+    out.why_no_p = fmt::format(
+        "the smallest p that {} and {} runs can give is {:.2f}: give at least 4 runs of each system",
+        out.n_runs_a, out.n_runs_b, smallest);
+  } else {
+    const MannWhitneyTest test = mann_whitney_test(of_a, of_b);
+    out.p = test.cliffs_delta * out.difference < 0 ? 1 : test.p;  // ranks and means must agree
+  }
+}
+
+std::optional<SystemComparison> compare(const System& a, const System& b, IndependentUnit unit) {
+  constexpr size_t fewest = 6;
   const std::map<ErrorStep, double> of_a = mean_by_step(a), of_b = mean_by_step(b);
-  std::vector<double> differences;
-  for (const ErrorStep& step : common_keys<std::map<ErrorStep, double>>({&of_a, &of_b}))
-    differences.push_back(of_a.at(step) - of_b.at(step));
+  std::map<ErrorStep, double> differences;
+  double sum = 0;
+  for (const ErrorStep& step : common_keys<std::map<ErrorStep, double>>({&of_a, &of_b})) {
+    differences[step] = of_a.at(step) - of_b.at(step);
+    sum += differences[step];
+  }
   if (differences.size() < fewest) return std::nullopt;
-  const std::vector<double> stretches = stretch_means(differences, std::min(most, differences.size()));
-  return SystemComparison{compare_pairs(stretches, {}, {}, PairedTest::sign_flip), a.name, b.name,
-                          differences.size()};
+  SystemComparison out;
+  out.a = a.name;
+  out.b = b.name;
+  out.n_common = differences.size();
+  out.difference = sum / static_cast<double>(differences.size());
+  if (unit == IndependentUnit::blocks) {
+    test_blocks(differences, out);
+  } else {
+    test_runs(a, b, differences, out);
+  }
+  return out;
 }
 
 }  // namespace
@@ -113,18 +181,35 @@ std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs)
   return summaries;
 }
 
-std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs) {
+std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs, IndependentUnit unit) {
   const std::vector<System> systems = systems_of(runs);
   std::vector<SystemComparison> comparisons;
   for (size_t i = 0; i < systems.size(); ++i) {
     for (size_t j = i + 1; j < systems.size(); ++j) {
-      if (auto c = compare(systems[i], systems[j])) comparisons.push_back(std::move(*c));
+      if (auto c = compare(systems[i], systems[j], unit)) comparisons.push_back(std::move(*c));
     }
   }
   std::vector<SystemComparison*> family;
   for (SystemComparison& comparison : comparisons) family.push_back(&comparison);
   correct_by_holm(family);
   return comparisons;
+}
+
+double smallest_p_of_runs(int n_a, int n_b) {
+  double ways = 1;  // number of ways to choose the runs of a among all
+  for (int k = 1; k <= n_a; ++k) ways *= static_cast<double>(n_b + k) / k;
+  return std::min(1.0, 2 / ways);
+}
+
+std::vector<std::string> notes_on_missing_p(const std::vector<SystemComparison>& comparisons) {
+  std::map<std::string, std::vector<std::string>> pairs_by_reason;
+  for (const SystemComparison& c : comparisons) {
+    if (!c.p) pairs_by_reason[c.why_no_p].push_back(fmt::format("{} and {}", c.a, c.b));
+  }
+  std::vector<std::string> notes;
+  for (const auto& [reason, pairs] : pairs_by_reason)
+    notes.push_back(fmt::format("No p of {}: {}.", fmt::join(pairs, ", "), reason));
+  return notes;
 }
 
 std::vector<Distribution> by_system(const std::vector<RunErrors>& runs) {

@@ -7,9 +7,14 @@
 //               (lib/stats/bootstrap.h): runs are independent, the errors within a run are not. At least 5
 //               runs are needed
 //   comparison  difference of two systems at the steps that both have, with the errors of each system
-//               averaged over its runs. Neighbouring errors depend on each other, so the differences are
-//               averaged over up to 20 stretches of equal length, and the sign-flip test (lib/stats/tests.h)
-//               is applied to these means
+//               averaged over its runs. Its p-value depends on what is independent:
+//     blocks      errors that depend on their neighbours only, such as those of single motions: the
+//                 differences are averaged over the bodies of a frame, because bodies seen by one camera
+//                 share its error, then over up to 20 blocks of successive frames. The sign-flip test
+//                 (lib/stats/tests.h) is applied to the means of the blocks
+//     runs        errors that accumulate, such as the position error of odometry, a random walk: two parts
+//                 of one path are never independent, only the runs are. The Mann-Whitney test
+//                 (lib/stats/tests.h) is applied to the mean errors of the runs of a and of those of b
 
 #include <optional>
 #include <string>
@@ -18,7 +23,7 @@
 
 #include "sextant/eval/report/figure.h"
 #include "sextant/metrics/trajectory_errors.h"
-#include "sextant/stats/paired_comparison.h"
+#include "sextant/stats/bootstrap.h"
 
 namespace sextant {
 
@@ -42,17 +47,29 @@ struct SystemSummary {
   std::optional<Interval> rmse_interval, mean_interval;
 };
 
-/// Error of a minus error of b. The clusters are the stretches; p_corrected accounts for all pairs of
-/// systems.
-struct SystemComparison : PairedComparison {
+/// The units of the data that are independent of each other; see above.
+enum class IndependentUnit { blocks, runs };
+
+/// Error of a minus error of b.
+struct SystemComparison {
   std::string a, b;
-  size_t n_common = 0;  ///< number of steps that both have
+  size_t n_common = 0;                   ///< number of steps that both have
+  double difference = 0;                 ///< mean over these steps
+  int n_blocks = 0;                      ///< 0 if the runs are the independent units
+  int n_runs_a = 0, n_runs_b = 0;        ///< number of runs that have some of these steps
+  std::optional<double> p, p_corrected;  ///< two-sided; p_corrected accounts for all pairs of systems
+  std::string why_no_p;                  ///< reason, as a sentence without a full stop; empty if there is p
 };
 
 /// Summarises the systems in order of first appearance; systems without errors are left out.
 std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs);
-/// Compares every pair of systems that have at least 6 steps in common.
-std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs);
+/// Compares every pair of systems that have at least 6 steps in common. p is nullopt with fewer than 6
+/// blocks, with one run of a or b where the runs are the units, and where no outcome could give p < 0.05.
+std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs, IndependentUnit unit);
+/// Smallest p that the comparison of n_a with n_b runs can give: 2 / binomial(n_a + n_b, n_a), at most 1.
+double smallest_p_of_runs(int n_a, int n_b);
+/// Sentences that explain for which pairs of systems p is missing, one per reason.
+std::vector<std::string> notes_on_missing_p(const std::vector<SystemComparison>& comparisons);
 
 // ---- Figures of the distribution of errors.
 
