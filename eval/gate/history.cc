@@ -133,8 +133,8 @@ std::string unit_of_series(const std::string& metric) {
 
 bool is_time(const std::string& metric) { return unit_of_series(metric) == "ms"; }
 
-/// Smallest number of times that shows their noise; with fewer, no change is marked.
-constexpr size_t enough_times = 6;
+/// Smallest number of results that shows their noise; with fewer, no change is marked.
+constexpr size_t enough_results = 6;
 
 void find_changes(Series& series, const Policy& policy) {
   std::vector<double> values;
@@ -144,7 +144,7 @@ void find_changes(Series& series, const Policy& policy) {
     values.push_back(*series.values[i]);
     points.push_back(i);
   }
-  if (values.size() < (is_time(series.metric) ? enough_times : 2)) return;
+  if (values.size() < enough_results) return;
   const double effect = !is_time(series.metric)        ? policy.accuracy.of(series.metric).minimum_effect
                         : series.metric == "benchmark" ? policy.speed.minimum_effect
                                                        : policy.speed.unrepeated_effect;
@@ -309,7 +309,8 @@ ReportDocument history_document(const History& history) {
   Table changes = change_table(history);
   ReportSection levels{"changes-section", "Changes", {}, {}, {}, {}};
   if (changes.rows.empty()) {
-    levels.paragraphs = {"No level changed."};
+    levels.paragraphs = {fmt::format("No level changed. Changes are marked in series of at least {} results.",
+                                     enough_results)};
   } else {
     levels.tables = {{"changes", std::move(changes)}};
   }

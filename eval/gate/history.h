@@ -12,7 +12,7 @@
 //
 // The smallest step that counts is minimum_effect of the policy times the median of the series. The times of
 // runs are wall-clock times without repetitions: for these the factor is unrepeated_effect. Fewer than 6
-// times do not show their own noise: they are drawn, and no change is marked.
+// results do not show their own noise: they are drawn, and no change is marked.
 
 #include <filesystem>
 #include <optional>
