@@ -139,6 +139,17 @@ int n_behind(const Json& row) {
   return std::stoi(row.value("records", "0"));
 }
 
+TEST(NoiseDocument, WarnsOfIntervalsOfFewSeeds) {
+  for (const auto& [n_seeds, coverage] : {std::pair(2, "= 50 %"), {3, "= 75 %"}, {4, "= 87.5 %"}}) {
+    const ReportDocument document =
+        noise_document({Folders(static_cast<uint64_t>(n_seeds), /*gaps=*/false).records}, 1);
+    EXPECT_THAT(document.warnings,
+                ElementsAre(AllOf(HasSubstr(fmt::format("of {} clusters", n_seeds)), HasSubstr(coverage))));
+    EXPECT_THAT(document.abstract, HasSubstr(coverage));
+  }
+  EXPECT_THAT(noise_document({Folders(5, /*gaps=*/false).records}, 1).warnings, IsEmpty());
+}
+
 TEST(NoiseDocument, EveryRowLeadsToTheRecordsBehindIt) {
   const Folders folders(8, /*gaps=*/false);
   const ReportDocument document = noise_document({folders.records}, 2, true, folders.temp.path() / "out");

@@ -1,6 +1,7 @@
 #include "sextant/eval/workflow/workflow.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "sextant/base/error.h"
 #include "sextant/base/new_file.h"
@@ -242,6 +243,43 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
                          {{Column::text("what"), &Limit::what}, {Column::text("why"), &Limit::why}}, limits);
 }
 
+/// Returns the smallest number of clusters behind an interval of the tables; nullopt if they have none.
+std::optional<size_t> fewest_clusters(const std::vector<NoiseSweep>& sweeps,
+                                      const std::vector<ComparisonRow>& comparisons,
+                                      const std::vector<TrendRow>& trends) {
+  std::optional<size_t> fewest;
+  const auto count = [&](size_t n) {
+    if (n >= 2) fewest = std::min(n, fewest.value_or(n));  // one cluster has no interval
+  };
+  for (const NoiseSweep& sweep : sweeps) {
+    for (const NoiseLevelRef& level : sweep.levels) {
+      for (size_t e = 0; e < compared_errors().size(); ++e) {
+        if (level->has(e)) count(level->sums(e, level->clusters()).size());
+      }
+    }
+  }
+  for (const ComparisonRow& row : comparisons) {
+    for (const auto& [name, comparison] : row.errors) {
+      if (comparison.interval) count(static_cast<size_t>(comparison.n_clusters));
+    }
+  }
+  for (const TrendRow& row : trends) {
+    if (!row.errors.empty()) count(static_cast<size_t>(row.n_clusters));
+  }
+  return fewest;
+}
+
+/// Warns of intervals whose coverage is below the nominal one because they are of few clusters.
+void warn_of_few_clusters(std::optional<size_t> fewest, std::vector<std::string>& warnings) {
+  constexpr size_t enough = 5;
+  if (!fewest || *fewest >= enough) return;
+  warnings.push_back(fmt::format(
+      "some 95 % intervals are of {} clusters (seeds; frames where there is one seed): they cannot exceed "
+      "the range of the clusters' means, so they cover the mean of a symmetric law with a probability of at "
+      "most 1 - 2^(1 - {}) = {:.3g} %: use at least {} seeds, better 10",
+      *fewest, *fewest, 100 * (1 - std::ldexp(1.0, 1 - static_cast<int>(*fewest))), enough));
+}
+
 const std::vector<std::string> split_keys = {"parameter", "source", "dataset", "sequence"};
 
 std::vector<std::string> with_split_keys(const std::vector<std::string>& keys) {
@@ -280,7 +318,6 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   document.title = "Noise and errors";
   document.abstract = "Errors of camera and objects by noise level, from the records of " + joined(folders) +
                       ". Intervals are 95 %, bootstrapped over seeds.";
-  for (const std::string& warning : document.warnings) document.abstract += " Warning: " + warning + ".";
   const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders, sweeps);
   const auto add = [&](const char* heading, NamedTable named, std::vector<Figure> figures = {}) {
     if (named.table.rows.empty()) return;
@@ -310,6 +347,8 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
       std::move(of_bodies));
   add("Errors that fall", {.name = "falling_errors", .table = falling_error_table(falling_errors(sweeps))});
   const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
+  warn_of_few_clusters(fewest_clusters(sweeps, comparisons, trends), document.warnings);
+  for (const std::string& warning : document.warnings) document.abstract += " Warning: " + warning + ".";
   add("Growth", {.name = "trends", .table = linked(trend_table(trends), trends), .first = first_of_trends});
   add("Summaries", {.name = "summaries", .table = summary_limits(sweeps, comparisons, n_left_out)});
   Table achieved_table = achieved_noise_table(achieved);
