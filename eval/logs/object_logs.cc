@@ -59,8 +59,8 @@ void read_dynosam_times(const LogFolder& folder, const std::string& name, Object
 
     double ns_since(const StampedFrame& before) const {
       int64_t difference = 0;
-      const bool is_exact = exact_ns && before.exact_ns &&
-                            !__builtin_sub_overflow(*exact_ns, *before.exact_ns, &difference);
+      const bool is_exact =
+          exact_ns && before.exact_ns && !__builtin_sub_overflow(*exact_ns, *before.exact_ns, &difference);
       return is_exact ? static_cast<double>(difference) : ns - before.ns;
     }
   };

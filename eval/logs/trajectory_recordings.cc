@@ -89,9 +89,8 @@ class BagReader {
   TrajectoryFile finish() {
     TrajectoryFile file = poses_.finish();
     if (is_open_) {
-      file.warnings.push_back(
-          fmt::format("{}: the recording was not closed, so its end may be missing: `rosbag reindex` closes it",
-                      file_));
+      file.warnings.push_back(fmt::format(
+          "{}: the recording was not closed, so its end may be missing: `rosbag reindex` closes it", file_));
     }
     return file;
   }
@@ -158,7 +157,7 @@ class BagReader {
   std::string file_;
   TopicPoses poses_;
   Decompressor decompressor_;
-  bool is_open_ = false;  // true if the recording was not closed
+  bool is_open_ = false;                                   // true if the recording was not closed
   std::map<uint32_t, std::optional<std::string>> topics_;  // of connections; nullopt: not wanted
 };
 
