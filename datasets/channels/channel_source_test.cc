@@ -243,7 +243,7 @@ TEST_F(Channel, UnknownChoicesNameTheKnownOnes) {
   flow_error("diss", "flow: unknown choice 'diss': did you mean 'dis'? known: dis, flo:DIR, kitti_png:DIR");
   flow_error("kiti_png:/x", "flow: unknown choice 'kiti_png:/x': did you mean 'kitti_png:DIR'?");
   flow_error("sgbm", "flow: unknown choice 'sgbm'");
-  flow_error("kitti:/x", "flow: unknown choice 'kitti:/x': known: dis, flo:DIR");
+  flow_error("kitti:/x", "flow: unknown choice 'kitti:/x': did you mean 'kitti_png:DIR'? known: dis");
   flow_error("flo", "flow: 'flo': expected flo:DIR");
   flow_error("flo:", "flow: 'flo:': expected flo:DIR");
   flow_error("dis:/x", "flow: 'dis:/x': expected dis");

@@ -242,7 +242,10 @@ double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<Object
 /// Returns the true id of each logged id that has a partner, see take_truth().
 std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
                                const Trajectory& camera) {
-  constexpr int fewest = 3;  // steps that an object shares with one of another id
+  std::map<int, int> n_steps;
+  for (const auto& [key, motion] : log.motions) ++n_steps[key.first];
+  int fewest = 0;  // 3, or all steps of the longest object of a shorter log
+  for (const auto& [id, n] : n_steps) fewest = std::clamp(n, fewest, 3);
   std::set<int> true_ids;
   for (const auto& [key, pose] : poses) true_ids.insert(key.first);
   struct Shared {
@@ -261,7 +264,7 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
   // ordered by agreement, then equal ids, then small ids
   std::vector<std::tuple<double, bool, int, int>> best;
   for (const auto& [ids, both] : shared) {
-    if (both.steps >= (ids.first == ids.second ? 1 : fewest))
+    if (both.steps >= fewest)
       best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
   }
   std::sort(best.begin(), best.end());

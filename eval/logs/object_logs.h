@@ -131,7 +131,8 @@ std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth);
 /// in descending order of their agreement, summed over their common steps, and each object is used once. The
 /// agreement of a step decreases from 1 to 0 over 3 m between the positions in the camera frame or, if the
 /// log has no pose there, over 0.5 m between the motions in the body frame. A pair must agree in at least 3
-/// steps (agreement above 0), with equal ids in one; logged objects without a partner get no truth.
+/// steps (agreement above 0), or in as many as the longest logged object has; logged objects without a
+/// partner get no truth.
 void take_truth(ObjectLog& log, const SequenceTruth& truth);
 
 }  // namespace sextant

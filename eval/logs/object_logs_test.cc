@@ -235,7 +235,7 @@ TEST(ObjectLogs, TheLastStepOfAnObjectThatHaltsHasTruth) {
   EXPECT_THAT(frames, testing::ElementsAre(1, 2, 3));
 }
 
-TEST(ObjectLogs, OneStepIsEnoughForEqualIds) {
+TEST(ObjectLogs, ALogOfOneStepNeedsNoMore) {
   SequenceTruth truth;
   ObjectLog log;
   for (int k = 0; k < 2; ++k) {
