@@ -100,7 +100,7 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     logged.insert(key.first);
   }
   for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains(previous(key))) keys.insert(key);
+    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key)) keys.insert(key);
   }
   for (const auto& [key, motion] : log.lost_truth) keys.insert(key);
   std::set<int> with_truth;
@@ -138,7 +138,7 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
       truth = motions_of(*logged_motion->second.truth, log.frame, L);
     else if (!has_motion && log.lost_truth.contains(key))
       truth = motions_of(log.lost_truth.at(key), log.frame, L);
-    else if (L && L_after)
+    else if (L && L_after && !log.resting.contains(key))
       truth = motions_of(*L_after * L->inverse(), MotionFrame::world, L);
     const bool has_truth = truth.world || truth.body;
     record.status = has_motion ? (has_truth ? Status::ok : Status::no_truth)

@@ -136,7 +136,8 @@ std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
   for (const auto& [key, motion] : log.motions) known[key.first].insert(key.second);
   for (const auto& [key, motion] : log.lost_truth) known[key.first].insert(key.second);
   for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains(previous(key))) known[key.first].insert(key.second);
+    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key))
+      known[key.first].insert(key.second);
   }
   std::map<int, std::vector<int>> out;
   for (const auto& [id, steps] : known) {

@@ -376,16 +376,24 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
   }
 }
 
+namespace {
+
+/// Returns true if the object is known in the frame before, and moves from there to this frame unless it is
+/// declared static: the flag of a frame describes the step to the next one.
+bool moves_to(const SequenceTruth& truth, int frame, int id) {
+  const ObjectTruth* before = truth.find(frame - 1, id);
+  return before != nullptr && before->moving.value_or(true);
+}
+
+}  // namespace
+
 std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth) {
   std::map<ObjectFrame, SE3> poses;
   for (const auto& [frame, objects] : truth.objects) {
     const std::optional<SE3> camera = truth.camera.pose(frame);
     for (const ObjectTruth& object : objects) {
-      // The flag of a frame describes the step to the next frame, so the last step of an object that halts
-      // ends at a frame with the flag false.
-      const ObjectTruth* before = truth.find(frame - 1, object.id);
-      const bool moved = before != nullptr && before->moving.value_or(true);
-      if (camera && (moved || object.moving.value_or(true)))
+      // The last step of an object that halts ends at a frame with the flag false.
+      if (camera && (object.moving.value_or(true) || moves_to(truth, frame, object.id)))
         poses[{object.id, frame}] = *camera * object.T_camera_object;
     }
   }
@@ -396,6 +404,10 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   std::map<ObjectFrame, SE3> poses = true_object_poses(truth);
   move_to_world_of(truth.camera, log);
   const std::map<int, int> ids = matched_ids(log, poses, truth.camera);
+  log.resting.clear();
+  for (const auto& [key, pose] : poses) {
+    if (poses.contains(previous(key)) && !moves_to(truth, key.second, key.first)) log.resting.insert(key);
+  }
   int unmatched = 1'000'000'000;  // ids of objects without truth, distinct from all true ones
   std::map<int, int> renamed;
   const auto new_id = [&](int id) {
@@ -409,7 +421,7 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
     LoggedMotion& m = motions[own];
     m.estimate = motion.estimate;
     const auto H = world_step(poses, own);
-    if (!H) continue;
+    if (!H || log.resting.contains(own)) continue;
     m.truth = log.frame == MotionFrame::world ? *H : body_motion(*H, poses.at(previous(own)));
   }
   std::map<ObjectFrame, SE3> estimated;

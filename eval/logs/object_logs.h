@@ -31,6 +31,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,7 +77,8 @@ struct ObjectLog {
   LogCovariances motion_covariances, pose_covariances;  ///< covariances of the estimates
   Trajectory camera, true_camera;                       ///< T_world_camera
   std::map<ObjectFrame, SE3> lost_truth;  ///< true motions without an estimate, in the frame of the log
-  std::optional<double> rate_hz;          ///< from the log's time stamps
+  std::set<ObjectFrame> resting;  ///< steps in which the object rests by the data set's flag: without truth
+  std::optional<double> rate_hz;  ///< from the log's time stamps
   LogLines motion_lines, pose_lines, camera_lines;  ///< lines of the truth
   bool truth_of_source = false;                     ///< take_truth() has replaced the log's own truth
   bool holds_poses_only = false;                    ///< the motions are computed from `poses`

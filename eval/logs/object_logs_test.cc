@@ -235,6 +235,23 @@ TEST(ObjectLogs, TheLastStepOfAnObjectThatHaltsHasTruth) {
   EXPECT_THAT(frames, testing::ElementsAre(1, 2, 3));
 }
 
+TEST(ObjectLogs, AStepInWhichAnObjectRestsHasNoTruth) {
+  SequenceTruth truth;
+  ObjectLog log;
+  for (int k = 0; k < n_frames; ++k) {
+    truth.camera.set(k, camera(k));
+    ObjectTruth object;
+    object.id = 9;
+    object.T_camera_object = camera(k).inverse() * car(k);
+    object.moving = k != 3;  // rests from frame 3 to frame 4
+    truth.objects[k] = {object};
+    if (k > 0) log.motions[{9, k}].estimate = car(k) * car(k - 1).inverse();
+  }
+  take_truth(log, truth);
+  for (const Record& r : object_records(log, "d", "s", 10))
+    EXPECT_EQ(r.status, r.frame == 4 ? Status::no_truth : Status::ok) << r.frame;
+}
+
 TEST(ObjectLogs, ALogOfOneStepNeedsNoMore) {
   SequenceTruth truth;
   ObjectLog log;
