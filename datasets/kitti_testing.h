@@ -1,10 +1,12 @@
 #pragma once
 
 // A small in-memory sequence with everything that the KITTI layout can represent, for tests of its writer and
-// adapter. The values are patterns without a scene, since they only have to be read back.
+// adapter. The values are patterns without a scene, since they only have to be read back. And the text files
+// of a car that drives straight ahead.
 
 #include <cmath>
 
+#include "sextant/datasets/codec/kitti_text.h"
 #include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/testing.h"
 
@@ -70,5 +72,27 @@ class PatternSequence final : public MemorySequence {
     return o;
   }
 };
+
+/// Returns calib/NNNN.txt of a camera at the GPS/IMU unit that looks ahead; `bf` in px m.
+inline std::string calibration_of_car(double f_px, double cx_px, double cy_px, double bf) {
+  std::string text;
+  for (int camera = 0; camera < 4; ++camera) {
+    text += fmt::format("P{}: {} 0 {} {} 0 {} {} 0 0 0 1 0\n", camera, f_px, cx_px,
+                        camera % 2 == 0 ? 0.0 : -bf, f_px, cy_px);
+  }
+  return text +
+         "R_rect 1 0 0 0 1 0 0 0 1\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\nTr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 "
+         "0\n";
+}
+
+/// Returns samples of oxts at the positions x_m, all with the speed 10 m/s.
+inline std::vector<KittiOxts> straight_drive(const std::vector<double>& x_m) {
+  std::vector<KittiOxts> samples;
+  for (const double x : x_m) {
+    samples.push_back(oxts_from_pose(SE3(Eigen::Quaterniond::Identity(), {x, 0, 0}), 1));
+    samples.back().velocity_mps.x() = samples.back().east_mps = 10;
+  }
+  return samples;
+}
 
 }  // namespace sextant

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "sextant/base/files.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/codec/kitti_text.h"
 #include "sextant/datasets/codec/mots.h"
 #include "sextant/datasets/codec/pose_text.h"
@@ -29,18 +30,12 @@ double mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
   return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
 }
 
-/// Returns the number of steps between samples that are faster than kitti_slow_mps.
-int moving_steps(const std::vector<KittiOxts>& samples) {
-  int n = 0;
-  for (size_t i = 0; i + 1 < samples.size(); ++i) n += mean_speed_mps(samples, i) > kitti_slow_mps ? 1 : 0;
-  return n;
-}
-
-/// Returns the median; the upper one of an even number of values. `values` must not be empty.
-double upper_median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
+/// Returns true if a step between samples is faster than kitti_slow_mps.
+bool moves(const std::vector<KittiOxts>& samples) {
+  for (size_t i = 0; i + 1 < samples.size(); ++i) {
+    if (mean_speed_mps(samples, i) > kitti_slow_mps) return true;
+  }
+  return false;
 }
 
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
@@ -229,9 +224,8 @@ struct OxtsFaults {
 };
 
 /// Compares the length of every step with the speed. Medians determine the time and the scatter, so that the
-/// faults do not raise the limit that finds them.
-OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples) {
-  const std::vector<SE3> poses = kitti_imu_poses(samples);
+/// faults do not raise the limit that finds them. `poses` are kitti_imu_poses(samples).
+OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples, const std::vector<SE3>& poses) {
   OxtsFaults out;
   std::vector<OxtsFault> steps;
   std::vector<double> speeds, times, scatter;
@@ -242,12 +236,12 @@ OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples) {
     if (speeds[i] > kitti_slow_mps && length_m > 0) times.push_back(length_m / speeds[i]);
   }
   if (times.empty()) return out;
-  out.step_s = upper_median(times);
+  out.step_s = middle_of(times);
   for (OxtsFault& step : steps) {
     step.expected_m = out.step_s * speeds[step.step];
     if (speeds[step.step] > kitti_slow_mps) scatter.push_back(std::abs(step.length_m - step.expected_m));
   }
-  out.limit_m = std::max(fault_m, fault_deviations * 1.4826 * upper_median(scatter));
+  out.limit_m = std::max(fault_m, fault_deviations * 1.4826 * middle_of(scatter));
   for (const OxtsFault& step : steps) {
     if (std::abs(step.length_m - step.expected_m) > out.limit_m) out.faults.push_back(step);
   }
@@ -255,8 +249,9 @@ OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples) {
 }
 
 /// Returns the faults of the positions as text for a message; empty if there are none.
-std::string faults_text(const std::vector<KittiOxts>& samples, const fs::path& path) {
-  const OxtsFaults found = oxts_faults(samples);
+std::string faults_text(const std::vector<KittiOxts>& samples, const std::vector<SE3>& poses,
+                        const fs::path& path) {
+  const OxtsFaults found = oxts_faults(samples, poses);
   if (found.faults.empty()) return {};
   const OxtsFault& first = found.faults.front();
   std::string more;
@@ -437,9 +432,9 @@ class KittiTruthReader {
     out_.n_poses = static_cast<int>(samples.size());
     std::vector<SE3> imu = kitti_imu_poses(samples);
     const std::optional<StepFloor> steps = kitti_step_floor(samples);
-    const bool still = !steps && moving_steps(samples) > 0;
+    const bool still = !steps && moves(samples);
     if (still) report_still(samples, path);
-    const std::string faults = still ? "" : faults_text(samples, path);
+    const std::string faults = still ? "" : faults_text(samples, imu, path);
     if (!faults.empty()) add_fault(faults);
     const std::string differing = differing_velocities(samples, path);
     if (!differing.empty() && needs_direction()) {

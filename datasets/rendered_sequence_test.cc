@@ -5,7 +5,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
-#include "sextant/datasets/codec/kitti_text.h"
+#include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/rendered_sequence.h"
 #include "sextant/datasets/synthetic/choreography.h"
 #include "sextant/datasets/vdo_folder_testing.h"
@@ -95,18 +95,9 @@ TEST(Replay, AbsentDataAreErrors) {
 TEST(Replay, OfKittiHasAnExactTruthWithoutAFloor) {
   const TempFolder folder;
   for (const char* kind : {"calib", "oxts"}) fs::create_directories(folder.path() / "training" / kind);
-  write_file(folder.path() / "training/calib/0003.txt",
-             "P0: 200 0 80 0 0 200 24 0 0 0 1 0\nP1: 200 0 80 -100 0 200 24 0 0 0 1 0\n"
-             "P2: 200 0 80 0 0 200 24 0 0 0 1 0\nP3: 200 0 80 -100 0 200 24 0 0 0 1 0\n"
-             "R_rect 1 0 0 0 1 0 0 0 1\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\n"
-             "Tr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 0\n");
-  std::vector<KittiOxts> samples;
-  for (int k = 0; k < 4; ++k) {
-    const double x_m = k + 0.1 * (k % 2);  // steps of 1.1 m and 0.9 m
-    samples.push_back(oxts_from_pose(SE3(Eigen::Quaterniond::Identity(), {x_m, 0, 0}), 1));
-    samples.back().velocity_mps.x() = samples.back().east_mps = 10;
-  }
-  write_file(folder.path() / "training/oxts/0003.txt", encode_kitti_oxts(samples));
+  write_file(folder.path() / "training/calib/0003.txt", calibration_of_car(200, 80, 24, 100));
+  write_file(folder.path() / "training/oxts/0003.txt",
+             encode_kitti_oxts(straight_drive({0, 1.1, 2, 3.1})));  // steps of 1.1 m and 0.9 m
   const std::string path = folder.path().string() + "#0003";
   const auto files = open_source(SourceSpec::parse("kitti:" + path));
   EXPECT_NEAR(files->truth().camera_step_floor_m.value(), 0.094, 0.01);

@@ -38,7 +38,7 @@ TEST_F(Vkitti2Files, TheRightCameraHasNoPartner) {
   EXPECT_EQ(right->read(4, vkitti2_channels).rgb, left->read(4, vkitti2_channels).rgb_right);
   const SE3 T_left_right = left->truth().camera.pose(4)->inverse() * *right->truth().camera.pose(4);
   EXPECT_LT((T_left_right.log() - (Vector6d() << 0.532725, 0, 0, 0, 0, 0).finished()).norm(), 1e-9);
-  // The objects of the text files are those of the left camera.
+  // The text files list only the objects of the left camera.
   EXPECT_TRUE(right->truth().objects.empty());
   EXPECT_THAT(right->info().warnings,
               ElementsAre(file(scene + "pose.txt") +

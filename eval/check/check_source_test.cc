@@ -4,7 +4,7 @@
 
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
-#include "sextant/datasets/codec/kitti_text.h"
+#include "sextant/datasets/kitti_testing.h"
 #include "sextant/eval/check/planted_mistakes_testing.h"
 
 namespace sextant {
@@ -114,16 +114,8 @@ TEST(CheckSource, PositionsThatContradictTheSpeedFail) {
   const TempFolder folder;
   const fs::path training = folder.path() / "training";
   for (const char* kind : {"calib", "oxts"}) fs::create_directories(training / kind);
-  write_file(training / "calib/0003.txt",
-             "P0: 700 0 620 0 0 700 180 0 0 0 1 0\nP1: 700 0 620 -350 0 700 180 0 0 0 1 0\n"
-             "P2: 700 0 620 0 0 700 180 0 0 0 1 0\nP3: 700 0 620 -350 0 700 180 0 0 0 1 0\n"
-             "R_rect 1 0 0 0 1 0 0 0 1\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\n"
-             "Tr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 0\n");
-  std::vector<KittiOxts> samples;
-  for (int k = 0; k < 12; ++k) {
-    samples.push_back(oxts_from_pose(SE3(Eigen::Quaterniond::Identity(), {1.0 * k, 0, 0}), 1));
-    samples.back().velocity_mps.x() = samples.back().east_mps = 10;
-  }
+  write_file(training / "calib/0003.txt", calibration_of_car(700, 620, 180, 350));
+  std::vector<KittiOxts> samples = straight_drive({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11});
   const auto failed = [&] {
     write_file(training / "oxts/0003.txt", encode_kitti_oxts(samples));
     const auto sequence = open_source(SourceSpec::parse("kitti:" + folder.path().string() + "#0003"));

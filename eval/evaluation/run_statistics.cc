@@ -81,7 +81,7 @@ std::vector<double> stretch_means(const std::vector<double>& values, size_t n_st
   return means;
 }
 
-/// Sign-flip test over blocks of successive frames; `differences` are those of the common steps.
+/// Sign-flip test over blocks of successive frames; `differences` are given for the common steps.
 void test_blocks(const std::map<ErrorStep, double>& differences, SystemComparison& out) {
   constexpr size_t fewest = 6, most = 20;  // with fewer than 6 blocks no p-value can be below 0.03
   std::map<int, std::vector<double>> by_frame;
@@ -111,7 +111,7 @@ std::vector<double> means_of_runs(const System& system, const std::map<ErrorStep
   return means;
 }
 
-/// Mann-Whitney test of the runs of a against those of b; `differences` has the common steps as its keys.
+/// Mann-Whitney test of the runs of a against the runs of b; the keys of `differences` are the common steps.
 void test_runs(const System& a, const System& b, const std::map<ErrorStep, double>& differences,
                SystemComparison& out) {
   System both{"", a.runs};

@@ -8,13 +8,13 @@
 //               runs are needed
 //   comparison  difference of two systems at the steps that both have, with the errors of each system
 //               averaged over its runs. Its p-value depends on what is independent:
-//     blocks      errors that depend on their neighbours only, such as those of single motions: the
+//     blocks      errors that depend on their neighbours only, such as errors of single motions: the
 //                 differences are averaged over the bodies of a frame, because bodies seen by one camera
 //                 share its error, then over up to 20 blocks of successive frames. The sign-flip test
 //                 (lib/stats/tests.h) is applied to the means of the blocks
 //     runs        errors that accumulate, such as the position error of odometry, a random walk: two parts
 //                 of one path are never independent, only the runs are. The Mann-Whitney test
-//                 (lib/stats/tests.h) is applied to the mean errors of the runs of a and of those of b
+//                 (lib/stats/tests.h) is applied to the mean errors of the runs of both systems
 
 #include <optional>
 #include <string>

@@ -252,7 +252,7 @@ ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst)
       figure.caption = fmt::format(
           "Camera and objects from above, {}{}. Estimates begin at the truth; objects: the origin of the "
           "true box, moved by the estimated motions. Numbers: mean estimated speed{}.",
-          source_title(source.info), n_seeds > 1 ? fmt::format(", seed 0 of {}", n_seeds) : "",
+          source_title(source.info), seed_text(0, static_cast<size_t>(n_seeds)),
           n_seeds > 1 ? " over all seeds" : "");
       above.figures.push_back(std::move(figure));
     }

@@ -244,19 +244,15 @@ Table summary_limits(const std::vector<NoiseSweep>& sweeps, const std::vector<Co
 }
 
 /// Returns the smallest number of clusters behind an interval of the tables; nullopt if they have none.
-std::optional<size_t> fewest_clusters(const std::vector<NoiseSweep>& sweeps,
+std::optional<size_t> fewest_clusters(const std::vector<NoiseLevelRow>& levels,
                                       const std::vector<ComparisonRow>& comparisons,
                                       const std::vector<TrendRow>& trends) {
   std::optional<size_t> fewest;
   const auto count = [&](size_t n) {
     if (n >= 2) fewest = std::min(n, fewest.value_or(n));  // one cluster has no interval
   };
-  for (const NoiseSweep& sweep : sweeps) {
-    for (const NoiseLevelRef& level : sweep.levels) {
-      for (size_t e = 0; e < compared_errors().size(); ++e) {
-        if (level->has(e)) count(level->sums(e, level->clusters()).size());
-      }
-    }
+  for (const NoiseLevelRow& row : levels) {
+    for (const auto& [name, summary] : row.errors) count(summary.n_clusters);
   }
   for (const ComparisonRow& row : comparisons) {
     for (const auto& [name, comparison] : row.errors) {
@@ -347,7 +343,7 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
       std::move(of_bodies));
   add("Errors that fall", {.name = "falling_errors", .table = falling_error_table(falling_errors(sweeps))});
   const std::vector<TrendRow> trends = noise_trends(sweeps, jobs);
-  warn_of_few_clusters(fewest_clusters(sweeps, comparisons, trends), document.warnings);
+  warn_of_few_clusters(fewest_clusters(levels, comparisons, trends), document.warnings);
   for (const std::string& warning : document.warnings) document.abstract += " Warning: " + warning + ".";
   add("Growth", {.name = "trends", .table = linked(trend_table(trends), trends), .first = first_of_trends});
   add("Summaries", {.name = "summaries", .table = summary_limits(sweeps, comparisons, n_left_out)});

@@ -147,7 +147,14 @@ SampleSummary summarize_sample(const ClusteredSample& sample, const BootstrapOpt
     sample.quantiles(chosen, ps, out.subspan(2));
   };
   const std::vector<IntervalEstimate> e = cluster_estimates(sample.n_clusters(), 2 + ps.size(), all, options);
-  return {.mean = e[0], .rmse = e[1], .q05 = e[2], .q25 = e[3], .median = e[4], .q75 = e[5], .q95 = e[6]};
+  return {.mean = e[0],
+          .rmse = e[1],
+          .q05 = e[2],
+          .q25 = e[3],
+          .median = e[4],
+          .q75 = e[5],
+          .q95 = e[6],
+          .n_clusters = sample.n_clusters()};
 }
 
 }  // namespace sextant

@@ -104,6 +104,7 @@ class ClusteredSample {
 /// resamples.
 struct SampleSummary {
   IntervalEstimate mean, rmse, q05, q25, median, q75, q95;
+  size_t n_clusters = 0;  ///< with fewer than 2 there are no intervals
 };
 SampleSummary summarize_sample(const ClusteredSample& sample, const BootstrapOptions& options = {});
 

@@ -16,6 +16,9 @@
 
 namespace sextant {
 
+/// Returns ", seed 0 of 5" for captions of figures that show one seed of several; "" if there is only one.
+std::string seed_text(uint64_t seed, size_t n_seeds);
+
 // ---- Errors of sets of frames by body and estimator.
 //
 //   EPE            fig. 5: mean end-point error of the flow before and after the optimisation, as bars with

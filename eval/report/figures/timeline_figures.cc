@@ -11,6 +11,10 @@
 
 namespace sextant {
 
+std::string seed_text(uint64_t seed, size_t n_seeds) {
+  return n_seeds > 1 ? fmt::format(", seed {} of {}", seed, n_seeds) : "";
+}
+
 namespace {
 
 constexpr size_t most_drawn_bodies = 6;
@@ -18,11 +22,6 @@ constexpr double rounding = 1e-9;           // smaller errors are rounding of ex
 constexpr const char* no_estimate = "NaN";  // interrupts gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
-
-/// Returns ", seed 0 of 5" for captions of figures that show one seed of several; "" if there is only one.
-std::string seed_text(uint64_t seed, size_t n_seeds) {
-  return n_seeds > 1 ? fmt::format(", seed {} of {}", seed, n_seeds) : "";
-}
 
 /// Returns the camera and the objects with the most estimates, six bodies at most, by body_order().
 std::vector<int> chosen(const Bodies& bodies) {
