@@ -19,9 +19,10 @@ endif()
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # Paths below the checkout count as relative, so that another clone finds what this one compiled. What a file
-  # depends on is read from the compiler's list, which saves a first build the preprocessor's second run.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 CCACHE_DEPEND=1
+  # Paths below the checkout count as relative, so that another clone finds what this one compiled. CMake's unity sources name
+  # the files that they include by absolute paths, which differ between clones; ccache compares the preprocessed text instead
+  # (its depend mode, CCACHE_DEPEND, would not), and -fmacro-prefix-map below keeps __FILE__ the same in it.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
       CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE_PROGRAM})
 endif()
 
@@ -45,8 +46,9 @@ target_include_directories(sextant_flags INTERFACE
 # -ffp-contract=off: a fused multiply-add on one machine and none on another
 # would give different last digits for the same seed.
 # -fno-math-errno, -fno-trapping-math: the compiler vectorises loops with sqrt() and comparisons; no result changes.
+# -fmacro-prefix-map: messages name sources relative to the checkout, and programs hold no path of the machine that built them.
 # -Wno-restrict: g++ 12 gives false alarms on string + string (GCC bug 105651).
-target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-ffp-contract=off;-fno-math-errno;-fno-trapping-math>
+target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-ffp-contract=off;-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=;-fno-math-errno;-fno-trapping-math>
   $<BUILD_INTERFACE:-Wall;-Wextra;$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>;-Wno-missing-field-initializers;-Wshadow;-Wnon-virtual-dtor>)
 if(SEXTANT_WERROR)
   target_compile_options(sextant_flags INTERFACE $<BUILD_INTERFACE:-Werror>)

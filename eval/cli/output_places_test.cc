@@ -203,6 +203,16 @@ TEST_P(OutputPlaces, GoThroughNoLinkAndHaveALock) {
 
 INSTANTIATE_TEST_SUITE_P(Commands, OutputPlaces, testing::ValuesIn(places));
 
+/// A folder that the user names may be on another disk.
+TEST(OutputFolder, ThatIsALinkIsFollowed) {
+  const TempFolder temp;
+  fs::create_directory(temp.path() / "disk");
+  fs::create_directory_symlink(temp.path() / "disk", temp.path() / "out");
+  ASSERT_EQ(sextant_program("run synthetic:s18@0-1 --jobs 1 --quiet --out " + (temp / "out")).code, 0);
+  EXPECT_TRUE(fs::is_symlink(temp.path() / "out"));
+  EXPECT_TRUE(fs::exists(temp.path() / "disk" / "records.jsonl"));
+}
+
 TEST(OutputPlacesTable, HasEveryFlagThatNamesAnOutput) {
   const TempFolder temp;
   // The flags come from the command tree, from which the man pages are generated, too.

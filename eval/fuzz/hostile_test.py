@@ -235,7 +235,8 @@ class Hostile:
         first = self.program.run(*words, time_limit_s=CASE_TIME_S)
         if first.code not in (0, 1, 3):
             return f"{' '.join(map(str, words))}: exit {first.code}: {first.err.strip()}"
-        places = [path for path in sorted(out.rglob("*")) if not path.is_symlink()]
+        # The folder that the user names may be a link of the user's, which is followed; whatever lies in it may not.
+        places = [path for path in sorted(out.rglob("*")) if not path.is_symlink() and not (path.parent == out and path.is_dir())]
         place = dice.choice(places)
         target = outside / "target"
         if place.is_dir():
