@@ -26,6 +26,7 @@ Exit codes: 0 all held, 1 some did not, 2 usage.
 """
 
 import json
+import os
 import random
 import resource
 import shutil
@@ -219,10 +220,9 @@ class Hostile:
         if dice.random() < 0.4:
             words = list(dice.choice(self.writing_commands(out)))
         streams = dice.choice([(0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)])
-        run = lambda close: subprocess.run([sys.executable, "-c",
-            "import os, sys; [os.close(int(n)) for n in sys.argv[1].split()]; os.execv(sys.argv[2], sys.argv[2:])",
-            " ".join(map(str, close)), self.program.file, *map(str, words)], env=self.program.environment, cwd=self.work,
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=CASE_TIME_S, check=False).returncode
+        run = lambda close: subprocess.run([self.program.file, *map(str, words)], preexec_fn=lambda: [os.close(n) for n in close],
+            env=self.program.environment, cwd=self.work, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL, timeout=CASE_TIME_S, check=False).returncode
         wanted = run(())
         shutil.rmtree(out)
         out.mkdir()

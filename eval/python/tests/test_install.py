@@ -45,7 +45,7 @@ class Install(unittest.TestCase):
         self.assertTrue(place.startswith(str(self.folder)), place)
         self.assertEqual(pathlib.Path(program), self.folder / "environment" / "bin" / "sextant")
         call(python, "-m", "ipykernel", "install", "--sys-prefix", "--name", "python3")
-        call(python, "-B", ROOT / "eval/python/tests/test_notebooks.py", cwd=self.folder)
+        call(python, "-B", ROOT / "eval/python/tests/run_notebooks.py", cwd=self.folder)
 
     def test_the_source_distribution_makes_itself_again(self):
         make = "import build_backend, sys; print(build_backend.build_sdist(sys.argv[1]))"

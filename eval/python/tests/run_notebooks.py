@@ -1,5 +1,5 @@
-"""Every notebook is executed from its first cell to its last, in an empty folder. With SEXTANT_NOTEBOOKS=DIR they are kept there with
-what they print."""
+"""Every notebook is executed from its first cell to its last, in an empty folder, with the package that is installed (test_install.py).
+With SEXTANT_NOTEBOOKS=DIR they are kept there with what they print."""
 
 import os
 import pathlib
