@@ -55,5 +55,11 @@ TEST(FallingErrors, ErrorsThatRiseAreNotListed) {
   EXPECT_TRUE(falling_errors({noise_sweep_of("flow.scale", records)}).empty());
 }
 
+TEST(FallingErrors, AParameterThatDoesNotIncreaseNoiseIsNotListed) {
+  const std::vector<Record> records = {record_at(0.25, 1, 0.2), record_at(2, 1, 0.1)};
+  EXPECT_EQ(falling_errors({noise_sweep_of("depth.delta_d_px with flow 1 px", records)}).size(), 1U);
+  EXPECT_TRUE(falling_errors({noise_sweep_of("depth.baseline_m with flow 1 px", records)}).empty());
+}
+
 }  // namespace
 }  // namespace sextant

@@ -191,7 +191,7 @@ TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
   EXPECT_EQ(sweeps[0].n_levels(), 3U);
   const std::vector<AchievedNoiseRow> achieved = achieved_noise_rows(sweeps[0]);
   ASSERT_EQ(achieved.size(), 6U);
-  EXPECT_DOUBLE_EQ(achieved[1].achieved_px, 0.2 * 1.01);
+  EXPECT_DOUBLE_EQ(achieved[1].achieved_px.value(), 0.2 * 1.01);
   expect_error([&] { read_noise_sweeps({a, b, a}); }, "give each case once");
   for (const auto& [name, definition] : {std::pair(a, "1: m"), std::pair(b, "2: mm")}) {
     Json run = read_json(name / "run.json");
@@ -276,7 +276,9 @@ TEST(NoiseSweep, GridsOfOneParameterUnderDifferentNoiseAreApart) {
             (NoiseByParameter{{"depth.delta_d_px with flow 0.5 px",
                                {"depth 0.1 px + flow 0.5 px", "depth 0.2 px + flow 0.5 px"}},
                               {"depth.delta_d_px with none", {"depth 0.1 px", "depth 0.2 px"}}}));
-  EXPECT_EQ(parameter_title("flow.epe_px with depth 0.5 px"), parameter_title("flow.epe_px"));
+  EXPECT_EQ(parameter_title("flow.epe_px with depth 0.5 px", ""), parameter_title("flow.epe_px", ""));
+  EXPECT_THAT(parameter_title("flow.epe_px", "flow 1 px"), HasSubstr("standard deviation"));
+  EXPECT_THAT(parameter_title("flow.epe_px", "flow 1 px, mean error"), HasSubstr("mean end-point error"));
 }
 
 TEST(NoiseSweep, GridsThatDifferInTheModelOfTheirParameterAreApart) {
@@ -318,7 +320,7 @@ TEST(NoiseSweep, LevelsThatScaleAProfileAreASweepOfItsScale) {
   EXPECT_EQ(noise["scale"].size(), 6U);
   EXPECT_EQ(noise["depth.delta_d_px"].size(), 2U);
   EXPECT_EQ(noise.size(), 2U);
-  EXPECT_THAT(parameter_title("scale"), HasSubstr("profile"));
+  EXPECT_THAT(parameter_title("scale", ""), HasSubstr("profile"));
   SweepOfTwoChannels others;  // neither of one profile nor of one parameter
   others.add(1, 0.1, 0.5);
   others.add(2, 0.2, 0.6);
@@ -343,6 +345,88 @@ TEST(NoiseSweep, LevelsThatAShardLacksDoNotShiftTheOthers) {
       sweep.read(),
       (NoiseByParameter{{"depth.delta_d_px", {"depth 0.1 px + flow 0.5 px"}},
                         {"flow.epe_px", {"depth 0.5 px + flow 0.1 px", "depth 0.5 px + flow 0.2 px"}}}));
+}
+
+TEST(NoiseSweep, OneLevelOfTwoNoisesIsTwoSweeps) {
+  SweepOfTwoChannels sweep;
+  sweep.add(1, 0, 0.2);
+  sweep.add(1, 0.4, 0);
+  sweep.add(2, 0, 1);
+  EXPECT_EQ(sweep.read(), (NoiseByParameter{{"noise depth 0.4 px", {"depth 0.4 px"}},
+                                            {"noise flow 0.2 px", {"flow 0.2 px"}},
+                                            {"noise flow 1 px", {"flow 1 px"}}}));
+  EXPECT_THAT(parameter_title("noise flow 1 px", "flow 1 px"), HasSubstr("flow 1 px"));
+}
+
+/// A folder of one case, like that of a run.
+fs::path write_case(const TempFolder& temp, const std::string& name, uint64_t seed, const Json& configuration,
+                    const Json& more = Json::object()) {
+  Record record = record_of("a", 1, seed, 1, 0.1);
+  record.noise = Noise(configuration.at("noise")).name();
+  fs::create_directories(temp.path() / name);
+  write_file(temp.path() / name / "records.jsonl", write_records({record}));
+  Json run = more;
+  run["configuration"] = configuration;
+  write_file(temp.path() / name / "run.json", run.dump());
+  return temp.path() / name;
+}
+
+TEST(PooledFolders, OneLabelStandsForOneSetOfOptions) {
+  const TempFolder temp;
+  const auto configured = [](double share, int least_points) {
+    const Json noise = {{"flow", {{"epe_px", 0.5}}},
+                        {"correlation", {{"model", "spatial"}, {"lengths_px", {60}}, {"shares", {share}}}}};
+    return Json{{"estimator", "a"},
+                {"level", 1},
+                {"noise", Noise(noise).options()},
+                {"options", {{"pipeline", {{"min_object_points", least_points}}}}}};
+  };
+  const fs::path first = write_case(temp, "first", 0, configured(0.1, 30));
+  EXPECT_EQ(read_noise_sweeps({first, write_case(temp, "same", 1, configured(0.1, 30))}).size(), 1U);
+  expect_error(
+      [&] {
+        read_noise_sweeps({first, write_case(temp, "share", 1, configured(1, 30))});
+      },
+      "noise 'flow 0.5 px (spatial 60 px)' has correlation.shares = [1.0], but [0.1]");
+  expect_error(
+      [&] {
+        read_noise_sweeps({first, write_case(temp, "points", 1, configured(0.1, 460))});
+      },
+      "estimator 'a' has pipeline.min_object_points = 460, but 30");
+  Json older = configured(0.1, 30);
+  older["options"]["pipeline"] = {{"min_object_area", 0.005}};
+  EXPECT_EQ(read_noise_sweeps({first, write_case(temp, "older", 1, older)}).size(), 1U)
+      << "an option that only one of the versions has";
+}
+
+TEST(PooledFolders, MissingShardsAreNamed) {
+  const TempFolder temp;
+  const Json configuration = {{"noise", Json::object()}};
+  std::vector<fs::path> shards;
+  std::vector<std::string> warnings;
+  for (size_t i = 1; i <= 3; ++i) {
+    shards.push_back(write_case(temp, fmt::format("{}", i), i, configuration, {{"shard", {i, 3}}}));
+    warnings.clear();
+    read_noise_sweeps(shards, &warnings);
+    EXPECT_EQ(warnings.size(), i < 3 ? 1U : 0U);
+    if (i == 2) EXPECT_THAT(warnings.at(0), HasSubstr("shards 1, 2 of 3"));
+  }
+}
+
+TEST(AchievedNoise, SharesAreShownWhereNothingElseIsMeasured) {
+  NoiseSweep sweep;
+  const auto rows_of = [&](const Json& noise) {
+    sweep.achieved = {{"x", 1, noise}};
+    return achieved_noise_rows(sweep);
+  };
+  const auto quantised = rows_of({{"depth", {{"n", 100}, {"share_invalidated", 0.164}}}});
+  ASSERT_EQ(quantised.size(), 1U);
+  EXPECT_EQ(quantised[0].share_invalidated, 0.164);
+  EXPECT_FALSE(quantised[0].requested_px || quantised[0].achieved_px);
+  const auto outliers = rows_of({{"flow", {{"background", {{"n", 100}, {"outlier_share", 1.0}}}}}});
+  ASSERT_EQ(outliers.size(), 1U);
+  EXPECT_EQ(outliers[0].outlier_share, 1.0);
+  EXPECT_EQ(achieved_noise_table(outliers).rows.size(), 1U);
 }
 
 }  // namespace

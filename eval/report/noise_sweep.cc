@@ -4,6 +4,8 @@
 #include <cmath>
 #include <compare>
 #include <cstdlib>
+#include <cstring>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,18 +15,18 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
-#include "sextant/noise/noise.h"
+#include "sextant/eval/report/pooled_folders.h"
 
 namespace sextant {
 namespace {
 
-/// Collects the numbers in a tree by dotted key.
-void collect_numbers(const Json& tree, const std::string& prefix, std::map<std::string, double>& numbers) {
-  for (const auto& [key, value] : tree.items()) {
-    const std::string name = prefix.empty() ? key : prefix + "." + key;
-    if (value.is_object()) collect_numbers(value, name, numbers);
-    if (value.is_number()) numbers[name] = value.get<double>();
+/// Returns the numbers in a tree by dotted key.
+std::map<std::string, double> numbers_of(const Json& tree) {
+  std::map<std::string, double> numbers;
+  for (const auto& [key, value] : leaves_of(tree)) {
+    if (value.is_number()) numbers[key] = value.get<double>();
   }
+  return numbers;
 }
 
 /// A sweep of one parameter under the same other noise.
@@ -43,15 +45,6 @@ struct ConfiguredLevel {
   std::map<std::string, double> numbers;  ///< of `noise`, by dotted key
   Grid grid;
 };
-
-std::string noise_name(const Json& options) {
-  if (options.contains("profile")) return "";  // would be read from a file
-  try {
-    return Noise(options).name();
-  } catch (const Error&) {
-    return "";
-  }
-}
 
 /// Sets the number at a dotted key; does nothing for a key that itself contains a dot.
 void set_number(const std::string& key, const Json& value, Json& noise) {
@@ -199,7 +192,7 @@ std::vector<ConfiguredLevel> configured_levels(const Json& configuration) {
     ConfiguredLevel level{.level = json_member<double>(entry, "level", "run.json: configuration.noise", 0),
                           .noise = entry["noise"],
                           .name = noise_name(entry["noise"])};
-    collect_numbers(level.noise, "", level.numbers);
+    level.numbers = numbers_of(level.noise);
     levels.push_back(std::move(level));
   }
   find_grids(levels);
@@ -276,6 +269,38 @@ void check_once(const std::vector<NoiseSweep>& sweeps, const std::vector<std::fi
   }
 }
 
+/// Text before the noise in the parameter of a sweep that varies nothing.
+constexpr const char* one_noise = "noise ";
+
+/// Splits a sweep in which one level stands for several kinds of noise into one sweep for each noise, which
+/// names it as its parameter, because a curve has one noise at each level.
+std::vector<NoiseSweep> with_clear_levels(NoiseSweep sweep) {
+  std::map<double, std::set<std::string>> noises;
+  size_t most = 0;
+  for (const NoiseLevelRef& level : sweep.levels) {
+    std::set<std::string>& at_level = noises[level->key().level];
+    at_level.insert(level->key().noise.str());
+    most = std::max(most, at_level.size());
+  }
+  std::vector<NoiseSweep> clear;
+  if (most < 2) {
+    clear.push_back(std::move(sweep));
+    return clear;
+  }
+  std::map<std::string, size_t> place;  // in `clear`, by noise
+  for (const NoiseLevelRef& level : sweep.levels) {
+    const std::string noise = level->key().noise.str();
+    const auto [at, is_new] = place.try_emplace(noise, clear.size());
+    if (is_new) clear.push_back({one_noise + noise, {}, sweep.estimators});
+    clear[at->second].levels.push_back(level);
+  }
+  for (AchievedNoise& achieved : sweep.achieved) {
+    const auto at = place.find(noise_name(achieved.noise.value("requested", Json::object())));
+    clear[at == place.end() ? 0 : at->second].achieved.push_back(std::move(achieved));
+  }
+  return clear;
+}
+
 }  // namespace
 
 size_t NoiseSweep::n_levels() const {
@@ -315,6 +340,8 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
   };
   std::map<Grid, Content> by_grid;
   SameDefinitions definitions;
+  SameLabels labels;
+  GivenShards shards;
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
     if (!has_results(folder)) {
@@ -323,6 +350,8 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
     definitions.check(run, folder);
+    labels.begin(run, folder);
+    shards.add(run);
     const std::vector<ConfiguredLevel> levels = configured_levels(run.value("configuration", Json::object()));
     // A shard may lack levels of its plan, so levels are found by their noise. Where the noise is unknown,
     // the n-th kind of noise to appear is that of the n-th level, because cases are in the order of the
@@ -342,12 +371,19 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
       uint64_t n_records = 0;
       for_each_record(folder / "records.jsonl", [&](const Record& record) {
         ++n_records;
+        labels.check(record.estimator, record.dataset, record.sequence, record.noise, record.level);
         add(record);
       });
       const std::string missing = missing_records(run, n_records, folder);
       if (!missing.empty() && warnings != nullptr) warnings->push_back(missing);
     } else {
-      for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) { add(summary); });
+      for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) {
+        for (const ResultSums& result : summary.results) {
+          labels.check(Interned(result.estimator), Interned(summary.dataset), Interned(summary.sequence),
+                       Interned(summary.noise), summary.level);
+        }
+        add(summary);
+      });
     }
     std::map<std::string, size_t> n_of_source;  // a source has one entry for each level, in their order
     for (AchievedNoise& achieved : achieved_noise(run)) {
@@ -359,6 +395,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
       content.achieved.push_back(std::move(achieved));
     }
   }
+  if (warnings != nullptr) std::ranges::copy(shards.warnings(), std::back_inserter(*warnings));
   std::vector<NoiseSweep> sweeps;
   for (auto& [grid, content] : by_grid) {
     int n_of_parameter = 0, n_of_label = 0;
@@ -369,19 +406,36 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     std::string parameter = grid.parameter;
     if (n_of_parameter > 1)
       parameter += " with " + (n_of_label > 1 || grid.label.empty() ? grid.others : grid.label);
-    sweeps.push_back(
-        {parameter, content.levels.take(), content.levels.estimators(), std::move(content.achieved)});
+    NoiseSweep sweep{parameter, content.levels.take(), content.levels.estimators(),
+                     std::move(content.achieved)};
+    if (grid.parameter.empty()) {
+      for (NoiseSweep& clear : with_clear_levels(std::move(sweep))) sweeps.push_back(std::move(clear));
+    } else {
+      sweeps.push_back(std::move(sweep));
+    }
   }
   check_once(sweeps, folders);
   return sweeps;
 }
 
-std::string parameter_title(const std::string& swept) {
+bool increases_noise(const std::string& swept) {
+  // A longer baseline makes depths more accurate; the others change the kind of the noise, not its size.
+  static const std::set<std::string> others = {"depth.baseline_m", "quantisation.baseline_m",
+                                               "mask.neighbours"};
+  return !others.contains(swept.substr(0, swept.find(" with "))) && !swept.starts_with("correlation.");
+}
+
+std::string parameter_title(const std::string& swept, const std::string& noise) {
   const std::string parameter = swept.substr(0, swept.find(" with "));
   if (parameter == "depth.delta_d_px") return "depth noise: disparity accuracy \u0394d [px]";
   if (parameter == "flow.scale") return "flow noise [\u00d7 each body's EPE level]";
   if (parameter == profile_scale) return "noise [\u00d7 the profile]";
-  if (parameter == "flow.epe_px") return "flow noise: end-point error [px]";
+  if (parameter == "flow.epe_px") {
+    return noise.find("mean error") == std::string::npos ? "flow noise: standard deviation of x and y [px]"
+                                                         : "flow noise: mean end-point error [px]";
+  }
+  if (swept.starts_with(one_noise))
+    return fmt::format("noise level of {}", swept.substr(std::strlen(one_noise)));
   return parameter.empty() ? "noise level" : parameter;
 }
 
@@ -397,13 +451,15 @@ std::optional<double> number_at(const Json& json, const char* path) {
 void add_depth(const AchievedNoise& entry, AchievedNoiseRow row, std::vector<AchievedNoiseRow>& rows) {
   const auto requested = number_at(entry.noise, "/requested/depth/delta_d_px");
   const auto achieved = number_at(entry.noise, "/depth/normalised_sigma");
-  if (!requested || !achieved) return;
+  row.share_invalidated = number_at(entry.noise, "/depth/share_invalidated");
+  if ((!requested || !achieved) && !row.share_invalidated) return;
   row.channel = "depth";
-  row.requested_px = *requested;
-  row.achieved_px = *achieved * *requested;
+  if (requested && achieved) {
+    row.requested_px = *requested;
+    row.achieved_px = *achieved * *requested;
+  }
   row.n = number_at(entry.noise, "/depth/n").value_or(0);
   row.neighbours = number_at(entry.noise, "/neighbours/depth/correlation");
-  row.share_invalidated = number_at(entry.noise, "/depth/share_invalidated");
   rows.push_back(row);
 }
 
@@ -412,6 +468,7 @@ void add_flow(const AchievedNoise& entry, const std::string& body, const Json& f
   row.body = body;
   row.n = number_at(flow, "/n").value_or(0);
   row.outlier_share = number_at(flow, "/outlier_share");
+  const size_t n_before = rows.size();
   const auto add = [&](const char* channel, std::optional<double> requested, std::optional<double> achieved) {
     if (!requested || !achieved) return;
     row.channel = channel;
@@ -423,6 +480,12 @@ void add_flow(const AchievedNoise& entry, const std::string& body, const Json& f
   add("flow y", number_at(flow, "/y/requested_sigma_px"), number_at(flow, "/y/sigma_px"));
   row.neighbours = number_at(entry.noise, "/neighbours/flow_x/correlation");
   add("flow x", number_at(flow, "/x/requested_sigma_px"), number_at(flow, "/x/sigma_px"));
+  if (rows.size() > n_before || row.outlier_share.value_or(0) == 0) return;
+  // Every flow is an outlier, so none shows the noise.
+  row.channel = "flow";
+  row.requested_px.reset();
+  row.achieved_px.reset();
+  rows.push_back(row);
 }
 
 }  // namespace
@@ -455,7 +518,8 @@ Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
                         {Column::number("achieved_px", "achieved [px]", 4), &Row::achieved_px},
                         {Column::number("ratio", 4),
                          [](const Row& row) {
-                           return row.requested_px > 0 ? Cell(row.achieved_px / row.requested_px) : Cell();
+                           const bool has_ratio = row.requested_px.value_or(0) > 0 && row.achieved_px;
+                           return has_ratio ? Cell(*row.achieved_px / *row.requested_px) : Cell();
                          }},
                         {Column::count("n", "draws"), &Row::n},
                         {Column::number("neighbours", 4), &Row::neighbours},
@@ -469,7 +533,8 @@ Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
       table_of(
           "Noise: requested and achieved",
           "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
-          "neighbours: correlation between neighbouring pixels.",
+          "neighbours: correlation of the random draws of neighbouring pixels. Achieved depths include the "
+          "rounding of a quantisation, which is not part of the request.",
           fields, rows),
       {"level"});
 }

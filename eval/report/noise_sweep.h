@@ -26,7 +26,8 @@ struct AchievedNoise {
 /// Levels of one or several folders that vary the same parameter.
 struct NoiseSweep {
   /// "depth.delta_d_px": key of the noise whose value is the level; "": none. Where the folders vary it under
-  /// several kinds of other noise, "depth.delta_d_px with flow 0.3 px".
+  /// several kinds of other noise, "depth.delta_d_px with flow 0.3 px". "noise flow 0.3 px": no key, and the
+  /// folders have one level of several kinds of noise, of which this sweep has one.
   std::string parameter;
   std::vector<NoiseLevelRef> levels;  ///< in order of key
   std::vector<Interned> estimators;   ///< in order of first appearance
@@ -53,13 +54,18 @@ void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 
 /// Reads folders; returns one sweep for each noise parameter that they vary and for each kind of other noise,
 /// in order of parameter. Appends to `warnings`, unless null, where run.json states another number of
-/// records. Throws Error on a folder without records.jsonl and summary.bin, on damaged files, if a case
-/// occurs twice, and if folders define an error differently.
+/// records, and where shards of a sweep are missing. Throws Error on a folder without records.jsonl and
+/// summary.bin, on damaged files, if a case occurs twice, if folders define an error differently, and if
+/// records of one row come from estimators or noise of equal names with other options.
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders,
                                           std::vector<std::string>* warnings = nullptr);
 
-/// Returns the title of an axis for the parameter: "flow noise: end-point error [px]".
-std::string parameter_title(const std::string& parameter);
+/// Returns true if errors are expected to grow with the level: false for a stereo baseline, for example.
+bool increases_noise(const std::string& parameter);
+
+/// Returns the title of an axis for the parameter: "flow noise: standard deviation of x and y [px]". `noise`:
+/// its name in the records of one level.
+std::string parameter_title(const std::string& parameter, const std::string& noise);
 
 // ---- Requested and achieved noise, from the run.json of runs and sweeps: one row per source, level and
 // channel. The statistics are over the draws that every estimator used.
@@ -72,8 +78,8 @@ struct AchievedNoiseRow {
   std::string parameter, source, body, channel;
   std::filesystem::path file{};  ///< the run.json that records it
   double level = 0;
-  double requested_px = 0;
-  double achieved_px = 0;
+  std::optional<double> requested_px;  ///< none where only quantisation or outliers are requested
+  std::optional<double> achieved_px;
   double n = 0;  ///< number of draws
   std::optional<double> neighbours;
   std::optional<double> share_invalidated;  ///< depth only

@@ -177,8 +177,8 @@ Table trend_table(const std::vector<TrendRow>& rows) {
   return with_distinct(
       table_of(
           "Growth of the errors with the noise",
-          "Line through all estimated pairs; slope per unit of the level with its 95 % interval (bootstrap, "
-          "clusters: seeds; with one seed frames). relative: slope / error at the lowest level. rises: "
+          "Line through the estimated pairs of the seeds (clusters; with one seed: frames) that have estimates "
+          "at every level; slope per unit of the level with its 95 % interval (bootstrap over them). relative: slope / error at the lowest level. rises: "
           "steps at which the mean rises. p: Page's test of growth over the clusters' means, corrected by "
           "Holm over the table.",
           fields, rows),
@@ -231,6 +231,7 @@ std::vector<FallingError> falling_errors(const std::vector<NoiseSweep>& sweeps) 
     for (const auto& curve : curves_of(sweep.levels)) {
       const NoiseLevel &low = *curve.front(), &high = *curve.back();
       if (low.key().level == high.key().level || !low.has(error) || !high.has(error)) continue;
+      if (!increases_noise(sweep.parameter)) continue;
       const FallingError::Mean all = {high.n_estimated(), mean_of(low, error), mean_of(high, error)};
       if (!(all.highest < least_fall * all.lowest)) continue;
       rows.push_back({CurveKey::of(sweep.parameter, low.key()), low.key().level, high.key().level, all,

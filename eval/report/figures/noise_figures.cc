@@ -312,7 +312,7 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
                   content.what, others == std::string::npos ? "" : first.parameter.substr(others),
                   first.dataset, first.sequence, of, content.word, first.n_seeds,
                   content.bars ? " Bars: mean E_R with its 95 % interval." : "");
-  figure.script = curves_script(lines, levels, parameter_title(first.parameter), content);
+  figure.script = curves_script(lines, levels, parameter_title(first.parameter, first.noise), content);
   widen_for_legend(lines, figure);
   return figure;
 }
@@ -355,7 +355,7 @@ std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& 
   const std::vector<std::string> channels = {"depth", "flow x", "flow y", "flow EPE"};
   std::map<std::string, std::vector<AchievedNoiseRow>> by_source;
   for (const AchievedNoiseRow& row : rows) {
-    if (row.requested_px > 0) by_source[row.parameter + "_" + row.source].push_back(row);
+    if (row.requested_px.value_or(0) > 0 && row.achieved_px) by_source[row.parameter + "_" + row.source].push_back(row);
   }
   std::vector<Figure> figures;
   for (const auto& [name, of_source] : by_source) {
@@ -371,7 +371,7 @@ std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& 
     double highest = 0;
     for (const AchievedNoiseRow& row : of_source) {
       present.insert(row.channel);
-      highest = std::max({highest, row.requested_px, row.achieved_px});
+      highest = std::max({highest, *row.requested_px, *row.achieved_px});
     }
     figure.data = table_of("", "", fields, of_source);
     figure.caption = fmt::format(
@@ -468,7 +468,7 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   for (const std::string& body : bodies) {
     for (const MetricDefinition* error : errors) {
       panels.push_back(panel_of(*error, body, estimators, low, high, lowest, highest));
-      const std::string title = body == bodies.back() ? parameter_title(first.parameter) : "";
+      const std::string title = body == bodies.back() ? parameter_title(first.parameter, first.noise) : "";
       panels.back().settings += fmt::format("set xlabel {} noenhanced offset 0,0.4\n", gp_text(title));
     }
   }

@@ -53,7 +53,7 @@ Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
       "set border 11\nset xlabel {} noenhanced\nset xrange [{}:{}]\nset ylabel \"mean E_t [m] "
       "(curves)\" noenhanced\nset yrange [0:{}]\n"
       "set y2label \"mean E_R [deg] (bars)\" noenhanced\nset y2tics\nset y2range [0:{}]\n",
-      gp_text(parameter_title(name)), gp_number(low), gp_number(high),
+      gp_text(parameter_title(name, "")), gp_number(low), gp_number(high),
       gp_number(1.15 * top_of(marks, &LevelMark::Et_m, Et_m)),
       gp_number(1.6 * top_of(marks, &LevelMark::ER_deg, ER_deg)));
   if (high - low > 6.5 * step) panel.settings += fmt::format("set xtics {}\n", gp_number(2 * step));

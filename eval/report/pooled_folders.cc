@@ -1,0 +1,126 @@
+#include "sextant/eval/report/pooled_folders.h"
+
+#include <algorithm>
+
+#include "sextant/base/error.h"
+#include "sextant/noise/noise.h"
+
+namespace sextant {
+
+namespace {
+
+void collect_leaves(const Json& tree, const std::string& prefix, Leaves& leaves) {
+  for (const auto& [key, value] : tree.items()) {
+    const std::string name = prefix.empty() ? key : prefix + "." + key;
+    if (value.is_object()) {
+      collect_leaves(value, name, leaves);
+    } else {
+      leaves[name] = value;
+    }
+  }
+}
+
+Json object_in(const Json& tree, const char* key) {
+  const Json found = tree.value(key, Json());
+  return found.is_object() ? found : Json::object();
+}
+
+}  // namespace
+
+Leaves leaves_of(const Json& options) {
+  Leaves leaves;
+  collect_leaves(options, "", leaves);
+  return leaves;
+}
+
+std::string noise_name(const Json& options) {
+  if (options.contains("profile")) return "";  // would be read from a file
+  try {
+    return Noise(options).name();
+  } catch (const Error&) {
+    return "";
+  }
+}
+
+void SameLabels::begin(const Json& run, const std::filesystem::path& folder) {
+  Folder& now = folders_.emplace_back(Folder{(folder / "run.json").string(), {}, {}});
+  last_.reset();
+  const Json configuration = object_in(run, "configuration"), options = object_in(configuration, "options");
+  const auto add_estimator = [&](const std::string& label, const Json& own, const Json& pipeline) {
+    now.of_estimator[label] = leaves_of(
+        {{"estimator", own}, {"pipeline", pipeline}, {"extraction", object_in(options, "extraction")}});
+  };
+  const auto add_noise = [&](double level, const Json& noise) {
+    const std::string name = noise.is_object() ? noise_name(noise) : "";
+    if (!name.empty()) now.of_noise[{name, level}] = leaves_of(noise);
+  };
+  const Json pipeline = object_in(options, "pipeline");
+  if (configuration.contains("estimator") && configuration["estimator"].is_string())  // of `sextant run`
+    add_estimator(configuration["estimator"], object_in(options, "estimator"), pipeline);
+  for (const Json& entry : configuration.value("estimators", Json::array())) {
+    if (!entry.is_object() || !entry.contains("label") || !entry["label"].is_string()) continue;
+    const bool has_own = entry.contains("pipeline");
+    add_estimator(entry["label"], object_in(entry, "options"),
+                  has_own ? object_in(entry, "pipeline") : pipeline);
+  }
+  const Json noise = configuration.value("noise", Json());
+  if (noise.is_object())
+    add_noise(json_member<double>(configuration, "level", "run.json: configuration", 0), noise);
+  if (!noise.is_array()) return;
+  for (const Json& entry : noise) {
+    if (entry.is_object())
+      add_noise(json_member<double>(entry, "level", "run.json: configuration.noise", 0),
+                object_in(entry, "noise"));
+  }
+}
+
+template <typename Key>
+void SameLabels::compare(const Folder& first, const Folder& now, const std::string& what, const Key& key,
+                         std::map<Key, Leaves> Folder::*options) {
+  const auto before = (first.*options).find(key), after = (now.*options).find(key);
+  if (before == (first.*options).end() || after == (now.*options).end()) return;
+  for (const auto& [name, value] : after->second) {
+    const auto other = before->second.find(name);
+    if (other == before->second.end() || other->second == value) continue;
+    fail(
+        "{}: {} has {} = {}, but {} in {}: their records would count as one sample; report the folders apart, "
+        "or give the estimators of a plan different labels",
+        now.file, what, name, json_excerpt(value), json_excerpt(other->second), first.file);
+  }
+}
+
+void SameLabels::check(Interned estimator, Interned dataset, Interned sequence, Interned noise,
+                       double level) {
+  const Row row{estimator, dataset, sequence, noise, level};
+  if (row == last_) return;
+  last_ = row;
+  const size_t first = first_folder_.try_emplace(row, folders_.size() - 1).first->second;
+  if (first + 1 == folders_.size()) return;
+  compare(folders_[first], folders_.back(), "estimator '" + estimator.str() + "'", estimator.str(),
+          &Folder::of_estimator);
+  compare(folders_[first], folders_.back(), "noise '" + noise.str() + "'", std::pair(noise.str(), level),
+          &Folder::of_noise);
+}
+
+void GivenShards::add(const Json& run) {
+  const Json shard = run.value("shard", Json());
+  const auto is_count = [](const Json& number) { return number.is_number_unsigned(); };
+  if (!shard.is_array() || shard.size() != 2 || !std::ranges::all_of(shard, is_count)) return;
+  given_[{run.value("configuration", Json()).dump(), shard[1]}].insert(shard[0].get<size_t>());
+}
+
+std::vector<std::string> GivenShards::warnings() const {
+  std::vector<std::string> sentences;
+  for (const auto& [sweep, given] : given_) {
+    if (given.size() >= sweep.second) continue;
+    std::string list;
+    for (const size_t i : given) list += (list.empty() ? "" : ", ") + std::to_string(i);
+    sentences.push_back(fmt::format(
+        "{} {} of {} of a sweep, and not the others: seeds and levels that the others hold are "
+        "missing, so estimators may not have the same cases",
+        given.size() == 1 ? "the folders hold shard" : "the folders hold shards", list, sweep.second));
+  }
+  return sentences;
+}
+
+}  // namespace sextant
