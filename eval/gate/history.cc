@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -83,32 +84,62 @@ std::string label_of(const fs::path& path, const Side& side) {
   return label;
 }
 
-void add_errors(const RunFolder& run, Point& point) {
+/// A series of errors by (subject, metric); the camera and all objects are one subject each.
+struct SubjectOrder {
+  bool operator()(const Subject& a, const Subject& b) const { return compare_subjects(a, b) < 0; }
+};
+using PointErrors = std::map<Subject, std::map<std::string, double>, SubjectOrder>;
+
+PointErrors errors_of(const RunFolder& run) {
   const auto pooled = [](Subject subject) {
     subject.body = subject.body == "ego" ? "camera" : "objects";
     return subject;
   };
-  SubjectNames names;
-  for (const SubjectCases& cases : run.subjects) names.add(pooled(cases.subject));
-  std::map<Key, std::vector<double>> samples;
+  std::map<Subject, std::map<std::string, std::vector<double>>, SubjectOrder> samples;
   for (const SubjectCases& cases : run.subjects) {
-    const std::string group = names(pooled(cases.subject));
-    std::vector<double>& coverage = samples[{group, "coverage"}];
+    std::map<std::string, std::vector<double>>& of_subject = samples[pooled(cases.subject)];
+    std::vector<double>& coverage = of_subject["coverage"];
     for (size_t row = 0; row < cases.size(); ++row) {
       if (cases.have_truth[row]) coverage.push_back(cases.statuses[row] == Status::ok ? 1 : 0);
     }
     for (const MetricDefinition* metric : metrics_for(compared)) {
       const NumberColumn* errors = find_column(cases.errors, metric->name);
       if (errors == nullptr) continue;
-      std::vector<double>& sample = samples[{group, metric->name}];
+      std::vector<double>& sample = of_subject[metric->name];
       for (size_t row = 0; row < cases.size(); ++row) {
         if (cases.have_truth[row] && cases.statuses[row] == Status::ok && errors->has(row))
           sample.push_back(errors->numbers[row]);
       }
     }
   }
-  std::erase_if(samples, [](const auto& of) { return of.second.empty(); });
-  for (const auto& [key, values] : samples) point[key] = mean(values);
+  PointErrors errors;
+  for (const auto& [subject, of_subject] : samples) {
+    for (const auto& [metric, values] : of_subject) {
+      if (!values.empty()) errors[subject][metric] = mean(values);
+    }
+  }
+  return errors;
+}
+
+/// Returns a sentence if the configuration or the data of a result differ from those of the result before it;
+/// otherwise "".
+std::string changed_conditions(const RunFolder& before, const RunFolder& now, const std::string& label,
+                               const Policy& policy) {
+  if (before.provenance.is_null() || now.provenance.is_null()) return "";
+  const auto without_cases = [](const RunFolder& run) {
+    Side side;
+    side.runs.push_back({run.path, {}, run.n_cases, false, run.provenance});
+    return side;
+  };
+  std::vector<Mismatch> found = compare_provenance(without_cases(before), without_cases(now), policy);
+  std::erase_if(found, [](const Mismatch& m) { return m.what != "configuration" && m.what != "data"; });
+  if (found.empty()) return "";
+  const auto shown_value = [](const std::string& value) { return value.empty() ? "nothing" : value; };
+  return fmt::format(
+      "{}: its {} differs from that of the result before it ({}: {}, before it {}{}), so its numbers "
+      "may differ for this reason alone",
+      label, found[0].what, found[0].subject, shown_value(found[0].fresh), shown_value(found[0].base),
+      found.size() > 1 ? fmt::format("; and {} more", found.size() - 1) : "");
 }
 
 void add_times(const Side& side, const std::vector<SubjectCases>& reference, BenchmarkTime time,
@@ -160,13 +191,25 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   const std::vector<fs::path> points = points_of(paths);
   std::vector<SubjectCases> reference;  // of the first point that has a run; its times are the reference
   SameDefinitions definitions;
+  SubjectNames names;  // of all points, because two points may have one level of different noise
+  std::vector<PointErrors> errors;
+  std::optional<RunFolder> before;  // without its cases
   for (size_t i = 0; i < points.size(); ++i) {
     Side side = read_side(points[i]);
     if (!side.runs.empty() && side.runs.front().provenance.is_object())
       definitions.check(side.runs.front().provenance, side.runs.front().path);
     history.labels.push_back(label_of(points[i], side));
     Point point;
-    if (!side.runs.empty()) add_errors(side.runs.front(), point);
+    if (!side.runs.empty()) {
+      RunFolder& run = side.runs.front();
+      errors.push_back(errors_of(run));
+      for (const auto& [subject, ignored] : errors.back()) names.add(subject);
+      std::string changed = before ? changed_conditions(*before, run, history.labels.back(), policy) : "";
+      if (!changed.empty()) history.warnings.push_back(std::move(changed));
+      before = RunFolder{run.path, {}, run.n_cases, false, run.provenance};
+    } else {
+      errors.emplace_back();
+    }
     const bool is_first = reference.empty() && !side.runs.empty();
     add_times(side, is_first ? side.runs.front().subjects : reference, policy.speed.time, point);
     if (is_first) reference = std::move(side.runs.front().subjects);
@@ -174,6 +217,15 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
       auto& values = all[key];
       values.resize(points.size());
       values[i] = value;
+    }
+  }
+  for (size_t i = 0; i < errors.size(); ++i) {
+    for (const auto& [subject, by_metric] : errors[i]) {
+      for (const auto& [metric, value] : by_metric) {
+        auto& values = all[{names(subject), metric}];
+        values.resize(points.size());
+        values[i] = value;
+      }
     }
   }
   if (points.size() < 2) fail("{}: one result has no trend: expected at least two", points.front().string());
@@ -314,6 +366,7 @@ ReportDocument history_document(const History& history) {
   } else {
     levels.tables = {{"changes", std::move(changes)}};
   }
+  document.warnings = history.warnings;
   document.sections.push_back(std::move(levels));
   std::vector<const Series*> sorted;
   for (const Series& series : history.series) sorted.push_back(&series);

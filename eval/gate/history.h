@@ -36,8 +36,9 @@ struct Series {
 
 /// Series over all points.
 struct History {
-  std::vector<std::string> labels;  ///< one per point, oldest first: folder, and commit if known
-  std::vector<Series> series;       ///< in order of name and metric
+  std::vector<std::string> labels;      ///< one per point, oldest first: folder, and commit if known
+  std::vector<Series> series;           ///< in order of name and metric
+  std::vector<std::string> warnings{};  ///< results whose configuration or data differ from the one before
 };
 
 /// Reads past results. A file, or a folder that contains results, is one point; in any other folder, every

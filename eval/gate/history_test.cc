@@ -58,6 +58,27 @@ TEST_F(Past, ResultsOfOtherDefinitionsHaveNoTrend) {
   expect_error([&] { read_history({temp_.path()}, policy_); }, "run-9/run.json: Et_m is defined as");
 }
 
+TEST_F(Past, OtherNoiseIsAnotherSeriesAndOtherOptionsAreNamed) {
+  std::vector<Record> records = sweep_records(2);
+  for (Record& r : records) r.noise = "flow 2 px";
+  write_run(temp_.path() / "run-11", records);
+  const std::filesystem::path file = temp_.path() / "run-9" / "run.json";
+  Json run = read_json(file);
+  run["configuration"]["options"]["sigma_px"] = 2.5;
+  write_file(file, run.dump());
+  const History history = read_history({temp_.path()}, policy_);
+  size_t n_other = 0;
+  for (const Series& s : history.series) {
+    if (s.name.find("(flow 2 px)") == std::string::npos) continue;
+    ++n_other;
+    EXPECT_FALSE(s.values.front()) << s.name;
+    EXPECT_TRUE(s.values.back()) << s.name;
+  }
+  EXPECT_GT(n_other, 0U);
+  ASSERT_EQ(history.warnings.size(), 2U);  // run-9, and run-10, which is as before
+  EXPECT_THAT(history.warnings[0], AllOf(HasSubstr("run-9"), HasSubstr("sigma_px: 2.5, before it 1.0")));
+}
+
 TEST_F(Past, TimesAreTheKindThatThePolicyOrTheNameRequests) {
   const auto last = [&](const Policy& policy, const std::string& name) {
     return series(read_history({temp_.path()}, policy), name, "benchmark").values.back().value();

@@ -355,7 +355,8 @@ std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& 
   const std::vector<std::string> channels = {"depth", "flow x", "flow y", "flow EPE"};
   std::map<std::string, std::vector<AchievedNoiseRow>> by_source;
   for (const AchievedNoiseRow& row : rows) {
-    if (row.requested_px.value_or(0) > 0 && row.achieved_px) by_source[row.parameter + "_" + row.source].push_back(row);
+    if (row.requested_px.value_or(0) > 0 && row.achieved_px)
+      by_source[row.parameter + "_" + row.source].push_back(row);
   }
   std::vector<Figure> figures;
   for (const auto& [name, of_source] : by_source) {
