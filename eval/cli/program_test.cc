@@ -49,6 +49,19 @@ TEST_F(ProgramOnFixture, WhatOptionsListsCanBeSetNoiseToo) {
   expect_bad_input(run("--set pipeline.refine_on=reselect"), "did you mean 'reselected'?");
 }
 
+TEST_F(ProgramOnFixture, NoiseThatChangesNothingIsNamed) {
+  const std::string start =
+      "run synthetic:s18@0-1 --jobs 1 --out " + (temp_.path() / "o").string() + " --force ";
+  const auto error_of = [&](const std::string& flags) { return sextant_program(start + flags).err; };
+  EXPECT_EQ(error_of("--noise '{\"flow\":{\"epe_px\":1}}' --seeds 2 --level 1"), "");
+  EXPECT_THAT(error_of("--set noise.flow.scale=3"), HasSubstr("changes nothing"));
+  EXPECT_THAT(error_of("--noise '{\"depth\":{\"baseline_m\":2}}'"), HasSubstr("changes nothing"));
+  EXPECT_THAT(error_of("--level 2"), HasSubstr("state the noise level 2"));
+  EXPECT_THAT(error_of("--seeds 3"), HasSubstr("without noise 3 seeds are 3 equal runs"));
+  // The scale of a profile can be set.
+  EXPECT_EQ(error_of("--noise '{\"profile\":\"pwc_net_kitti03\"}' --set noise.scale=0.5"), "");
+}
+
 TEST_F(ProgramOnFixture, RunWritesACompleteFolder) {
   const Outcome outcome = run();
   EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -118,7 +131,7 @@ TEST_F(ProgramOnFixture, DataCheckPassesAndFails) {
 }
 
 TEST_F(ProgramOnFixture, RunNamesTheMistakesOfItsInput) {
-  EXPECT_EQ(run("--seeds 2").err, "");
+  EXPECT_EQ(run().err, "");
   std::map<int, SE3> inverse;
   for (const auto& [k, pose] : fixture_.T_world_camera) inverse[k] = pose.inverse();
   write_file(file("pose_gt.txt"), encode_pose_text(inverse));

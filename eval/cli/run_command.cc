@@ -89,7 +89,12 @@ void run_with_flags(RunFlags& flags) {
   request.options = options_tree(flags.options, flags.sets);
   request.jobs = flags.jobs;
   request.quiet = flags.quiet;
-  print_run(run_into_folder(run_config(request, flags.output), flags.output), flags);
+  const RunConfig config = run_config(request, flags.output);
+  const WrittenRun folder = run_into_folder(config, flags.output);
+  if (!flags.quiet) {
+    for (const std::string& warning : noise_warnings(request, config)) print_message("warning", warning);
+  }
+  print_run(folder, flags);
 }
 
 void rescore(RescoreFlags& flags) {

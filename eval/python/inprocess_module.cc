@@ -173,6 +173,7 @@ std::string run_here(const std::vector<std::string>& sources, const std::string&
   const RunConfig config = run_config(request, output);
   if (!force) check_same_version(out, run_fingerprints(config));
   const WrittenRun folder = run_into_folder(config, output);
+  for (const std::string& warning : noise_warnings(request, config)) show_message("warning", warning);
   for (const std::string& warning : folder.warnings) show_message("warning", warning);
   Json summary = summary_json(folder.result.records, find_preset(preset));
   summary["problems"] = Json::array();

@@ -30,11 +30,13 @@ namespace sextant {
 
 namespace {
 
-/// Merges the options below "noise" over the noise of the configuration.
-void set_noise(RunConfig& config) {
+/// Merges the options below "noise" over the noise of the configuration. The scale of a profile is merged over
+/// `text`, from which that noise was parsed, because Noise::options() has the profile's numbers in its place.
+void set_noise(const std::string& text, RunConfig& config) {
   const auto given = config.options.find("noise");
   if (given == config.options.end()) return;
-  Json noise = config.noise.options();
+  const bool is_scale = given->is_object() && given->contains("scale") && text.starts_with('{');
+  Json noise = is_scale ? parse_json(text, "noise") : config.noise.options();
   noise.merge_patch(*given);
   config.noise = Noise(noise);
   config.options.erase("noise");
@@ -90,12 +92,30 @@ RunConfig run_config(const RunRequest& request, const RunOutput& output) {
   } else if (with_noise) {
     fail("--noise procedure takes the noise from a procedure: give --procedure NAME, too");
   }
-  set_noise(config);
+  set_noise(request.noise, config);
   config.n_seeds = request.n_seeds;
   config.jobs = request.jobs;
   config.quiet = request.quiet;
   config.folder = std::filesystem::path(output.out) / "external";
   return config;
+}
+
+std::vector<std::string> noise_warnings(const RunRequest& request, const RunConfig& config) {
+  if (!config.noise.none()) return {};
+  std::vector<std::string> warnings;
+  if (request.noise != "none" || request.options.contains("noise")) {
+    warnings.emplace_back(
+        "the noise that is given changes nothing, because the size of every model in it is 0");
+  } else if (config.level != 0) {
+    warnings.push_back(fmt::format(
+        "the records state the noise level {}, but there is no noise: give --noise", config.level));
+  }
+  if (config.n_seeds > 1) {
+    warnings.push_back(fmt::format(
+        "without noise {} seeds are {} equal runs, which count as {} clusters: a seed changes the noise alone",
+        config.n_seeds, config.n_seeds, config.n_seeds));
+  }
+  return warnings;
 }
 
 WrittenRun run_into_folder(const RunConfig& config, const RunOutput& output) {
