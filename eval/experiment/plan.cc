@@ -199,6 +199,12 @@ class PlanReader {
         node = &(*node)[part];
       }
       *node = value;
+      const Json bodies = noise.value(Json::json_pointer("/flow/bodies"), Json::object());
+      if (parameter.starts_with("flow.epe_") && bodies.contains("background") && bodies.contains("objects")) {
+        fail(
+            "'{}' does not change the noise, because flow.bodies sets that of the background and of all objects",
+            parameter);
+      }
       plan.levels.push_back({level_of(value, "levels"), Noise(noise)});
       const PlanLevel& level = plan.levels.back();
       const auto it = level_of_noise.try_emplace(json_line(level.noise.options()), level.level).first;

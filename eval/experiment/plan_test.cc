@@ -75,6 +75,12 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error(
       [&] { noisy(R"({"parameter":"flow.scale","levels":[0.5,1],"base":{"depth":{"delta_d_px":1}}})"); },
       "'flow.scale' does not change the noise, which is 'depth 1 px' at level 1: give the noise");
+  expect_error(
+      [&] {
+        noisy(R"({"parameter":"flow.epe_px","levels":[0.1,0.3],)"
+              R"("base":{"flow":{"bodies":{"background":{"epe_px":1},"objects":{"epe_px":1}}}}})");
+      },
+      "because flow.bodies sets that of the background and of all objects");
   const auto correlated = [](const char* shares) {
     return fmt::format(R"({{"level":1,"noise":{{"flow":{{"epe_px":1}},"correlation":)"
                        R"({{"model":"spatial","lengths_px":[5,40],"shares":{}}}}}}})",

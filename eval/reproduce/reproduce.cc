@@ -289,15 +289,20 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
     if (verdict == "partly" || verdict == "undecided") partly.push_back(claim.claim->brief);
     if (verdict == "not reproduced") differs.push_back(claim.claim->brief);
   }
-  size_t n_judged = 0, n_within = 0;
+  size_t n_judged = 0, n_within = 0, n_injected = 0;
   std::vector<std::string> missing, fetch;
   for (const PaperLayout& table : tables) {
     bool is_missing = false;
     for (const LayoutRow& row : table.versions.front().rows) {
       for (const auto& cell : row.cells) {
         for (const LayoutValue& value : cell) {
-          n_within += value.verdict.starts_with("within");
-          n_judged += value.verdict.starts_with("within") || value.verdict.starts_with("outside");
+          const bool is_within = value.verdict.starts_with("within");
+          const bool is_judged = is_within || value.verdict.starts_with("outside");
+          // A value with a factor is the size of noise that we injected as published: it cannot disagree.
+          const bool is_injected = value.factor != 1;
+          n_within += is_within && !is_injected;
+          n_judged += is_judged && !is_injected;
+          n_injected += is_judged && is_injected;
           is_missing |= value.published && !value.measured;
         }
       }
@@ -309,7 +314,9 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
   std::string text =
       sentence("Holds", holds) + sentence("Holds in part", partly) + sentence("Does not hold", differs);
   if (!why.empty()) text += fmt::format("Why Table III differs: {}. ", why);
-  text += fmt::format("{} of {} comparable published values lie within our runs. ", n_within, n_judged);
+  text +=
+      fmt::format("{} of {} comparable published values lie within our runs{}. ", n_within, n_judged,
+                  n_injected == 0 ? "" : fmt::format(", without {} sizes of the injected noise", n_injected));
   if (!missing.empty())
     text += fmt::format("Not measured: tables {}: {}, then sextant reproduce --data ROOT.",
                         fmt::join(missing, ", "), fmt::join(fetch, " and "));

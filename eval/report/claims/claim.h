@@ -23,6 +23,10 @@
 
 namespace sextant {
 
+/// How statements without numbers of their own are judged, in the caption of claim_table().
+constexpr double least_of_about_300_percent = 100;  ///< "about 300 %": at least a third of it
+constexpr double nearly = 0.25;                     ///< "nearly": within this share of the stated value
+
 enum class Verdict { reproduced, not_reproduced, undecided };
 constexpr Names<3> names_of(Verdict) { return {"reproduced", "not reproduced", "undecided"}; }
 

@@ -33,7 +33,6 @@ namespace {
 
 constexpr size_t n_paper_objects = 3;
 constexpr double stereo_camera_px = 0.2;  // "normally 0.1 to 0.2 for a standard industrial stereo camera"
-constexpr double nearly = 0.25;
 
 struct ErrorKind {
   const char* key;

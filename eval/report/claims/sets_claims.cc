@@ -141,12 +141,11 @@ double percent_above(const std::vector<const PairOfValues*>& pairs) {
 constexpr const char* gain_title = "E_t of motion only above that of joint [%]";
 
 std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
-  constexpr double least_percent = 100;
   std::vector<ClaimResult> results;
   for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
     if (sample.body != "Ego") continue;
     ClaimResult result = measured(sample, gain_title, "about 300", percent_above);
-    result.verdict = is_above(least_percent, result);
+    result.verdict = is_above(least_of_about_300_percent, result);
     results.push_back(std::move(result));
   }
   return results;
@@ -166,7 +165,6 @@ std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
 std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
   // The experiment contains both functions on the same points: "... on inliers", "... on all".
   constexpr double none_percent = 1;
-  constexpr double least_percent = 100;
   std::vector<ClaimResult> results;
   for (const PairedValues& sample : estimator_samples(evidence, {PartRole::attribution})) {
     const size_t at = sample.estimator.find(" on ");
@@ -181,7 +179,7 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
     if (sample.body != "Ego") continue;
     ClaimResult result =
         measured(sample, "E_t on the inliers above that on all points [%]", "about 300", percent_above);
-    result.verdict = is_above(least_percent, result);
+    result.verdict = is_above(least_of_about_300_percent, result);
     results.push_back(std::move(result));
   }
   return results;
