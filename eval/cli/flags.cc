@@ -56,6 +56,8 @@ void add_case_flags(CLI::App& command, CaseChoice& choice) {
   add_value(command, "--estimator", choice.estimator, "NAME",
             "Which estimator, by its label; default: the first");
   add_value(command, "--level", choice.level, "NUMBER", "Which noise level; default: the first");
+  add_value(command, "--noise", choice.noise, "NAME",
+            "Which kind of noise, by its name in records, where a level has several");
   add_value(command, "--seed", choice.seed, "N", "Which seed; default: the first");
 }
 

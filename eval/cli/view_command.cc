@@ -139,7 +139,8 @@ void export_recording(const ExportFlags& flags) {
 
 /// Throws Error if a flag is given that is for recordings only.
 void refuse_recording_flags(const CLI::App& command, const std::string& format) {
-  for (const char* flag : {"--source", "--estimator", "--level", "--seed", "--images", "--no-images"}) {
+  for (const char* flag :
+       {"--source", "--estimator", "--level", "--noise", "--seed", "--images", "--no-images"}) {
     if (command.count(flag) > 0)
       fail(
           "{}: is for --format mcap, which holds one case: {} holds every record of the folder, in which the "

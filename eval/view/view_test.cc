@@ -144,6 +144,26 @@ TEST(View, NamesWhatIsNotThere) {
   EXPECT_THAT(error_of([&] { viewed(run_folder); }), HasSubstr("has no 'configuration'"));
 }
 
+TEST(View, OneLevelOfTwoNoisesNeedsItsNoise) {
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
+  Json run = read_json(folder / "run/run.json");
+  const Json of_run = run["configuration"];
+  const Noise other = Noise::parse(R"({"flow": {"epe_px": 1}})");
+  run["configuration"] = {
+      {"sources", {{{"source", "synthetic:s18@0-2"}}}},
+      {"estimators",
+       {{{"name", "motion_only"}, {"label", "motion_only"}, {"options", of_run["options"]["estimator"]}}}},
+      {"noise", {{{"level", 0.5}, {"noise", other.options()}}, {{"level", 0.5}, {"noise", of_run["noise"]}}}},
+      {"seeds", {0}}};
+  folder.write("run/run.json", json_text(run));
+  expect_error([&] { viewed(run_folder, {.level = 0.5}); },
+               "level 0.5 stands for several cases, with the noise flow 1 px, depth 0.2 px + flow 0.5 px");
+  expect_error([&] { viewed(run_folder, {.level = 0.5, .noise = "none"}); }, "has no noise 'none'");
+  EXPECT_EQ(viewed(run_folder, {.level = 0.5, .noise = "depth 0.2 px + flow 0.5 px"}).records.size(),
+            viewed(run_folder, {.noise = "depth 0.2 px + flow 0.5 px"}).records.size());
+}
+
 TEST(View, SaysWhenTheProgramMakesOtherRecordsNow) {
   TempFolder folder;
   const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));

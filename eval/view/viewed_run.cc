@@ -73,6 +73,28 @@ void choose_source(Json& plan, const std::string& wanted, const fs::path& folder
   plan["sources"] = Json::array({plan["sources"][place_of(wanted, names, "source", folder)]});
 }
 
+/// Returns the index of the requested level, which is the first level if nothing is requested. Throws Error if
+/// there is none, and if there are several that only their noise distinguishes.
+size_t level_of(const Plan& plan, const CaseChoice& choice, const std::vector<std::string>& levels,
+                const fs::path& folder) {
+  if (!choice.level && choice.noise.empty()) return place_of("", levels, "level", folder);
+  std::vector<size_t> found;
+  std::vector<std::string> noises;  // of the requested level
+  if (choice.level) place_of(fmt::format("{}", *choice.level), levels, "level", folder);
+  for (size_t i = 0; i < plan.levels.size(); ++i) {
+    if (choice.level && plan.levels[i].level != *choice.level) continue;
+    noises.push_back(plan.levels[i].noise.name());
+    if (choice.noise.empty() || choice.noise == noises.back()) found.push_back(i);
+  }
+  if (found.empty()) place_of(choice.noise, noises, "noise", folder);
+  if (found.size() > 1) {
+    fail("{}: {} stands for several cases, with the noise {}: give --level and --noise NAME", folder.string(),
+         choice.noise.empty() ? fmt::format("level {}", *choice.level) : "noise '" + choice.noise + "'",
+         listed(noises));
+  }
+  return found.front();
+}
+
 PlanCase choose_case(const Plan& plan, const CaseChoice& choice, const fs::path& folder) {
   PlanCase c;
   std::vector<std::string> labels, levels, seeds;
@@ -80,7 +102,7 @@ PlanCase choose_case(const Plan& plan, const CaseChoice& choice, const fs::path&
   for (const PlanLevel& level : plan.levels) levels.push_back(fmt::format("{}", level.level));
   for (const uint64_t seed : plan.seeds) seeds.push_back(std::to_string(seed));
   c.estimator = place_of(choice.estimator, labels, "estimator", folder);
-  c.level = place_of(choice.level ? fmt::format("{}", *choice.level) : "", levels, "level", folder);
+  c.level = level_of(plan, choice, levels, folder);
   c.seed = plan.seeds[place_of(choice.seed ? std::to_string(*choice.seed) : "", seeds, "seed", folder)];
   return c;
 }

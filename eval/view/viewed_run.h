@@ -75,6 +75,7 @@ struct CaseChoice {
   std::string source;     ///< as in the folder's configuration
   std::string estimator;  ///< label in records
   std::optional<double> level;
+  std::string noise{};  ///< name in records; needed where the level has several kinds of noise
   std::optional<uint64_t> seed;
 };
 
