@@ -204,7 +204,7 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
 /// they agree well without it.
 bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector<double>& reference_times,
                     const std::vector<double>& estimate_times, bool seconds, double offset_s,
-                    std::vector<TrajectoryWarning>& warnings) {
+                    const OffsetRemedy& remedy, std::vector<TrajectoryWarning>& warnings) {
   reference.stamps_s = reference_times;
   estimate.stamps_s = estimate_times;
   if (reference.size() < 2 || estimate.size() < 2) return false;
@@ -217,8 +217,7 @@ bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector
                             found.offset_s < 0 ? "late" : "early", std::abs(found.offset_s),
                             seconds ? "s" : "frames", std::min(std::abs(found.low_s), std::abs(found.high_s)),
                             std::max(std::abs(found.low_s), std::abs(found.high_s)),
-                            seconds ? fmt::format("; try --offset {:.4f}, or --estimate-offset",
-                                                  offset_s + found.offset_s)
+                            seconds ? "; try " + remedy(offset_s + found.offset_s)
                                     : fmt::format(": add {:.0f} to its frame numbers", found.offset_s))});
     return true;
   } catch (const Error&) {  // the motions do not determine the offset
@@ -228,7 +227,7 @@ bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector
 
 /// Warns if a lag remains after the given offset; returns true if it does.
 bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
-                 std::vector<TrajectoryWarning>& warnings) {
+                 const OffsetRemedy& remedy, std::vector<TrajectoryWarning>& warnings) {
   const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   std::vector<double> a, b;
   if (seconds) {
@@ -243,16 +242,15 @@ bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double
   constexpr size_t most_poses = 20'000;  // longer recordings are examined by estimate_lag() alone
   if (!lag) {
     return std::max(a.size(), b.size()) <= most_poses &&
-           warn_of_offset(reference, estimate, a, b, seconds, offset_s, warnings);
+           warn_of_offset(reference, estimate, a, b, seconds, offset_s, remedy, warnings);
   }
-  const std::string remedy =
-      seconds ? fmt::format("; try --offset {:.4f}, or --estimate-offset", offset_s - lag->lag) : "";
+  const std::string advice = seconds ? "; try " + remedy(offset_s - lag->lag) : "";
   warnings.push_back(
       {"lag",
        fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
                    "shift, {:.3f} without{}",
                    lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
-                   lag->correlation, lag->correlation_0, remedy)});
+                   lag->correlation, lag->correlation_0, advice)});
   return true;
 }
 
@@ -279,6 +277,12 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
                         r.estimate.size(), shorter, reference.side.name, fewest_matched(shorter));
   const bool stamped = !reference.poses.stamps_s.empty() && !estimate.stamps_s.empty();
   if (!stamped) fail("{}: {}: check the frame numbers", r.name, what);
+  if (r.offset && !options.interpolate_max_gap_s) {
+    fail(
+        "{}: {} within --max-difference {} s after --estimate-offset has added {:.6f} s to the estimate's "
+        "time stamps: give {} too, which needs no common time stamps",
+        r.name, what, association.max_difference_s, r.offset_s, interpolate_flag(reference.poses.stamps_s));
+  }
   fail("{}: {} within --{} s: {}", r.name, what,
        options.interpolate_max_gap_s ? fmt::format("interpolate {}", *options.interpolate_max_gap_s)
                                      : fmt::format("max-difference {}", association.max_difference_s),
@@ -287,7 +291,7 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
 
 /// Warns of a shift by whole rows that remains after the association.
 std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const AlignmentChoice& choice,
-                                                  double offset_s) {
+                                                  double offset_s, const OffsetRemedy& remedy) {
   const bool stamped = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
   const std::vector<int> frames = frames_of(r.reference);
   for (size_t i = 1; !stamped && i < frames.size(); ++i) {
@@ -299,9 +303,8 @@ std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const Alig
                          n_rows);
     });
   const double step_s = median_step(r.reference.stamps_s);
-  return warning_of_rows_shifted(r.reference, r.estimate, choice, [&](int n_rows) {
-    return fmt::format("give --offset {:.6g}, or --estimate-offset", offset_s + n_rows * step_s);
-  });
+  return warning_of_rows_shifted(r.reference, r.estimate, choice,
+                                 [&](int n_rows) { return "give " + remedy(offset_s + n_rows * step_s); });
 }
 
 void put_errors(EgoResult& r, const EgoOptions& options) {
@@ -435,7 +438,8 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   };
   to_camera(estimate.poses, options.estimate_frame);
   add(warnings_of_pair(reference.poses, reference.side, estimate.poses,
-                       {name, estimate.comments, estimate.format}));
+                       {name, estimate.comments, estimate.format},
+                       options.interpolate_max_gap_s.has_value()));
   AssociationOptions association = options.association;
   if (options.estimate_offset) {
     if (reference.poses.stamps_s.empty() || estimate.poses.stamps_s.empty())
@@ -443,9 +447,11 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.offset = estimate_offset(reference.poses, estimate.poses, association.offset_s, name);
     association.offset_s = r.offset->offset_s;
   }
+  r.offset_s = association.offset_s;
+  const OffsetRemedy remedy(reference.poses.stamps_s, options.interpolate_max_gap_s.has_value());
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
   const bool clock_is_reported =
-      warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) ||
+      warn_of_lag(reference.poses, estimate.poses, association.offset_s, remedy, r.warnings) ||
       options.estimate_offset;
   if (options.interpolate_max_gap_s)
     match_interpolated(reference.poses, estimate.poses, association, *options.interpolate_max_gap_s, r);
@@ -460,17 +466,18 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.umeyama_scale = u->y_from_x.scale;
   const AlignmentChoice choice = {options.alignment, options.n_to_align,
                                   options.up.value_or(Eigen::Vector3d::Zero())};
-  const auto clock = clock_is_reported
-                         ? std::nullopt
-                         : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
+  const auto clock =
+      clock_is_reported ? std::nullopt
+                        : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice, remedy);
   if (clock) add({*clock});  // a shifted clock would cause the other findings
   if (!clock) {
     const size_t n = r.warnings.size();
     add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame,
                                  options.reference_frame));
     const bool explained = r.warnings.size() > n;
-    const auto shift =
-        clock_is_reported || explained ? std::nullopt : warning_of_shift(r, choice, association.offset_s);
+    const auto shift = clock_is_reported || explained
+                           ? std::nullopt
+                           : warning_of_shift(r, choice, association.offset_s, remedy);
     if (shift) add({*shift});
     const bool by_convention = explained && !has_code(r.warnings, "lever_arm") &&
                                !has_code(r.warnings, "yaw") && !has_code(r.warnings, "world");

@@ -94,6 +94,7 @@ struct EgoResult {
   /// Row of each matched pose in the given reference; the nearest row if the reference was interpolated
   std::vector<int> reference_rows;
   AlignmentResult alignment;
+  double offset_s = 0;                   ///< added to the estimate's time stamps, as given or as estimated
   std::optional<OffsetEstimate> offset;  ///< the estimated offset, if one was requested
   std::optional<Interpolation> interpolation;
   double umeyama_scale = 1;     ///< scale of the matched positions; 1 if they do not determine one
