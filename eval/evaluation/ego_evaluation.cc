@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
 
@@ -408,6 +409,18 @@ void drop_still_pairs(EgoResult& r) {
 
 int EgoResult::row_of(size_t i) const {
   return reference_rows[pairs.empty() ? i : static_cast<size_t>(pairs[i].second)];
+}
+
+std::vector<double> EgoResult::times_of_matches() const {
+  std::vector<double> times = reference.stamps_s;
+  if (times.empty() && !reference.frames.empty())
+    times.assign(reference.frames.begin(), reference.frames.end());
+  if (times.empty()) times.assign(reference_rows.begin(), reference_rows.end());
+  const bool repeats = std::ranges::adjacent_find(times, std::greater_equal()) != times.end();
+  if (!repeats || estimate.stamps_s.empty()) return times;
+  times = estimate.stamps_s;
+  for (double& t : times) t += offset_s;
+  return times;
 }
 
 std::string EgoResult::text_of(const TrajectoryWarning& warning) const {

@@ -109,6 +109,10 @@ struct EgoResult {
 
   /// Row of the reference that error i belongs to: the row of the pose, or of the second pose of the pair.
   int row_of(size_t i) const;
+  /// Returns one strictly ascending time per match: the reference's time stamp, or its frame number, or its
+  /// row, both as numbers. If several poses of the estimate match the same pose of the reference, the times
+  /// are the stamps of the estimate on the reference's clock.
+  std::vector<double> times_of_matches() const;
   /// Formats "NAME: TEXT", or the text alone if it already begins with the estimate's file or name.
   std::string text_of(const TrajectoryWarning& warning) const;
 };
