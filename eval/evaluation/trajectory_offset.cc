@@ -435,7 +435,7 @@ std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSer
   matched.keep(at.asked);
   const auto found = aligned_agreement(at.poses, std::move(matched), choice);
   if (!found) return std::nullopt;
-  return found->squares / static_cast<double>(at.asked.size());
+  return found->mean_squares_m2();
 }
 
 /// Returns the mean squared difference of the steps, m^2: of the lengths of their translations, and of their
