@@ -162,10 +162,48 @@ PerFrameErrors per_frame_errors(const EgoResult& r) {
   return out;
 }
 
-void warn_of_share(const EgoResult& r, const PoseSeries& reference,
+/// Parts of both trajectories that --t-start and --t-end select: all poses without these flags.
+struct EvaluatedRange {
+  size_t n_reference = 0, n_estimate = 0;  ///< numbers of poses
+  double duration = 0;                     ///< of the reference, in the units of times_of()
+
+  size_t shorter() const { return std::min(n_reference, n_estimate); }
+};
+
+/// Returns the evaluated range. An estimate without time stamps is restricted to the frame numbers of the
+/// selected poses of the reference.
+EvaluatedRange evaluated_range(const PoseSeries& reference, const PoseSeries& estimate,
+                               const AssociationOptions& options) {
+  if (reference.empty()) return {};
+  const std::vector<double> times = times_of(reference);
+  EvaluatedRange out{reference.size(), estimate.size(), times.back() - times.front()};
+  if ((!options.start_s && !options.end_s) || reference.stamps_s.empty()) return out;
+  const auto in_range = [&](double t) {
+    return !(options.start_s && t < *options.start_s) && !(options.end_s && t > *options.end_s);
+  };
+  const auto first = std::ranges::find_if(times, in_range);
+  const auto last = std::find_if_not(first, times.end(), in_range);
+  out.n_reference = static_cast<size_t>(last - first);
+  out.duration = first == last ? 0 : last[-1] - *first;
+  if (!estimate.stamps_s.empty()) {
+    out.n_estimate = static_cast<size_t>(
+        std::ranges::count_if(estimate.stamps_s, [&](double t) { return in_range(t + options.offset_s); }));
+  } else if (first == last) {
+    out.n_estimate = 0;
+  } else {
+    const std::vector<int> all = frames_of(reference);
+    const int first_frame = all[static_cast<size_t>(first - times.begin())];
+    const int last_frame = all[static_cast<size_t>(last - times.begin()) - 1];
+    out.n_estimate = static_cast<size_t>(std::ranges::count_if(
+        frames_of(estimate), [&](int frame) { return frame >= first_frame && frame <= last_frame; }));
+  }
+  return out;
+}
+
+void warn_of_share(const EgoResult& r, const EvaluatedRange& range,
                    std::vector<TrajectoryWarning>& warnings) {
   constexpr double least_share = 0.8;
-  const size_t shorter = std::min(r.n_reference, r.n_estimate);
+  const size_t shorter = range.shorter();
   const double share = static_cast<double>(r.estimate.size()) / static_cast<double>(shorter);
   if (share < least_share) {
     warnings.push_back(
@@ -173,8 +211,8 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
                                   "--offset and --max-difference",
                                   r.estimate.size(), shorter, 100 * share)});
   }
-  const std::vector<double> all = times_of(reference), matched = times_of(r.reference);
-  const double covered = (matched.back() - matched.front()) / (all.back() - all.front());
+  const std::vector<double> matched = times_of(r.reference);
+  const double covered = (matched.back() - matched.front()) / range.duration;
   const bool by_row = r.reference.stamps_s.empty() && r.reference.frames.empty();
   if (!by_row && covered < least_share) {
     warnings.push_back(
@@ -261,15 +299,9 @@ bool has_code(const std::vector<TrajectoryWarning>& warnings, const std::string&
 
 /// Throws Error if too few poses match for a meaningful result.
 void check_matched(const EgoResult& r, const EgoReference& reference, const PoseSeries& estimate,
-                   const EgoOptions& options, const AssociationOptions& association) {
-  const auto in_range = [&](double t) {
-    return !(association.start_s && t < *association.start_s) &&
-           !(association.end_s && t > *association.end_s);
-  };
-  size_t n_reference = reference.poses.size();
-  if (!reference.poses.stamps_s.empty())
-    n_reference = static_cast<size_t>(std::ranges::count_if(reference.poses.stamps_s, in_range));
-  const size_t shorter = std::min(n_reference, r.n_estimate);
+                   const EgoOptions& options, const AssociationOptions& association,
+                   const EvaluatedRange& range) {
+  const size_t shorter = range.shorter();
   if (r.estimate.size() >= fewest_matched(shorter)) return;
   const std::string what =
       r.estimate.empty()
@@ -470,9 +502,10 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     match_interpolated(reference.poses, estimate.poses, association, *options.interpolate_max_gap_s, r);
   else
     match(reference.poses, estimate.poses, association, r);
-  check_matched(r, reference, estimate.poses, options, association);
+  const EvaluatedRange range = evaluated_range(reference.poses, estimate.poses, association);
+  check_matched(r, reference, estimate.poses, options, association, range);
   estimate.poses = {};  // `r` holds the matched poses
-  warn_of_share(r, reference.poses, r.warnings);
+  warn_of_share(r, range, r.warnings);
   add(warnings_of_matched(r.reference, r.estimate));
 
   if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
