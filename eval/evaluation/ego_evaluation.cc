@@ -65,6 +65,14 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
                       const AssociationOptions& options, const std::string& name) {
   const bool range = options.start_s || options.end_s;
   if (!reference.stamps_s.empty() && !estimate.stamps_s.empty()) return by_time(reference, estimate, options);
+  const char* of_times = options.offset_s != 0 ? "--offset"
+                         : options.max_difference_s != AssociationOptions{}.max_difference_s
+                             ? "--max-difference"
+                             : nullptr;
+  if (of_times) {
+    fail("{}: {} needs time stamps in both reference and estimate: give --rate, or leave the flag out", name,
+         of_times);
+  }
   if (!estimate.frames.empty() || !reference.frames.empty()) {
     if (range && reference.stamps_s.empty()) {
       fail(
