@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -51,6 +52,11 @@ EgoOptions options_of(const EgoFlags& flags) {
   }
   if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s)
     fail("--t-start lies after --t-end: expected --t-start <= --t-end");
+  if (options.n_to_align > 0 &&
+      (options.alignment == Alignment::none || options.alignment == Alignment::origin)) {
+    fail("--n-to-align: --align {} is not estimated from several poses: give --align se3, sim3, scale or yaw",
+         to_string(options.alignment));
+  }
   if (!(options.max_speed_m_s > 0))
     fail("--max-speed: expected a speed above 0 m/s, got {}", options.max_speed_m_s);
   if (!flags.covariance.empty())
@@ -70,6 +76,16 @@ EgoOptions options_of(const EgoFlags& flags) {
     fail(
         "--all-pairs and --pairs-from-reference select pairs of relative errors: "
         "give --rpe too, e.g. --rpe 1f");
+  }
+  const bool tolerates = flags.all_pairs && options.rpe &&
+                         (options.rpe->unit != DeltaUnit::frames ||
+                          std::ranges::any_of(options.rpe_lengths, [](const PairSelection& length) {
+                            return length.unit != DeltaUnit::frames;
+                          }));
+  if (flags.delta_tolerance != PairSelection{}.relative_tolerance && !tolerates) {
+    fail(
+        "--delta-tolerance selects among all pairs by m, deg, rad or s: give --all-pairs and a --rpe in one "
+        "of these units");
   }
   return options;
 }

@@ -88,6 +88,25 @@ TEST_F(EvaluateEgo, BadInputIsCode2AndOneLine) {
   }
 }
 
+TEST_F(EvaluateEgo, FlagsWithoutEffectAreRefused) {
+  const std::string rows =
+      write("kitti.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n1 0 0 0 0 1 0 0 0 0 1 3\n");
+  const auto refuse = [](const std::vector<std::string>& arguments, const std::string& flag) {
+    expect_bad_input(evaluate_ego_command(arguments), flag);
+  };
+  refuse({rows, rows, "--offset", "0.1"}, "--offset needs time stamps");
+  refuse({rows, rows, "--max-difference", "0.1"}, "--max-difference needs time stamps");
+  EXPECT_EQ(evaluate_ego_command({rows, rows, "--rate", "10", "--max-difference", "0.1"}).code, 0);
+  refuse({gt, est, "--n-to-align", "3"}, "--n-to-align: --align none");
+  refuse({gt, est, "--n-to-align", "3", "--align", "origin"}, "--n-to-align: --align origin");
+  EXPECT_EQ(evaluate_ego_command({gt, est, "--n-to-align", "4", "--align", "se3"}).code, 0);
+  refuse({gt, est, "--delta-tolerance", "0.2"}, "--delta-tolerance");
+  refuse({gt, est, "--delta-tolerance", "0.2", "--rpe", "1m"}, "--delta-tolerance");
+  refuse({gt, est, "--delta-tolerance", "0.2", "--rpe", "1f", "--all-pairs"}, "--delta-tolerance");
+  EXPECT_EQ(evaluate_ego_command({gt, est, "--delta-tolerance", "0.2", "--rpe", "1f,1m", "--all-pairs"}).code,
+            0);
+}
+
 TEST_F(EvaluateEgo, FramesUpAndInterpolationAreInTheJson) {
   const std::string ned =
       write("ned.tum", "1 0 0 0 0 0 0 1\n1.5 0 0.5 0 0 0 0 1\n3 0 2 -1 0 0 0 1\n4 1 3 -1 0 0 0 1\n");

@@ -142,8 +142,10 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
   }
   if (!options.scales) {
     for (const auto& [factor, text] : {std::pair(0.01, "centimetres"), std::pair(0.001, "millimetres")}) {
+      // An alignment with scale would keep the unit of the reference.
+      const char* or_scaled = side.name == "estimate" ? ", or give --align sim3" : "";
       table.add_of_pair("unit", fmt::format("'s positions are in {}", text),
-                        fmt::format("multiply them by {}, or give --align sim3", factor), 0.1,
+                        fmt::format("multiply them by {}{}", factor, or_scaled), 0.1,
                         [factor = factor, side](TrajectoryPair& pair) {
                           for (Eigen::Vector3d& p : (pair.*side.poses).positions_m) p *= factor;
                           return has_same_extent(pair);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
 
@@ -64,6 +65,14 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
                       const AssociationOptions& options, const std::string& name) {
   const bool range = options.start_s || options.end_s;
   if (!reference.stamps_s.empty() && !estimate.stamps_s.empty()) return by_time(reference, estimate, options);
+  const char* of_times = options.offset_s != 0 ? "--offset"
+                         : options.max_difference_s != AssociationOptions{}.max_difference_s
+                             ? "--max-difference"
+                             : nullptr;
+  if (of_times) {
+    fail("{}: {} needs time stamps in both reference and estimate: give --rate, or leave the flag out", name,
+         of_times);
+  }
   if (!estimate.frames.empty() || !reference.frames.empty()) {
     if (range && reference.stamps_s.empty()) {
       fail(
@@ -161,10 +170,48 @@ PerFrameErrors per_frame_errors(const EgoResult& r) {
   return out;
 }
 
-void warn_of_share(const EgoResult& r, const PoseSeries& reference,
+/// Parts of both trajectories that --t-start and --t-end select: all poses without these flags.
+struct EvaluatedRange {
+  size_t n_reference = 0, n_estimate = 0;  ///< numbers of poses
+  double duration = 0;                     ///< of the reference, in the units of times_of()
+
+  size_t shorter() const { return std::min(n_reference, n_estimate); }
+};
+
+/// Returns the evaluated range. An estimate without time stamps is restricted to the frame numbers of the
+/// selected poses of the reference.
+EvaluatedRange evaluated_range(const PoseSeries& reference, const PoseSeries& estimate,
+                               const AssociationOptions& options) {
+  if (reference.empty()) return {};
+  const std::vector<double> times = times_of(reference);
+  EvaluatedRange out{reference.size(), estimate.size(), times.back() - times.front()};
+  if ((!options.start_s && !options.end_s) || reference.stamps_s.empty()) return out;
+  const auto in_range = [&](double t) {
+    return !(options.start_s && t < *options.start_s) && !(options.end_s && t > *options.end_s);
+  };
+  const auto first = std::ranges::find_if(times, in_range);
+  const auto last = std::find_if_not(first, times.end(), in_range);
+  out.n_reference = static_cast<size_t>(last - first);
+  out.duration = first == last ? 0 : last[-1] - *first;
+  if (!estimate.stamps_s.empty()) {
+    out.n_estimate = static_cast<size_t>(
+        std::ranges::count_if(estimate.stamps_s, [&](double t) { return in_range(t + options.offset_s); }));
+  } else if (first == last) {
+    out.n_estimate = 0;
+  } else {
+    const std::vector<int> all = frames_of(reference);
+    const int first_frame = all[static_cast<size_t>(first - times.begin())];
+    const int last_frame = all[static_cast<size_t>(last - times.begin()) - 1];
+    out.n_estimate = static_cast<size_t>(std::ranges::count_if(
+        frames_of(estimate), [&](int frame) { return frame >= first_frame && frame <= last_frame; }));
+  }
+  return out;
+}
+
+void warn_of_share(const EgoResult& r, const EvaluatedRange& range,
                    std::vector<TrajectoryWarning>& warnings) {
   constexpr double least_share = 0.8;
-  const size_t shorter = std::min(r.n_reference, r.n_estimate);
+  const size_t shorter = range.shorter();
   const double share = static_cast<double>(r.estimate.size()) / static_cast<double>(shorter);
   if (share < least_share) {
     warnings.push_back(
@@ -172,8 +219,8 @@ void warn_of_share(const EgoResult& r, const PoseSeries& reference,
                                   "--offset and --max-difference",
                                   r.estimate.size(), shorter, 100 * share)});
   }
-  const std::vector<double> all = times_of(reference), matched = times_of(r.reference);
-  const double covered = (matched.back() - matched.front()) / (all.back() - all.front());
+  const std::vector<double> matched = times_of(r.reference);
+  const double covered = (matched.back() - matched.front()) / range.duration;
   const bool by_row = r.reference.stamps_s.empty() && r.reference.frames.empty();
   if (!by_row && covered < least_share) {
     warnings.push_back(
@@ -204,7 +251,7 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
 /// they agree well without it.
 bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector<double>& reference_times,
                     const std::vector<double>& estimate_times, bool seconds, double offset_s,
-                    std::vector<TrajectoryWarning>& warnings) {
+                    const OffsetRemedy& remedy, std::vector<TrajectoryWarning>& warnings) {
   reference.stamps_s = reference_times;
   estimate.stamps_s = estimate_times;
   if (reference.size() < 2 || estimate.size() < 2) return false;
@@ -217,8 +264,7 @@ bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector
                             found.offset_s < 0 ? "late" : "early", std::abs(found.offset_s),
                             seconds ? "s" : "frames", std::min(std::abs(found.low_s), std::abs(found.high_s)),
                             std::max(std::abs(found.low_s), std::abs(found.high_s)),
-                            seconds ? fmt::format("; try --offset {:.4f}, or --estimate-offset",
-                                                  offset_s + found.offset_s)
+                            seconds ? "; try " + remedy(offset_s + found.offset_s)
                                     : fmt::format(": add {:.0f} to its frame numbers", found.offset_s))});
     return true;
   } catch (const Error&) {  // the motions do not determine the offset
@@ -228,7 +274,7 @@ bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector
 
 /// Warns if a lag remains after the given offset; returns true if it does.
 bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
-                 std::vector<TrajectoryWarning>& warnings) {
+                 const OffsetRemedy& remedy, std::vector<TrajectoryWarning>& warnings) {
   const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   std::vector<double> a, b;
   if (seconds) {
@@ -243,16 +289,15 @@ bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double
   constexpr size_t most_poses = 20'000;  // longer recordings are examined by estimate_lag() alone
   if (!lag) {
     return std::max(a.size(), b.size()) <= most_poses &&
-           warn_of_offset(reference, estimate, a, b, seconds, offset_s, warnings);
+           warn_of_offset(reference, estimate, a, b, seconds, offset_s, remedy, warnings);
   }
-  const std::string remedy =
-      seconds ? fmt::format("; try --offset {:.4f}, or --estimate-offset", offset_s - lag->lag) : "";
+  const std::string advice = seconds ? "; try " + remedy(offset_s - lag->lag) : "";
   warnings.push_back(
       {"lag",
        fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
                    "shift, {:.3f} without{}",
                    lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
-                   lag->correlation, lag->correlation_0, remedy)});
+                   lag->correlation, lag->correlation_0, advice)});
   return true;
 }
 
@@ -262,15 +307,9 @@ bool has_code(const std::vector<TrajectoryWarning>& warnings, const std::string&
 
 /// Throws Error if too few poses match for a meaningful result.
 void check_matched(const EgoResult& r, const EgoReference& reference, const PoseSeries& estimate,
-                   const EgoOptions& options, const AssociationOptions& association) {
-  const auto in_range = [&](double t) {
-    return !(association.start_s && t < *association.start_s) &&
-           !(association.end_s && t > *association.end_s);
-  };
-  size_t n_reference = reference.poses.size();
-  if (!reference.poses.stamps_s.empty())
-    n_reference = static_cast<size_t>(std::ranges::count_if(reference.poses.stamps_s, in_range));
-  const size_t shorter = std::min(n_reference, r.n_estimate);
+                   const EgoOptions& options, const AssociationOptions& association,
+                   const EvaluatedRange& range) {
+  const size_t shorter = range.shorter();
   if (r.estimate.size() >= fewest_matched(shorter)) return;
   const std::string what =
       r.estimate.empty()
@@ -279,6 +318,12 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
                         r.estimate.size(), shorter, reference.side.name, fewest_matched(shorter));
   const bool stamped = !reference.poses.stamps_s.empty() && !estimate.stamps_s.empty();
   if (!stamped) fail("{}: {}: check the frame numbers", r.name, what);
+  if (r.offset && !options.interpolate_max_gap_s) {
+    fail(
+        "{}: {} within --max-difference {} s after --estimate-offset has added {:.6f} s to the estimate's "
+        "time stamps: give {} too, which needs no common time stamps",
+        r.name, what, association.max_difference_s, r.offset_s, interpolate_flag(reference.poses.stamps_s));
+  }
   fail("{}: {} within --{} s: {}", r.name, what,
        options.interpolate_max_gap_s ? fmt::format("interpolate {}", *options.interpolate_max_gap_s)
                                      : fmt::format("max-difference {}", association.max_difference_s),
@@ -287,7 +332,7 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
 
 /// Warns of a shift by whole rows that remains after the association.
 std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const AlignmentChoice& choice,
-                                                  double offset_s) {
+                                                  double offset_s, const OffsetRemedy& remedy) {
   const bool stamped = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
   const std::vector<int> frames = frames_of(r.reference);
   for (size_t i = 1; !stamped && i < frames.size(); ++i) {
@@ -299,9 +344,8 @@ std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const Alig
                          n_rows);
     });
   const double step_s = median_step(r.reference.stamps_s);
-  return warning_of_rows_shifted(r.reference, r.estimate, choice, [&](int n_rows) {
-    return fmt::format("give --offset {:.6g}, or --estimate-offset", offset_s + n_rows * step_s);
-  });
+  return warning_of_rows_shifted(r.reference, r.estimate, choice,
+                                 [&](int n_rows) { return "give " + remedy(offset_s + n_rows * step_s); });
 }
 
 void put_errors(EgoResult& r, const EgoOptions& options) {
@@ -407,6 +451,18 @@ int EgoResult::row_of(size_t i) const {
   return reference_rows[pairs.empty() ? i : static_cast<size_t>(pairs[i].second)];
 }
 
+std::vector<double> EgoResult::times_of_matches() const {
+  std::vector<double> times = reference.stamps_s;
+  if (times.empty() && !reference.frames.empty())
+    times.assign(reference.frames.begin(), reference.frames.end());
+  if (times.empty()) times.assign(reference_rows.begin(), reference_rows.end());
+  const bool repeats = std::ranges::adjacent_find(times, std::greater_equal()) != times.end();
+  if (!repeats || estimate.stamps_s.empty()) return times;
+  times = estimate.stamps_s;
+  for (double& t : times) t += offset_s;
+  return times;
+}
+
 std::string EgoResult::text_of(const TrajectoryWarning& warning) const {
   const bool names_file = warning.text.starts_with(file + ":") || warning.text.starts_with(name + ":");
   return names_file ? warning.text : fmt::format("{}: {}", name, warning.text);
@@ -435,7 +491,8 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   };
   to_camera(estimate.poses, options.estimate_frame);
   add(warnings_of_pair(reference.poses, reference.side, estimate.poses,
-                       {name, estimate.comments, estimate.format}));
+                       {name, estimate.comments, estimate.format},
+                       options.interpolate_max_gap_s.has_value()));
   AssociationOptions association = options.association;
   if (options.estimate_offset) {
     if (reference.poses.stamps_s.empty() || estimate.poses.stamps_s.empty())
@@ -443,34 +500,38 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     r.offset = estimate_offset(reference.poses, estimate.poses, association.offset_s, name);
     association.offset_s = r.offset->offset_s;
   }
+  r.offset_s = association.offset_s;
+  const OffsetRemedy remedy(reference.poses.stamps_s, options.interpolate_max_gap_s.has_value());
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
   const bool clock_is_reported =
-      warn_of_lag(reference.poses, estimate.poses, association.offset_s, r.warnings) ||
+      warn_of_lag(reference.poses, estimate.poses, association.offset_s, remedy, r.warnings) ||
       options.estimate_offset;
   if (options.interpolate_max_gap_s)
     match_interpolated(reference.poses, estimate.poses, association, *options.interpolate_max_gap_s, r);
   else
     match(reference.poses, estimate.poses, association, r);
-  check_matched(r, reference, estimate.poses, options, association);
+  const EvaluatedRange range = evaluated_range(reference.poses, estimate.poses, association);
+  check_matched(r, reference, estimate.poses, options, association, range);
   estimate.poses = {};  // `r` holds the matched poses
-  warn_of_share(r, reference.poses, r.warnings);
+  warn_of_share(r, range, r.warnings);
   add(warnings_of_matched(r.reference, r.estimate));
 
   if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
     r.umeyama_scale = u->y_from_x.scale;
   const AlignmentChoice choice = {options.alignment, options.n_to_align,
                                   options.up.value_or(Eigen::Vector3d::Zero())};
-  const auto clock = clock_is_reported
-                         ? std::nullopt
-                         : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice);
+  const auto clock =
+      clock_is_reported ? std::nullopt
+                        : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice, remedy);
   if (clock) add({*clock});  // a shifted clock would cause the other findings
   if (!clock) {
     const size_t n = r.warnings.size();
     add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame,
                                  options.reference_frame));
     const bool explained = r.warnings.size() > n;
-    const auto shift =
-        clock_is_reported || explained ? std::nullopt : warning_of_shift(r, choice, association.offset_s);
+    const auto shift = clock_is_reported || explained
+                           ? std::nullopt
+                           : warning_of_shift(r, choice, association.offset_s, remedy);
     if (shift) add({*shift});
     const bool by_convention = explained && !has_code(r.warnings, "lever_arm") &&
                                !has_code(r.warnings, "yaw") && !has_code(r.warnings, "world");

@@ -94,6 +94,7 @@ struct EgoResult {
   /// Row of each matched pose in the given reference; the nearest row if the reference was interpolated
   std::vector<int> reference_rows;
   AlignmentResult alignment;
+  double offset_s = 0;                   ///< added to the estimate's time stamps, as given or as estimated
   std::optional<OffsetEstimate> offset;  ///< the estimated offset, if one was requested
   std::optional<Interpolation> interpolation;
   double umeyama_scale = 1;     ///< scale of the matched positions; 1 if they do not determine one
@@ -108,6 +109,10 @@ struct EgoResult {
 
   /// Row of the reference that error i belongs to: the row of the pose, or of the second pose of the pair.
   int row_of(size_t i) const;
+  /// Returns one strictly ascending time per match: the reference's time stamp, or its frame number, or its
+  /// row, both as numbers. If several poses of the estimate match the same pose of the reference, the times
+  /// are the stamps of the estimate on the reference's clock.
+  std::vector<double> times_of_matches() const;
   /// Formats "NAME: TEXT", or the text alone if it already begins with the estimate's file or name.
   std::string text_of(const TrajectoryWarning& warning) const;
 };

@@ -64,6 +64,67 @@ TEST(EgoEvaluation, DifferentRatesAreReported) {
   EXPECT_THAT(evaluate(drive(900, 30), noisy(drive(300, 10))).warnings, ElementsAre(code("rates")));
 }
 
+TEST(EgoEvaluation, AnInterpolatedReferenceHasTheRateOfTheEstimate) {
+  const EgoResult r = evaluate(drive(100, 2), noisy(drive(490, 10)), {.interpolate_max_gap_s = 0.6});
+  EXPECT_THAT(r.warnings,
+              Contains(testing::AllOf(code("rates"), text("errors in frames span the estimate's steps"))));
+  EXPECT_THAT(r.warnings, Not(Contains(text("matched at the lower one"))));
+}
+
+TEST(EgoEvaluation, ARangeOfTimeIsNoLackOfPartners) {
+  EgoOptions options;
+  options.association.start_s = 105;
+  options.association.end_s = 115;
+  for (const double offset_s : {0.0, -500.0}) {
+    PoseSeries estimate = noisy(drive(300, 10));
+    for (double& t : estimate.stamps_s) t -= offset_s;
+    options.association.offset_s = offset_s;
+    const EgoResult r = evaluate(drive(300, 10), estimate, options);
+    EXPECT_THAT(r.warnings, IsEmpty()) << offset_s;
+    EXPECT_EQ(r.errors.size(), 101);
+    for (size_t i = 70; i < estimate.size(); ++i) estimate.stamps_s[i] += 0.05;
+    const EgoResult less = evaluate(drive(300, 10), estimate, options);
+    EXPECT_THAT(less.warnings, Contains(text("only 20 of 100 poses (20 %) have a partner")));
+    EXPECT_THAT(less.warnings, Contains(text("the estimate covers 19 % of the reference's duration")));
+  }
+  PoseSeries frames = noisy(drive(300, 10)), reference = drive(300, 10);
+  for (int i = 0; i < 300; ++i) frames.frames.push_back(i);
+  reference.frames = frames.frames;
+  frames.stamps_s.clear();
+  options.association.offset_s = 0;
+  EXPECT_THAT(evaluate(reference, frames, options).warnings, IsEmpty()) << "matched by frame number";
+}
+
+TEST(EgoEvaluation, FlagsOfTimesNeedTimes) {
+  PoseSeries reference = drive(50, 10), estimate = noisy(drive(50, 10));
+  reference.stamps_s.clear();
+  for (const bool both : {false, true}) {
+    if (both) estimate.stamps_s.clear();
+    for (int i = 0; i < 50 && !both; ++i) estimate.frames.push_back(i);
+    EgoOptions options;
+    EXPECT_EQ(evaluate(reference, estimate, options).errors.size(), 50);
+    options.association.offset_s = 0.1;
+    expect_error([&] { evaluate(reference, estimate, options); }, "--offset needs time stamps in both");
+    options.association = {.max_difference_s = 0.05};
+    expect_error([&] { evaluate(reference, estimate, options); }, "--max-difference needs time stamps");
+  }
+}
+
+TEST(EgoEvaluation, AnEstimatedOffsetIsAdvisedWithInterpolation) {
+  const PoseSeries truth = drive(600, 10), late = noisy(drive(600, 10, -0.25));
+  EgoOptions options;
+  EXPECT_THAT(evaluate(truth, late, options).warnings,
+              Contains(text("--estimate-offset --interpolate 0.15")));
+  options.estimate_offset = true;
+  expect_error([&] { evaluate(truth, late, options); }, "give --interpolate 0.15 too");
+  options.interpolate_max_gap_s = 0.15;
+  EXPECT_THAT(evaluate(truth, late, options).warnings, IsEmpty());
+  options.estimate_offset = false;
+  const EgoResult interpolated = evaluate(truth, late, options);
+  EXPECT_THAT(interpolated.warnings, Contains(text("or --estimate-offset")));
+  EXPECT_THAT(interpolated.warnings, Not(Contains(text("--estimate-offset --interpolate"))));
+}
+
 TEST(EgoEvaluation, ADenserAndLongerEstimateMayBeTheTruth) {
   EXPECT_THAT(evaluate(drive(200, 10), noisy(drive(900, 30))).warnings, Contains(code("swapped")));
 }

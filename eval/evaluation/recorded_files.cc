@@ -255,9 +255,21 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
 
 void write_tum(const EgoScores& scores, const std::string& folder) {
   const FolderLock lock(folder);
-  write_file(fs::path(folder) / "reference.tum", encode_tum(scores.runs.front().reference));
-  for (size_t i = 0; i < scores.runs.size(); ++i)
-    write_file(fs::path(folder) / fmt::format("estimate_{}.tum", i), encode_tum(scores.runs[i].estimate));
+  std::vector<std::vector<double>> times;
+  for (const EgoResult& run : scores.runs) times.push_back(run.times_of_matches());
+  bool one_reference = true;
+  for (size_t i = 1; i < scores.runs.size(); ++i) {
+    one_reference = one_reference && times[i] == times[0] &&
+                    scores.runs[i].reference.positions_m == scores.runs[0].reference.positions_m;
+  }
+  for (size_t i = 0; i < scores.runs.size(); ++i) {
+    const EgoResult& run = scores.runs[i];
+    if (i == 0 || !one_reference) {
+      const std::string name = one_reference ? "reference.tum" : fmt::format("reference_{}.tum", i);
+      write_file(fs::path(folder) / name, encode_tum(run.reference, times[i]));
+    }
+    write_file(fs::path(folder) / fmt::format("estimate_{}.tum", i), encode_tum(run.estimate, times[i]));
+  }
 }
 
 ObjectScores evaluate_object_files(const ObjectFiles& files) {

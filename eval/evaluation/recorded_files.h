@@ -41,7 +41,9 @@ struct EgoScores {
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options);
 
 /// Writes estimate_<i>.tum, the matched poses of run i (from 0) after the alignment, and reference.tum, the
-/// poses of the reference that the first run matches.
+/// poses of the reference that the runs match. If the runs match different poses, reference_<i>.tum is
+/// written for each run instead. Both files of a pair have the times EgoResult::times_of_matches(), so an
+/// evaluation of the pair without alignment gives the absolute errors of the run.
 void write_tum(const EgoScores& scores, const std::string& folder);
 
 /// Treatment of estimates that are the identity although the object moves: they count as estimates, or as

@@ -72,6 +72,95 @@ TEST_F(PosesWithoutTime, ARateThatIsOfNoUseOrNoneIsAnError) {
   expect_error([&] { rmse(); }, "all of these have some");
 }
 
+/// Evaluates with --save-tum, and evaluates each saved pair without an alignment.
+class SavedTum : public testing::Test {
+ protected:
+  /// Writes the poses of these frames of a path; `line_of` formats what stands before and after a pose.
+  template <typename Line>
+  std::string write(const std::string& name, const std::vector<double>& frames, double error_m,
+                    const Line& line_of) {
+    std::string text;
+    for (const double frame : frames) {
+      const double a = 0.1 * frame;
+      text += line_of(frame, SE3(Eigen::Quaterniond(Eigen::AngleAxisd(a, Eigen::Vector3d::UnitY())),
+                                 {std::sin(a) + error_m * std::cos(7 * frame), -0.3 * a, 2 * a}));
+    }
+    return folder_.write(name, text);
+  }
+  std::string tum(const std::string& name, const std::vector<double>& frames, double error_m,
+                  double shift_s = 0) {
+    return write(name, frames, error_m, [shift_s](double frame, const SE3& T) {
+      return fmt::format("{} {}", frame / rate_hz + shift_s, seven(T));
+    });
+  }
+  std::string kitti(const std::string& name, const std::vector<double>& frames, double error_m,
+                    bool numbered) {
+    return write(name, frames, error_m, [numbered](double frame, const SE3& T) {
+      const Eigen::Matrix4d M = T.matrix();
+      std::string line = numbered ? fmt::format("{} ", frame) : "";
+      for (int i = 0; i < 12; ++i) line += fmt::format("{:.17g}{}", M(i / 4, i % 4), i < 11 ? ' ' : '\n');
+      return line;
+    });
+  }
+  static std::vector<double> frames(double first, double last, double step = 1) {
+    std::vector<double> out;
+    for (double frame = first; frame <= last; frame += step) out.push_back(frame);
+    return out;
+  }
+  void expect_pairs_agree(const std::string& reference, const std::vector<std::string>& estimates,
+                          const EgoOptions& options, bool one_reference = true) {
+    const EgoScores scores = evaluate_ego_files({.reference = reference, .estimates = estimates}, options);
+    const fs::path saved = folder_.path() / "saved";
+    write_tum(scores, saved);
+    EXPECT_EQ(fs::exists(saved / "reference.tum"), one_reference);
+    for (size_t i = 0; i < estimates.size(); ++i) {
+      const std::string name = one_reference ? "reference.tum" : fmt::format("reference_{}.tum", i);
+      const EgoFiles pair{.reference = saved / name,
+                          .estimates = {saved / fmt::format("estimate_{}.tum", i)}};
+      const EgoResult again = evaluate_ego_files(pair, {}).runs.front();
+      EXPECT_EQ(again.errors.size(), scores.runs[i].errors.size());
+      EXPECT_GT(again.statistics.rmse, 1e-3);
+      EXPECT_NEAR(again.statistics.rmse, scores.runs[i].statistics.rmse, 1e-12);
+    }
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(SavedTum, APairHasOneClockAfterAnOffset) {
+  EgoOptions options{.alignment = Alignment::se3};
+  options.association.offset_s = -0.4;
+  expect_pairs_agree(tum("gt.tum", frames(0, 40), 0), {tum("late.tum", frames(0, 40), 0.05, 0.4)}, options);
+}
+
+TEST_F(SavedTum, APairHasTheFrameNumbersOfTheReference) {
+  std::vector<double> with_gap = frames(0, 12);
+  for (const double frame : frames(20, 40)) with_gap.push_back(frame);
+  expect_pairs_agree(kitti("gt.txt", frames(0, 40), 0, false), {kitti("gap.txt", with_gap, 0.05, true)}, {});
+}
+
+TEST_F(SavedTum, AnInterpolatedReferenceHasTheStampsOfTheEstimate) {
+  EgoOptions options{.interpolate_max_gap_s = 1};
+  options.association.offset_s = -0.3;
+  expect_pairs_agree(tum("gt.tum", frames(0, 40, 4), 0), {tum("dense.tum", frames(0, 40), 0.05, 0.3)},
+                     options);
+}
+
+TEST_F(SavedTum, PosesThatMatchTheSamePoseHaveStampsOfTheirOwn) {
+  EgoOptions options;
+  options.association.max_difference_s = 0.11;
+  options.association.offset_s = -0.02;
+  expect_pairs_agree(tum("gt.tum", frames(0, 100), 0), {tum("twice.tum", frames(10, 20, 0.5), 0.05, 0.02)},
+                     options);
+}
+
+TEST_F(SavedTum, RunsThatMatchOtherPosesHaveReferencesOfTheirOwn) {
+  const std::string gt = tum("gt.tum", frames(0, 40), 0), all = tum("all.tum", frames(0, 40), 0.05);
+  expect_pairs_agree(gt, {all, tum("other.tum", frames(0, 40), 0.03)}, {});
+  fs::remove_all(folder_.path() / "saved");
+  expect_pairs_agree(gt, {all, tum("part.tum", frames(5, 30), 0.03)}, {}, false);
+}
+
 TEST(PosesWithoutTimeReal, TartanairAgainstItself) {
   SEXTANT_NEEDS_DATA("tartanair2_abs_P000");
   const std::string poses = real_data("tartanair2_abs_P000") / "pose_lcam_front.txt";

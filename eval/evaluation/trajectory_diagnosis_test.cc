@@ -163,6 +163,8 @@ std::vector<PlantedMistake> plants() {
   using S = PoseSeries;
   return {
       {"estimate inverse", [](S&, S& e) { invert(e); }, "inverse", "the estimate holds inverse poses"},
+      {"estimate inverse, both named", [](S&, S& e) { invert(e); }, "inverse",
+       "give --inverse; the other way round, the reference holds inverse poses"},
       {"reference inverse", [](S& r, S&) { invert(r); }, "inverse", "--ref-inverse"},
       {"both inverse", [](S& r, S& e) { invert(r), invert(e); }, "inverse", "both files"},
       {"estimate w first", [](S&, S& e) { w_first(e); }, "columns", "w first"},
@@ -173,6 +175,8 @@ std::vector<PlantedMistake> plants() {
        },
        "transposed", "transpose the rotation"},
       {"estimate cm", [](S&, S& e) { scaled(e, 100); }, "unit", "centimetres"},
+      {"reference mm", [](S& r, S&) { scaled(r, 1000); }, "unit",
+       "the reference's positions are in millimetres: multiply them by 0.001 ("},
       {"estimate mm", [](S&, S& e) { scaled(e, 1000); }, "unit", "millimetres"},
       {"estimate opengl", [=](S&, S& e) { turned(e, gl, gl.transpose()); }, "axes", "--axes opengl"},
       {"estimate ned", [=](S&, S& e) { turned(e, ned.transpose(), ned); }, "axes", "--axes ned"},

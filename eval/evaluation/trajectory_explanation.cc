@@ -18,7 +18,7 @@ namespace {
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 Agreement agreement(const PoseSeries& reference, const PoseSeries& estimate) {
-  Agreement out;
+  Agreement out{.n = reference.size()};
   const bool rotations = reference.has_rotations() && estimate.has_rotations();
   for (size_t i = 0; i < reference.size(); ++i) {
     out.squares += (reference.positions_m[i] - estimate.positions_m[i]).squaredNorm();
@@ -154,7 +154,7 @@ double residual(const Agreement& agreement, const PoseSeries& reference, bool wi
   double variance = 0;
   for (const Eigen::Vector3d& p : reference.positions_m) variance += (p - mean).squaredNorm() / n;
   const double angle = agreement.angle_deg * std::numbers::pi / 180;
-  return agreement.squares / n / std::max(variance, least_m2) + (with_rotations ? angle * angle : 0);
+  return agreement.mean_squares_m2() / std::max(variance, least_m2) + (with_rotations ? angle * angle : 0);
 }
 
 /// Fits the constant rotation of the body axes, applied from the right, that is nearest to the differences of
@@ -183,25 +183,51 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
       remedy, residual(agreement(pair.reference, estimate), pair.reference, true), price};
 }
 
-/// Chooses between a reading of the estimate and one of the reference that explain the pair equally well: the
-/// side that looks wrong by itself is blamed. Inverse poses have a longer path than those of a camera.
-Reading chosen(const Explanation& found, const TrajectoryPair& pair) {
-  for (const Reading& other : found.alike) {
-    if (other.code != found.best.code || other.cause.starts_with("the estimate")) continue;
-    bool of_reference = explain_alone(pair.reference) && !explain_alone(pair.estimate);
-    if (other.code == "inverse" && !explain_alone(pair.estimate))
-      of_reference =
-          of_reference || path_in_pieces_m(pair.reference) > 1.02 * path_in_pieces_m(pair.estimate);
-    Reading best = of_reference ? other : found.best;
-    best.remedy += fmt::format("; the other way round, {}: {}", of_reference ? found.best.cause : other.cause,
-                               of_reference ? found.best.remedy : other.remedy);
-    return best;
-  }
-  return found.best;
+bool is_of_estimate(const Reading& reading) { return reading.cause.starts_with("the estimate"); }
+
+/// Returns the ratio of the length of the path as declared to that of the inverted poses, whatever the scale.
+/// Inverse poses have a longer path than those of a camera.
+double path_ratio_to_inverse(const PoseSeries& poses) {
+  PoseSeries inverted = poses;
+  invert(inverted);
+  return path_in_pieces_m(poses) / path_in_pieces_m(inverted);
 }
 
-std::string agreement_text(const Agreement& a, size_t n, bool with_rotations) {
-  std::string text = fmt::format("position RMSE {:.3g} m", std::sqrt(a.squares / static_cast<double>(n)));
+/// Returns true if the reference rather than the estimate looks wrong by itself.
+bool reference_looks_wrong(const std::string& code, const TrajectoryPair& pair) {
+  constexpr double least_ratio = 1.02;
+  const bool reference = explain_alone(pair.reference).has_value();
+  const bool estimate = explain_alone(pair.estimate).has_value();
+  if (reference != estimate) return reference;
+  return code == "inverse" && path_ratio_to_inverse(pair.reference) > least_ratio &&
+         path_ratio_to_inverse(pair.reference) > path_ratio_to_inverse(pair.estimate);
+}
+
+/// Chooses between the readings of the estimate and of the reference that have the code of the best one: the
+/// side that looks wrong by itself is blamed, and the other one is named as well. If the poses of one side
+/// are inverse, transposed or have exchanged columns, the same reading of the other side makes both agree,
+/// too, but with another residual, because it changes the extent of the path. For these codes it suffices
+/// that both readings explain the pair by the rule of hypothesis.h.
+Reading chosen(const Explanation& found, const std::vector<Reading>& readings, const TrajectoryPair& pair) {
+  const std::string& code = found.best.code;
+  const bool has_mirror_image = code == "inverse" || code == "columns" || code == "transposed";
+  const Reading* other = nullptr;
+  for (const Reading& reading : has_mirror_image ? readings : found.alike) {
+    if (reading.code != code || is_of_estimate(reading) == is_of_estimate(found.best)) continue;
+    if (explains_times * reading.residual > found.declared) continue;
+    if (!other || reading.residual < other->residual) other = &reading;
+  }
+  if (!other) return found.best;
+  const bool of_reference = reference_looks_wrong(code, pair);
+  const bool keeps_best = of_reference != is_of_estimate(found.best);
+  Reading best = keeps_best ? found.best : *other;
+  const Reading& second = keeps_best ? *other : found.best;
+  best.remedy += fmt::format("; the other way round, {}: {}", second.cause, second.remedy);
+  return best;
+}
+
+std::string agreement_text(const Agreement& a, bool with_rotations) {
+  std::string text = fmt::format("position RMSE {:.3g} m", std::sqrt(a.mean_squares_m2()));
   if (with_rotations) text += fmt::format(", mean rotation error {:.1f} deg", a.angle_deg);
   return text;
 }
@@ -230,18 +256,18 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   std::erase_if(readings, [](const Reading& reading) { return reading.residual > explained; });
   const auto found = explain(declared, readings, {.negligible = negligible});
   if (!found) return std::nullopt;
-  const Reading best = chosen(*found, pair);
+  const Reading best = chosen(*found, readings, pair);
   std::string others;
   std::set<std::string> named = {best.code};
   for (const Reading& other : found->alike) {
     constexpr size_t most = 3;
-    const bool same_side = other.cause.starts_with("the estimate") == best.cause.starts_with("the estimate");
+    const bool same_side = is_of_estimate(other) == is_of_estimate(best);
     if (same_side && named.size() < most && named.insert(other.code).second)
       others += fmt::format("; or {}: {}", other.cause, other.remedy);
   }
   std::string with;
   if (choice.alignment != given) with = fmt::format(", with --align {}", to_string(choice.alignment));
-  std::string rest = agreement_text(*now, pair.estimate.size(), rotations);
+  std::string rest = agreement_text(*now, rotations);
   return TrajectoryWarning{
       best.code,
       fmt::format("{}: {}{}{} (declared reading{}: {}; read so, the squared error is {:.3g} times smaller)",
@@ -380,7 +406,7 @@ std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all
   const auto rmse = [&](Alignment alignment, const Eigen::Vector3d& up) -> std::optional<double> {
     const auto found = aligned_agreement(reference, estimate, {alignment, 0, up});
     if (!found) return std::nullopt;
-    return std::sqrt(found->squares / static_cast<double>(reference.size()));
+    return std::sqrt(found->mean_squares_m2());
   };
   const auto now = rmse(choice.alignment, choice.up);
   const auto se3 = rmse(Alignment::se3, {}), sim3 = rmse(Alignment::sim3, {});

@@ -46,8 +46,11 @@ inline constexpr double largest_left_share = 0.5;
 
 /// Differences between two paths.
 struct Agreement {
+  size_t n = 0;          ///< number of compared poses, which thinned() may have reduced
   double squares = 0;    ///< sum of squared distances, m^2
   double angle_deg = 0;  ///< mean angle between rotations
+
+  double mean_squares_m2() const { return squares / static_cast<double>(n); }
 };
 
 /// Takes every k-th of the `n` poses from pose `first` on, at most 1000, which suffice for one constant. The

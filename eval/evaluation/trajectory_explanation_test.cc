@@ -4,6 +4,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/geometry/axes.h"
@@ -151,6 +152,21 @@ TEST(Explanation, QuaternionsInAnotherOrder) {
   }
 }
 
+TEST(Explanation, TheRmseOfALongPathIsThatOfAllPoses) {
+  for (const int n : {400, 2400}) {
+    PoseSeries estimate = flight(n);
+    for (Eigen::Vector3d& p : estimate.positions_m) p *= 100;
+    double squares = 0;
+    for (size_t i = 0; i < estimate.size(); ++i)
+      squares += (estimate.positions_m[i] - flight(n).positions_m[i]).squaredNorm() / n;
+    const auto reported = warnings(flight(n), estimate);
+    ASSERT_THAT(reported, ElementsAre(has_code("unit")));
+    const size_t at = reported[0].text.find("position RMSE ");
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_NEAR(std::stod(reported[0].text.substr(at + 14)) / std::sqrt(squares), 1, 0.01) << n;
+  }
+}
+
 // ---- The same mistakes, planted in recorded trajectories.
 
 struct Real {
@@ -240,6 +256,18 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
     if (times * times > 2.5) {  // the shift causes most of the squared error
       EXPECT_THAT(reported.warnings, Contains(has_code("lag"))) << late_s << " s late";
     }
+  }
+}
+
+TEST_P(PlantedInRealTrajectories, InverseEstimates) {
+  PoseSeries planted = real.estimate;
+  invert(planted);
+  for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
+    const EgoResult r = evaluate(planted, {.alignment = how});
+    const auto inverse = std::ranges::find(r.warnings, "inverse", &TrajectoryWarning::code);
+    ASSERT_NE(inverse, r.warnings.end()) << to_string(how);
+    EXPECT_THAT(inverse->text, StartsWith("the estimate holds inverse poses")) << to_string(how);
+    EXPECT_THAT(inverse->text, HasSubstr("--ref-inverse")) << to_string(how);
   }
 }
 

@@ -19,6 +19,10 @@ double median_step(const std::vector<double>& times) {
   return middle_of(steps);
 }
 
+std::string interpolate_flag(const std::vector<double>& reference_stamps_s) {
+  return fmt::format("--interpolate {:.3g}", 1.5 * median_step(reference_stamps_s));
+}
+
 namespace {
 
 /// Length (m) and angle (rad) of the step to pose i; the angle is 0 without rotations.
@@ -431,7 +435,7 @@ std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSer
   matched.keep(at.asked);
   const auto found = aligned_agreement(at.poses, std::move(matched), choice);
   if (!found) return std::nullopt;
-  return found->squares / static_cast<double>(at.asked.size());
+  return found->mean_squares_m2();
 }
 
 /// Returns the mean squared difference of the steps, m^2: of the lengths of their translations, and of their
@@ -467,7 +471,8 @@ double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate,
 }  // namespace
 
 std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
-                                                  double offset_s, const AlignmentChoice& choice) {
+                                                  double offset_s, const AlignmentChoice& choice,
+                                                  const OffsetRemedy& remedy) {
   if (reference.stamps_s.empty() || estimate.stamps_s.empty() || reference.size() < fewest_explained_poses ||
       estimate.size() < fewest_explained_poses)
     return std::nullopt;
@@ -495,9 +500,9 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
     if (is_zero || !explains(then)) return std::nullopt;
     return TrajectoryWarning{
         "lag", fmt::format("the estimate's clock is {} by {:.3g} s, which explains {:.0f} % of the squared "
-                           "errors; try --offset {:.4f}, or --estimate-offset",
+                           "errors; try {}",
                            shift_s < 0 ? "late" : "early", std::abs(shift_s), 100 * (1 - *then / *now),
-                           found.offset_s)};
+                           remedy(found.offset_s))};
   } catch (const Error&) {
     return std::nullopt;
   }

@@ -16,6 +16,8 @@
 //   interval  95 %, by the jackknife over 20 stretches of time with Student's t. It does not include errors
 //             that persist throughout the recording
 
+#include <fmt/format.h>
+
 #include <functional>
 #include <optional>
 #include <string>
@@ -42,6 +44,27 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
                                         const std::vector<double>& reference_times,
                                         const PoseSeries& estimate,
                                         const std::vector<double>& estimate_times);
+
+/// Formats "--interpolate GAP" with 1.5 times the reference's median time step, which bridges its usual
+/// steps. Needs at least two stamps.
+std::string interpolate_flag(const std::vector<double>& reference_stamps_s);
+
+/// Formats the flags that correct the estimate's clock. An estimated offset need not be a multiple of the
+/// time steps, so --estimate-offset is named with --interpolate unless the reference is interpolated already.
+class OffsetRemedy {
+ public:
+  OffsetRemedy(const std::vector<double>& reference_stamps_s, bool interpolates)
+      : interpolate_(
+            interpolates || reference_stamps_s.size() < 2 ? "" : " " + interpolate_flag(reference_stamps_s)) {
+  }
+  /// Returns e.g. "--offset -0.2500, or --estimate-offset --interpolate 0.15".
+  std::string operator()(double offset_s) const {
+    return fmt::format("--offset {:.4f}, or --estimate-offset{}", offset_s, interpolate_);
+  }
+
+ private:
+  std::string interpolate_;
+};
 
 /// Offset to add to the estimate's stamps, with its interval.
 struct OffsetEstimate {
@@ -75,7 +98,8 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
 /// Warns of a shift of the clocks. Takes the whole reference and the matched estimate with its own stamps;
 /// `offset_s` is the offset that was added to these stamps for the association.
 std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
-                                                  double offset_s, const AlignmentChoice& choice);
+                                                  double offset_s, const AlignmentChoice& choice,
+                                                  const OffsetRemedy& remedy);
 
 /// Warns if a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors of the
 /// path or of its steps. `remedy` formats the advice, given the number of frames to add to the estimate's.

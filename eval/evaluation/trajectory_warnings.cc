@@ -53,7 +53,7 @@ bool claims_estimate(const TrajectorySide& side) {
 std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const TrajectorySide& reference_side,
                                                 const PoseSeries& estimate,
-                                                const TrajectorySide& estimate_side) {
+                                                const TrajectorySide& estimate_side, bool interpolates) {
   std::vector<TrajectoryWarning> warnings;
   const bool by_name = (claims_truth(estimate_side) && !claims_truth(reference_side)) ||
                        (claims_estimate(reference_side) && !claims_estimate(estimate_side));
@@ -85,9 +85,11 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
   if (ratio > 1.5 || ratio < 1 / 1.5) {
     warnings.push_back(
         {"rates",
-         fmt::format("different rates: reference {:.4g} Hz, estimate {:.4g} Hz; poses are matched at "
-                     "the lower one, and relative errors in frames span its steps",
-                     1 / step_a, 1 / step_b)});
+         fmt::format("different rates: reference {:.4g} Hz, estimate {:.4g} Hz; {}", 1 / step_a, 1 / step_b,
+                     interpolates ? "the reference is interpolated at the estimate's time stamps, "
+                                    "and relative errors in frames span the estimate's steps"
+                                  : "poses are matched at the lower one, and relative errors in "
+                                    "frames span its steps")});
   }
   return warnings;
 }
@@ -311,10 +313,9 @@ std::string explain_unmatched(const PoseSeries& reference, const PoseSeries& est
     return distances[distances.size() / 2];
   }();
   if (nearest <= 1 && a.size() > 1 && nearest <= 2 * median_step(a)) {
-    return text + fmt::format(
-                      "; the nearest stamps are {:.3g} s apart in the median: give --max-difference, or "
-                      "--interpolate {:.3g}",
-                      nearest, 1.5 * median_step(a));
+    return text +
+           fmt::format("; the nearest stamps are {:.3g} s apart in the median: give --max-difference, or {}",
+                       nearest, interpolate_flag(a));
   }
   return text +
          ": check the clocks, the unit of time (a header 't [ms]' names it), --offset and --max-difference";

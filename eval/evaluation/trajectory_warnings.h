@@ -45,11 +45,13 @@ struct TrajectorySide {
   std::string format;
 };
 
-/// Checks that need no association: swapped, clock, rates.
+/// Checks that need no association: swapped, clock, rates. `interpolates`: the reference is interpolated at
+/// the estimate's time stamps.
 std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const TrajectorySide& reference_side,
                                                 const PoseSeries& estimate,
-                                                const TrajectorySide& estimate_side);
+                                                const TrajectorySide& estimate_side,
+                                                bool interpolates = false);
 
 /// Checks after the association and before the alignment: jump, repeated_poses, identity, identical.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);

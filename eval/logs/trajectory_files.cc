@@ -7,6 +7,7 @@
 #include <iterator>
 #include <new>
 
+#include "sextant/base/error.h"
 #include "sextant/base/names.h"
 #include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/pose_collector.h"
@@ -397,13 +398,15 @@ TrajectoryFile decode_trajectory(std::string_view bytes, const std::string& form
   return read_trajectory(file.path(), format);
 }
 
-std::string encode_tum(const PoseSeries& poses) {
+std::string encode_tum(const PoseSeries& poses, std::span<const double> times) {
+  SEXTANT_CHECK(times.empty() || times.size() == poses.size());
   std::string out;
   for (size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Vector3d& p = poses.positions_m[i];
-    const double t = !poses.stamps_s.empty() ? poses.stamps_s[i]
-                     : !poses.frames.empty() ? poses.frames[i]
-                                             : static_cast<double>(i);
+    const double t = !times.empty()            ? times[i]
+                     : !poses.stamps_s.empty() ? poses.stamps_s[i]
+                     : !poses.frames.empty()   ? poses.frames[i]
+                                               : static_cast<double>(i);
     fmt::format_to(std::back_inserter(out), "{:.17g} {:.17g} {:.17g} {:.17g}", t, p[0], p[1], p[2]);
     if (poses.has_rotations()) {
       const Eigen::Quaterniond q = poses.pose(i).rotation();

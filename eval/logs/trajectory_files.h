@@ -78,8 +78,9 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules =
 /// Returns the only fitting format. Throws Error if none fits, or several, with their names and the flag.
 std::string detect_trajectory_format(const std::string& path, const ReadRules& rules = {});
 
-/// Encodes lines t tx ty tz qx qy qz qw with 17 digits. Without stamps, t is the frame number or, without
-/// these, the row from 0; without rotations the lines are t x y z.
-std::string encode_tum(const PoseSeries& poses);
+/// Encodes lines t tx ty tz qx qy qz qw with 17 digits. t is taken from `times` if these are given, one per
+/// pose. Otherwise t is the time stamp or, without stamps, the frame number or, without these, the row from
+/// 0. Without rotations the lines are t x y z.
+std::string encode_tum(const PoseSeries& poses, std::span<const double> times = {});
 
 }  // namespace sextant

@@ -255,7 +255,15 @@ def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignm
     if method == "origin":
         _check_rotations("align='origin'", estimate, reference)
     return Alignment(*_core.align(poses("estimate", estimate), poses("reference", reference), text("method", method),
-                                  whole("n_to_align", n_to_align, 0, 2**31 - 1), _upward(up, method)))
+                                  _first_n(n_to_align, method), _upward(up, method)))
+
+
+def _first_n(n_to_align, method):
+    """Returns the number of poses that the alignment is estimated from; 0: all."""
+    n = whole("n_to_align", n_to_align, 0, 2**31 - 1)
+    if n > 0 and method in ("none", "origin"):
+        raise Error(f"n_to_align: the alignment '{method}' is not estimated from several poses: use se3, sim3, scale or yaw")
+    return n
 
 
 def _upward(up, method):
@@ -308,9 +316,12 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
     if text("delta", delta).endswith(("deg", "rad")):
         _check_rotations(f"delta='{delta}'", reference if pairs_from_reference else estimate)
     stamps = getattr(estimate, "stamps", None) if stamps is None else stamps
+    tolerance = number("tolerance", tolerance)
+    if tolerance != 0.1 and (not all_pairs or delta.endswith("f")):
+        raise Error("tolerance: selects among all pairs by m, deg, rad or s, so all_pairs=True and such a delta are needed too")
     estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
     return RelativeErrors(*_core.relative_errors(estimate, poses("reference", reference), delta, bool(all_pairs),
-                                                 number("tolerance", tolerance), bool(pairs_from_reference), relation,
+                                                 tolerance, bool(pairs_from_reference), relation,
                                                  floats("stamps", stamps)))
 
 
@@ -328,12 +339,17 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
     from . import _files
     if all_pairs and delta is None:
         raise Error("all_pairs: selects pairs of relative errors, so delta is needed too, such as delta='1f'")
+    offset, max_difference = number("offset", offset), number("max_difference", max_difference)
+    stamped = all(getattr(given, "stamps", None) is not None for given in (estimate, reference))
+    for name, is_given in (("offset", offset != 0), ("max_difference", max_difference != 0.01)):
+        if is_given and not stamped:
+            raise Error(f"{name}: needs time stamps in both estimate and reference")
     series = [(poses(name, given), getattr(given, "stamps", None), getattr(given, "frames", None),
                getattr(given, "has_rotations", True)) for name, given in (("estimate", estimate), ("reference", reference))]
     errors, pairs, a, b, warnings = _files.evaluate(
         *series, text("align", align),
-        whole("n_to_align", n_to_align, 0, 2**31 - 1), _upward(up, align), text("relation", relation),
-        optional(text, "delta", delta), bool(all_pairs), number("max_difference", max_difference), number("offset", offset),
+        _first_n(n_to_align, align), _upward(up, align), text("relation", relation),
+        optional(text, "delta", delta), bool(all_pairs), max_difference, offset,
         number("max_speed", max_speed, above=0))
     return TrajectoryErrors(errors, statistics(errors), relation, _core.unit_of(relation), pairs, a, b,
                             [*getattr(estimate, "warnings", []), *getattr(reference, "warnings", []), *warnings])

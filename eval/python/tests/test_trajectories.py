@@ -348,6 +348,14 @@ class Refused(unittest.TestCase):
         self.refuse("up: expected 3 numbers, got 5 of type int", align="yaw", up=5)
         self.refuse("up: expected a direction, got a vector of length 0", align="yaw", up=[0, 0, 0])
         self.refuse("tolerance: expected a finite number, got inf", call=sextant.relative_errors, tolerance=10**400)
+        for call in (sextant.absolute_errors, sextant.relative_errors, sextant.evaluate_trajectory):
+            for align in ("none", "origin"):
+                self.refuse("n_to_align", f"'{align}'", call=call, n_to_align=5, align=align)
+        for other in ({}, {"delta": "2m"}, {"all_pairs": True}):
+            self.refuse("tolerance", "all_pairs=True", call=sextant.relative_errors, tolerance=0.2, **other)
+        self.assertTrue(len(sextant.relative_errors(path(20), path(20), tolerance=0.9, all_pairs=True, delta="2m").errors))
+        self.refuse("offset: needs time stamps", call=sextant.evaluate_trajectory, offset=0.1)
+        self.refuse("max_difference: needs time stamps", call=sextant.evaluate_trajectory, max_difference=0.1)
         self.refuse("delta", call=sextant.relative_errors, delta="far")
         self.refuse("1000f", call=sextant.relative_errors, delta="1000f")
         self.refuse("stamps", call=sextant.relative_errors, delta="1s")
