@@ -202,7 +202,8 @@ class PlanReader {
       const Json bodies = noise.value(Json::json_pointer("/flow/bodies"), Json::object());
       if (parameter.starts_with("flow.epe_") && bodies.contains("background") && bodies.contains("objects")) {
         fail(
-            "'{}' does not change the noise, because flow.bodies sets that of the background and of all objects",
+            "'{}' does not change the noise, because flow.bodies sets that of the background and of "
+            "all objects",
             parameter);
       }
       plan.levels.push_back({level_of(value, "levels"), Noise(noise)});

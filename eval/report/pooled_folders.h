@@ -1,7 +1,7 @@
 #pragma once
 
-// Checks of folders whose records are counted together in one report: the labels of records stand for the same
-// options, and no shard of a sweep is missing.
+// Checks of folders whose records are counted together in one report: the labels of records stand for the
+// same options, and no shard of a sweep is missing.
 
 #include <filesystem>
 #include <map>

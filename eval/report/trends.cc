@@ -177,8 +177,9 @@ Table trend_table(const std::vector<TrendRow>& rows) {
   return with_distinct(
       table_of(
           "Growth of the errors with the noise",
-          "Line through the estimated pairs of the seeds (clusters; with one seed: frames) that have estimates "
-          "at every level; slope per unit of the level with its 95 % interval (bootstrap over them). relative: slope / error at the lowest level. rises: "
+          "Line through the estimated pairs of the seeds (clusters; with one seed: frames) that have "
+          "estimates at every level; slope per unit of the level with its 95 % interval (bootstrap over "
+          "them). relative: slope / error at the lowest level. rises: "
           "steps at which the mean rises. p: Page's test of growth over the clusters' means, corrected by "
           "Holm over the table.",
           fields, rows),

@@ -73,8 +73,8 @@ void choose_source(Json& plan, const std::string& wanted, const fs::path& folder
   plan["sources"] = Json::array({plan["sources"][place_of(wanted, names, "source", folder)]});
 }
 
-/// Returns the index of the requested level, which is the first level if nothing is requested. Throws Error if
-/// there is none, and if there are several that only their noise distinguishes.
+/// Returns the index of the requested level, which is the first level if nothing is requested. Throws Error
+/// if there is none, and if there are several that only their noise distinguishes.
 size_t level_of(const Plan& plan, const CaseChoice& choice, const std::vector<std::string>& levels,
                 const fs::path& folder) {
   if (!choice.level && choice.noise.empty()) return place_of("", levels, "level", folder);

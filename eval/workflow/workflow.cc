@@ -30,8 +30,9 @@ namespace sextant {
 
 namespace {
 
-/// Merges the options below "noise" over the noise of the configuration. The scale of a profile is merged over
-/// `text`, from which that noise was parsed, because Noise::options() has the profile's numbers in its place.
+/// Merges the options below "noise" over the noise of the configuration. The scale of a profile is merged
+/// over `text`, from which that noise was parsed, because Noise::options() has the profile's numbers in its
+/// place.
 void set_noise(const std::string& text, RunConfig& config) {
   const auto given = config.options.find("noise");
   if (given == config.options.end()) return;
@@ -112,7 +113,8 @@ std::vector<std::string> noise_warnings(const RunRequest& request, const RunConf
   }
   if (config.n_seeds > 1) {
     warnings.push_back(fmt::format(
-        "without noise {} seeds are {} equal runs, which count as {} clusters: a seed changes the noise alone",
+        "without noise {} seeds are {} equal runs, which count as {} clusters: a seed changes the noise "
+        "alone",
         config.n_seeds, config.n_seeds, config.n_seeds));
   }
   return warnings;

@@ -50,7 +50,8 @@ struct RunOutput {
 /// Builds the configuration; throws Error on unknown sources, options, noise or procedures.
 RunConfig run_config(const RunRequest& request, const RunOutput& output);
 
-/// Returns sentences about noise that was given and changes nothing, and about levels and seeds without noise.
+/// Returns sentences about noise that was given and changes nothing, and about levels and seeds without
+/// noise.
 std::vector<std::string> noise_warnings(const RunRequest& request, const RunConfig& config);
 
 /// A finished run and the warnings about its folder.

@@ -97,8 +97,8 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
   Table table = table_of(
       "Statements of the paper",
       fmt::format(
-          "95 % intervals: bootstrap over seeds; with one seed over stretches of frames. Reproduced or not: the "
-          "whole interval agrees with the statement or contradicts it; \"about 300 %\" counts from {} % up, "
+          "95 % intervals: bootstrap over seeds; with one seed over stretches of frames. Reproduced or not: "
+          "the whole interval agrees with the statement or contradicts it; \"about 300 %\" counts from {} % up, "
           "\"nearly\" within {} % of the stated value. Objects are numbered by distance, as in the paper.",
           least_of_about_300_percent, 100 * nearly),
       fields, rows);
