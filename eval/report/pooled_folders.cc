@@ -83,8 +83,8 @@ void SameLabels::compare(const Folder& first, const Folder& now, const std::stri
     const auto other = before->second.find(name);
     if (other == before->second.end() || other->second == value) continue;
     fail(
-        "{}: {} has {} = {}, but {} in {}: their records would count as one sample; report the folders apart, "
-        "or give the estimators of a plan different labels",
+        "{}: {} has {} = {}, but {} in {}: their records would count as one sample; report the folders "
+        "apart, or give the estimators of a plan different labels",
         now.file, what, name, json_excerpt(value), json_excerpt(other->second), first.file);
   }
 }
