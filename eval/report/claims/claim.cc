@@ -98,8 +98,9 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
       "Statements of the paper",
       fmt::format(
           "95 % intervals: bootstrap over seeds; with one seed over stretches of frames. Reproduced or not: "
-          "the whole interval agrees with the statement or contradicts it; \"about 300 %\" counts from {} % "
-          "up, \"nearly\" within {} % of the stated value. Objects are numbered by distance, as in the paper.",
+          "the whole interval agrees with the statement or contradicts it; \"about 300 %\" counts from {} "
+          "% up, \"nearly\" within {} % of the stated value. Objects are numbered by distance, as in the "
+          "paper.",
           least_of_about_300_percent, 100 * nearly),
       fields, rows);
   table.notes = std::move(notes);
