@@ -39,7 +39,7 @@ Image<float> depth_from_depth256(const Image<uint16_t>& depth) {
 
 Image<float> depth_from_cm(const Image<uint16_t>& depth_cm) {
   return map_pixels<float>(depth_cm, [](uint16_t n) {
-    return n == 65535 ? nan : static_cast<float>(static_cast<double>(n) / 100.0);
+    return n == 0 || n == 65535 ? nan : static_cast<float>(static_cast<double>(n) / 100.0);
   });
 }
 
@@ -77,7 +77,7 @@ Image<uint16_t> depth256_from_depth(const Image<float>& depth_m) {
 Image<uint16_t> cm_from_depth(const Image<float>& depth_m) {
   return map_pixels<uint16_t>(depth_m, [](float z) -> uint16_t {
     const double n = 100.0 * z;
-    return rounds_into(n, 0, 65534) ? rounded(n) : 65535;
+    return rounds_into(n, 1, 65534) ? rounded(n) : 65535;
   });
 }
 

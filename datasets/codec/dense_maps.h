@@ -7,7 +7,8 @@
 //
 //   disparity (KITTI, VDO-SLAM folders):  z = bf / (n / 256)  (m), n = 0 invalid
 //   depth in m / 256 (KITTI depth):       z = n / 256         (m), n = 0 invalid
-//   depth in centimetres (Virtual KITTI): z = n / 100         (m), n = 65535 invalid (sky, beyond 655.34 m)
+//   depth in centimetres (Virtual KITTI): z = n / 100         (m), n = 65535 invalid (sky, beyond 655.34 m),
+//                                         n = 0 invalid (no measurement)
 //   flow (KITTI scene flow):              u = (R - 2^15) / 64, v = (G - 2^15) / 64  (px), B = 0 invalid
 //   flow (Virtual KITTI):                 u = (2 R / 65535 - 1) (w - 1), v = (2 G / 65535 - 1) (h - 1)  (px),
 //                                         B = 0 invalid

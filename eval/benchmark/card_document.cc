@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <set>
 #include <span>
 #include <tuple>
@@ -327,23 +328,37 @@ double ProfileRow::share_within(double tau) const {
   return n_cases == 0 ? 0 : static_cast<double>(within) / n_cases;
 }
 
-/// Smaller errors are rounding of exact solutions of exact data.
+namespace {
+
+/// Smaller errors are rounding of exact solutions of exact data: they count as this error.
 constexpr double rounding_m = 1e-6;
+
+/// Track, kind of body and level.
+using ProfileCase = std::tuple<std::string, std::string, double>;
+
+ProfileCase case_of(const CurvePoint& point) { return {point.track, point.body, point.level}; }
+
+}  // namespace
 
 std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite) {
   std::map<std::string, ProfileRow> rows;
-  std::map<std::tuple<std::string, std::string, double>, std::map<std::string, double>> errors;
+  std::map<ProfileCase, std::map<std::string, double>> errors;  // of the solved cases
   for (const PlacedCard& placed : cards) {
-    for (const std::string& result : placed.card.results) rows[result].estimator = result;
+    for (const std::string& result : placed.card.results) {
+      if (!rows.emplace(result, ProfileRow{result}).second)
+        fail("two cards have results with the name '{}': expected different names", result);
+    }
     for (const CurvePoint& point : placed.card.curves) {
-      if (!point.Et_m || point.coverage() < suite.min_coverage) continue;
-      errors[{point.track, point.body, point.level}].emplace(point.estimator, point.Et_m->value);
+      if (point.n_truth == 0) continue;
+      std::map<std::string, double>& by_estimator =
+          errors[case_of(point)];  // without results: nobody solves it
+      if (point.Et_m && point.coverage() >= suite.min_coverage)
+        by_estimator.emplace(point.estimator, std::max(point.Et_m->value, rounding_m));
     }
   }
   for (const auto& [key, by_estimator] : errors) {
-    const double best =
-        std::ranges::min_element(by_estimator, {}, [](const auto& e) { return e.second; })->second;
-    if (best < rounding_m) continue;
+    double best = std::numeric_limits<double>::infinity();
+    for (const auto& [name, error] : by_estimator) best = std::min(best, error);
     for (auto& [name, row] : rows) {
       ++row.n_cases;
       const auto error = by_estimator.find(name);
@@ -374,7 +389,7 @@ Table profile_table(const std::vector<ProfileRow>& rows) {
       "Performance profile",
       "Share of cases (track, kind of body, level) in which the mean E_t is within a factor tau of the best "
       "estimator; a case that an estimator does not solve with the required coverage, or did not run, "
-      "counts against it.",
+      "counts against it, and one that no estimator solves against all. Errors below 1 um count as 1 um.",
       Fields<Row>{{Column::text("estimator"), &Row::estimator},
                   {Column::count("n_cases", "cases"), &Row::n_cases},
                   {Column::count("n_solved", "solved"), &Row::n_solved},
@@ -388,7 +403,33 @@ Table profile_table(const std::vector<ProfileRow>& rows) {
 
 }  // namespace
 
-ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& suite) {
+namespace {
+
+/// Adds the folder of a card to the names of its results that other cards have as well.
+std::vector<PlacedCard> with_different_names(std::vector<PlacedCard> cards) {
+  std::map<std::string, int> uses;
+  for (const PlacedCard& placed : cards) {
+    for (const std::string& result : placed.card.results) ++uses[result];
+  }
+  for (PlacedCard& placed : cards) {
+    const auto rename = [&](std::string& name) {
+      const auto of_name = uses.find(name);
+      if (of_name != uses.end() && of_name->second > 1) name += fmt::format(" ({})", placed.folder);
+    };
+    Card& card = placed.card;
+    rename(card.estimator);
+    for (std::string& result : card.results) rename(result);
+    for (CurvePoint& point : card.curves) rename(point.estimator);
+    for (Breakdown& breakdown : card.breakdowns) rename(breakdown.estimator);
+    for (Cost& cost : card.costs) rename(cost.estimator);
+  }
+  return cards;
+}
+
+}  // namespace
+
+ReportDocument page_document(const std::vector<PlacedCard>& placed_cards, const Suite& suite) {
+  const std::vector<PlacedCard> cards = with_different_names(placed_cards);
   ReportDocument document;
   document.title = "Benchmark " + suite.name;
   document.abstract =
@@ -424,6 +465,7 @@ ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& 
 
 OutputFiles page_files(const std::vector<fs::path>& folders, const fs::path& out, int jobs) {
   std::vector<PlacedCard> cards;
+  std::set<fs::path> places;
   for (const fs::path& folder : folders) {
     const fs::path file = folder / "card.json";
     Card card = parse_card(read_file(file, json_file), file.string());
@@ -432,8 +474,9 @@ OutputFiles page_files(const std::vector<fs::path>& folders, const fs::path& out
       fail("{}: the card belongs to suite {}{}, the first card to {}{}: give cards of one suite",
            file.string(), card.suite, card.quick ? " (quick)" : "", cards.front().card.suite,
            cards.front().card.quick ? " (quick)" : "");
-    cards.push_back({std::move(card),
-                     fs::weakly_canonical(folder).lexically_relative(fs::weakly_canonical(out)).string()});
+    const fs::path place = fs::weakly_canonical(folder);
+    if (!places.insert(place).second) fail("{}: the card is given twice", file.string());
+    cards.push_back({std::move(card), place.lexically_relative(fs::weakly_canonical(out)).string()});
   }
   if (cards.empty()) fail("no cards: expected folders with a card.json");
   const Suite suite = find_suite(cards.front().card.suite);

@@ -2,12 +2,12 @@
 
 // Cards for readers: the card of one estimator as a document, and the page of all cards (docs/benchmark.md).
 //
-// Performance profile (Dolan and More, 2002): a case is a track, kind of body and level at which at least one
-// estimator reaches the coverage that the suite requires. The ratio of an estimator in a case is its mean E_t
-// divided by that of the best estimator, and infinite if its coverage is too low or if it did not run. The
-// profile rho(tau) is the share of cases with a ratio of at most tau: rho(1) is the share of cases in which
-// the estimator is the best, and for large tau rho is the share of cases that it solves. Cases in which the
-// best error is below 1e-6 m, an exact solution of exact data, are not counted.
+// Performance profile (Dolan and More, 2002): a case is a track, kind of body and level for which a card has
+// frame pairs with truth. The ratio of an estimator in a case is its mean E_t divided by that of the best
+// estimator, and infinite if its coverage is below that which the suite requires, or if it did not run.
+// Errors below 1e-6 m, of exact solutions of exact data, count as 1e-6 m. The profile rho(tau) is the share
+// of cases with a ratio of at most tau: rho(1) is the share of cases in which the estimator is the best, and
+// for large tau rho is the share of cases that it solves. A case that no estimator solves counts against all.
 
 #include <string>
 #include <utility>
@@ -42,14 +42,16 @@ struct ProfileRow {
   double share_within(double tau) const;
 };
 /// Computes the profiles, ordered by rho(1), then rho(2), then the share of solved cases, best first.
+/// Throws Error if two cards have a result of the same name.
 std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite);
 
-/// Makes the page of all cards, which must belong to one suite.
+/// Makes the page of all cards, which must belong to one suite. Results of several cards with the same name
+/// are called "NAME (FOLDER)".
 ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& suite);
 
 /// Makes index.html from the cards in these folders; `out` is the folder of the page. Throws Error on a
-/// folder without a card, and on cards of several suites or of another version of the suite than this program
-/// has.
+/// folder without a card or given twice, and on cards of several suites or of another version of the suite
+/// than this program has.
 OutputFiles page_files(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
                        int jobs);
 

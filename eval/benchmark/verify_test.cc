@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
@@ -261,6 +264,53 @@ TEST_F(Benchmark, APageHasEveryCardAndAComparisonPairsTheirRecords) {
   ASSERT_EQ(profile.size(), 2U);
   EXPECT_EQ(profile[0].n_cases, 4);
   EXPECT_DOUBLE_EQ(profile[0].share_within(1) + profile[1].share_within(1), 1);
+}
+
+/// Two cards of estimators a and b with E_t of the camera at the levels 1, 2, ..; NaN: not estimated.
+std::vector<PlacedCard> two_cards(const std::vector<std::pair<double, double>>& errors) {
+  std::vector<PlacedCard> cards(2);
+  for (size_t i = 0; i < 2; ++i) {
+    const std::string name(1, i == 0 ? 'a' : 'b');
+    cards[i].folder = "of_" + name;
+    cards[i].card.estimator = name;
+    cards[i].card.results = {name};
+    for (size_t level = 0; level < errors.size(); ++level) {
+      CurvePoint point{.estimator = name, .track = "depth", .body = "camera"};
+      point.level = static_cast<double>(level + 1);
+      point.n_truth = 10;
+      const double error = i == 0 ? errors[level].first : errors[level].second;
+      if (std::isfinite(error)) {
+        point.n_estimated = 10;
+        point.Et_m = IntervalEstimate{.value = error};
+      }
+      cards[i].card.curves.push_back(point);
+    }
+  }
+  return cards;
+}
+
+TEST_F(Benchmark, TheProfileCountsCasesThatNobodySolvesAndExactSolutions) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<PlacedCard> cards = two_cards({{1e-12, 1e-8}, {none, none}, {0.1, 0.2}, {none, 0.2}});
+  const std::vector<ProfileRow> profile = performance_profile(cards, find_suite(suite_file()));
+  ASSERT_EQ(profile.size(), 2U);
+  for (const ProfileRow& row : profile) {
+    EXPECT_EQ(row.n_cases, 4) << row.estimator;
+    const std::vector<double> ratios =
+        row.estimator == "a" ? std::vector<double>{1, 1} : std::vector<double>{1, 1, 2};
+    EXPECT_EQ(row.ratios, ratios) << row.estimator;
+  }
+}
+
+TEST_F(Benchmark, CardsWithTheSameNameStayApart) {
+  std::vector<PlacedCard> cards = two_cards({{0.1, 0.2}});
+  cards[1].card.estimator = cards[1].card.results[0] = cards[1].card.curves[0].estimator = "a";
+  const std::string page = to_markdown(page_document(cards, find_suite(suite_file())));
+  EXPECT_THAT(page, HasSubstr("a (of_a)"));
+  EXPECT_THAT(page, HasSubstr("a (of_b)"));
+  EXPECT_THROW(performance_profile(cards, find_suite(suite_file())), Error);
+  const fs::path folder = run("joint_flow");
+  EXPECT_THROW(page_files({folder, folder}, folder_.path(), 1), Error);
 }
 
 TEST_F(Benchmark, AQuickRunIsNotComparedWithACompleteOneAndVerifySaysThatItIsQuick) {

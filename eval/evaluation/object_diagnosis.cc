@@ -49,6 +49,32 @@ MotionData motion_data(const Motions& given, MotionFrame declared, const Motions
   return data;
 }
 
+/// Rewrites readings of the estimates in another frame than that of the log's own true motions. They have no
+/// remedy by --frame, which applies to the estimated and to the true motions.
+void name_frames_of_both(const ObjectLog& log, Reading& reading) {
+  const std::string flag = "give --frame ", code = "frame_";
+  const size_t at = reading.remedy.find(flag);
+  if (at == std::string::npos) return;
+  const std::string other = reading.remedy.substr(at + flag.size());
+  const bool is_world = log.frame == MotionFrame::world && !log.from_camera;
+  // Without a default frame either of the two may be the one in another frame.
+  if (!is_world && reading.code.starts_with(code)) {
+    reading.cause =
+        log.from_camera
+            ? "the estimated and the true motions look like those in two frames, the world and the camera"
+            : fmt::format("the estimated and the true motions look like those in two frames, {} and {}",
+                          other, to_string(log.frame));
+  }
+  reading.remedy =
+      reading.remedy.substr(0, at) +
+      (is_world          ? "convert the estimates to the world frame, because the true motions are in it "
+                           "and --frame would apply to both"
+       : log.from_camera ? "leave --frame out and write both in the world frame, because --frame camera "
+                           "applies to both"
+                         : "convert the estimates to the frame of the true motions, because --frame applies "
+                           "to both");
+}
+
 std::vector<LogDiagnosis> diagnoses_of(const std::vector<ObjectExplanation>& found,
                                        const std::string& subject) {
   std::vector<LogDiagnosis> out;
@@ -314,7 +340,11 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   Motions not_logged = truth;
   std::erase_if(not_logged, [&](const auto& motion) { return given.contains(motion.first); });
   of_log.not_logged = motion_data(not_logged, log.frame, L, camera, reference).samples;
-  const std::vector<ObjectExplanation> of_estimate = explain_motions(of_log);
+  std::vector<ObjectExplanation> of_estimate = explain_motions(of_log);
+  for (ObjectExplanation& found : of_estimate) {
+    name_frames_of_both(log, found.explanation.best);
+    for (Reading& reading : found.explanation.alike) name_frames_of_both(log, reading);
+  }
   // If the truth itself looks wrong, the estimates differ from it for that reason.
   if (of_truth.empty()) append(out, diagnoses_of(of_estimate, name + ", estimated motions"));
 

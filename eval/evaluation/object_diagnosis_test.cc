@@ -137,6 +137,52 @@ TEST_P(ObjectDiagnosis, EstimatesInAnotherFrameAreNamed) {
   }
 }
 
+/// Motions of a format with a file per object, whose truth is in the world frame.
+TEST(ObjectFrames, OfEstimatesAloneAreNotCorrectedByAFlagForBoth) {
+  const Drive drive;
+  TempFolder folder;
+  const auto write = [&](const std::string& name, const auto& motion) {
+    std::map<int, std::string> text;
+    for (const auto& [key, unused] : drive.estimate)
+      text[key.first] += fmt::format("{}{}\n", key.second, row(motion(key)));
+    for (const auto& [id, lines] : text) folder.write(fmt::format("obj_{}_motion{}.txt", id, name), lines);
+  };
+  std::string cameras;
+  for (const auto& [k, C] : drive.camera.poses()) cameras += fmt::format("{}{}\n", k, row(C));
+  folder.write("camera.txt", cameras);
+  folder.write("camera_gt.txt", cameras);
+  write("_gt", [&](ObjectFrame key) { return drive.truth(key); });
+  const auto scores = [&](const std::optional<MotionFrame>& frame) {
+    ObjectFiles files;
+    files.folders = {folder.path()};
+    files.format = LogFormat::motions;
+    files.frame = frame;
+    return evaluate_object_files(files);
+  };
+  const auto text = [&](const std::optional<MotionFrame>& frame) {
+    const ObjectScores found = scores(frame);
+    return found.diagnoses.empty() ? std::string() : found.diagnoses.front().text;
+  };
+  write("", [&](ObjectFrame key) {
+    return drive.camera.pose(key.second)->inverse() * drive.estimate.at(key) *
+           *drive.camera.pose(key.second - 1);
+  });
+  EXPECT_THAT(text(std::nullopt),
+              AllOf(HasSubstr("look like those in the camera frame"),
+                    HasSubstr("convert the estimates to the world frame"), Not(HasSubstr("give --frame"))));
+  EXPECT_THAT(text(MotionFrame::camera),
+              AllOf(HasSubstr("two frames, the world and the camera"), HasSubstr("leave --frame out"),
+                    Not(HasSubstr("give --frame"))));
+  EXPECT_THAT(scores(MotionFrame::camera).frame_text(), HasSubstr("Frame of the motions"));
+  EXPECT_THAT(scores(MotionFrame::camera).frame_text(), HasSubstr(": camera, which nothing"));
+  write("", [&](ObjectFrame key) { return body_motion(drive.estimate.at(key), drive.L.at(previous(key))); });
+  EXPECT_THAT(text(std::nullopt),
+              AllOf(HasSubstr("look like those in the object's own (body) frame"),
+                    HasSubstr("convert the estimates to the world frame"), Not(HasSubstr("give --frame"))));
+  EXPECT_THAT(text(MotionFrame::body),
+              AnyOf(std::string(), AllOf(HasSubstr("two frames"), Not(HasSubstr("give --frame")))));
+}
+
 TEST_P(ObjectDiagnosis, TruthAndEstimateInAnotherFrameContradictThePoses) {
   if (GetParam() == LogFormat::vdo) GTEST_SKIP() << "logs of format vdo hold no poses of objects";
   const Plant body = [](const SE3& H, const SE3& L, int) { return body_motion(H, L); };

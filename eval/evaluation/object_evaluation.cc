@@ -168,7 +168,7 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
     for (const auto& [estimator, objects] : estimators) {
       RecordRefs all;
       for (const auto& [id, of_object] : objects) {
-        add_row(table, estimator, std::to_string(id), of_object, preset);
+        add_row(table, estimator, object_text(id), of_object, preset);
         all.insert(all.end(), of_object.begin(), of_object.end());
       }
       add_row(table, estimator, "all", all, preset);
@@ -294,7 +294,7 @@ Table object_path_table(const std::vector<ObjectPathErrors>& errors) {
                      Column::number("chained_rpe_m", "chained [m]", 4),
                      Column::number("chained_rpe_deg", "chained [deg]", 4)});
   for (const ObjectPathErrors& e : errors) {
-    table.add_row({e.system, e.run + 1, std::to_string(e.object), e.ape ? Cell(e.ape->n) : Cell(),
+    table.add_row({e.system, e.run + 1, object_text(e.object), e.ape ? Cell(e.ape->n) : Cell(),
                    cell(e.ape, &PathError::Et_m), cell(e.ape, &PathError::ER_deg),
                    cell(e.rpe, &PathError::Et_m), cell(e.rpe, &PathError::ER_deg),
                    cell(e.chained_rpe, &PathError::Et_m), cell(e.chained_rpe, &PathError::ER_deg)});
@@ -315,8 +315,8 @@ Table object_axis_table(const std::vector<ObjectPathErrors>& errors) {
   for (const ObjectPathErrors& e : errors) {
     if (!e.axes) continue;
     const auto& [m, deg, largest] = *e.axes;
-    table.add_row({e.system, e.run + 1, std::to_string(e.object), m.x(), m.y(), m.z(), deg.x(), deg.y(),
-                   deg.z(), largest});
+    table.add_row({e.system, e.run + 1, object_text(e.object), m.x(), m.y(), m.z(), deg.x(), deg.y(), deg.z(),
+                   largest});
   }
   return table;
 }

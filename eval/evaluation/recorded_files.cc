@@ -190,7 +190,7 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
     log.warnings.push_back(fmt::format(
         "{}, object {}: {} estimates are exactly the identity while the object moves, frames {}: motions "
         "that were never estimated? They count as {}",
-        log.estimator, id, steps.size(), ranges_text(steps),
+        log.estimator, object_text(id), steps.size(), ranges_text(steps),
         lost ? "lost steps" : "estimates; --identity lost counts them as lost"));
     for (const int k : steps) {
       if (!lost) continue;
@@ -204,7 +204,7 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
   for (const auto& [id, steps] : missing_steps(log)) {
     if (!logged.contains(id)) continue;  // not detected: the coverage counts it
     log.warnings.push_back(fmt::format("{}, object {}: {} of {} steps have no estimate, frames {}",
-                                       log.estimator, id, steps.size(),
+                                       log.estimator, object_text(id), steps.size(),
                                        steps.size() + static_cast<size_t>(logged[id]), ranges_text(steps)));
   }
 }
@@ -294,7 +294,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       scores.rates[log.estimator] = rate;
       camera_motions_to_world(log, source ? source->truth.camera : Trajectory());
       if (!source && !log.motions.empty() && log.poses.empty() && log.true_poses.empty())
-        scores.assumed_frames.emplace(log.estimator, log.frame);
+        scores.assumed_frames.emplace(log.estimator, log.from_camera ? MotionFrame::camera : log.frame);
       std::vector<LogDiagnosis> found = source ? diagnose_log(log, source->truth) : diagnose_log(log);
       check_plausible(log, rate.hz, found);
       std::ranges::move(diagnose_speeds(log, rate.hz), std::back_inserter(found));

@@ -19,6 +19,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/registry.h"
+#include "sextant/eval/diagnosis/motion_readings.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/noise/noise.h"
@@ -50,6 +51,8 @@ class PairSolver {
   /// Returns T_world_camera as recorded by an external system in its own world frame, for diagnose_case();
   /// null if only motions are known.
   virtual const Trajectory* recorded_camera() const { return nullptr; }
+  /// Returns the frame in which the motions of objects were declared, for diagnose_case().
+  virtual MotionFrame declared_frame() const { return MotionFrame::world; }
 };
 
 /// One result of a case. Its name in records is the label of the estimator, followed by ".NAME" if `name` is

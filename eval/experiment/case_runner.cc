@@ -43,9 +43,9 @@ class CaseRunner {
     for (const Result& result : results_) {
       std::ranges::move(result.solver->problems(), std::back_inserter(out_.problems));
       if (settings_.estimator->is_third_party())
-        std::ranges::move(
-            diagnose_case(result.motions, sequence_.truth(), result.label, result.solver->recorded_camera()),
-            std::back_inserter(out_.problems));
+        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.label,
+                                        result.solver->recorded_camera(), result.solver->declared_frame()),
+                          std::back_inserter(out_.problems));
     }
     out_.motions = results_.empty() ? std::move(start_) : std::move(results_.front().motions);
     return std::move(out_);
@@ -183,7 +183,8 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 }
 
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
-                                       const std::string& estimator, const Trajectory* recorded_camera) {
+                                       const std::string& estimator, const Trajectory* recorded_camera,
+                                       MotionFrame declared) {
   std::vector<std::string> out;
   const auto add_lines = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
@@ -207,21 +208,40 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   // Motions of objects are given in the world of the estimated camera, so they cannot be judged without it.
   if (!out.empty()) return out;
 
-  MotionData data{MotionFrame::world, {}, {}};
-  for (const auto& [id, of_object] : motions.objects) {
-    for (const auto& [frame, H] : of_object) data.logged.emplace(ObjectFrame(id, frame), H);
-  }
+  // A motion as logged, in the declared frame: the inverse of the conversion to the world of `motions`.
+  const auto as_logged = [&](const SE3& H, const MotionSample& at) -> std::optional<SE3> {
+    const auto before = motions.estimated.pose(at.key.second - 1);
+    const auto after = motions.estimated.pose(at.key.second);
+    if (!before || !after) return std::nullopt;
+    return change_frame(after->inverse() * H * *before, MotionFrame::camera, declared, at);
+  };
+  MotionData data{declared, {}, {}};
   for (const auto& [frame, objects] : truth.objects) {
-    const auto before = motions.estimated.pose(frame), after = motions.estimated.pose(frame + 1);
+    const auto before = estimated.pose(frame), after = estimated.pose(frame + 1);
+    if (!before || !after) continue;
     for (const ObjectTruth& object : objects) {
-      const ObjectFrame key(object.id, frame + 1);
+      MotionSample sample{{object.id, frame + 1}, {}, {}, *before * object.T_camera_object, before, after};
+      const auto of_object = motions.objects.find(object.id);
+      std::optional<SE3> given;
+      if (of_object != motions.objects.end()) {
+        const auto H = of_object->second.find(frame + 1);
+        if (H != of_object->second.end()) given = as_logged(H->second, sample);
+      }
+      if (given) data.logged.emplace(sample.key, *given);
       const auto X = truth.object_motion(object.id, frame, frame + 1);
-      if (!before || !after || !X) continue;
-      const auto given = data.logged.find(key);
-      const bool is_logged = given != data.logged.end();
-      (is_logged ? data.samples : data.not_logged)
-          .push_back({key, is_logged ? given->second : SE3(), world_motion(*before, *after, *X),
-                      *before * object.T_camera_object, before, after});
+      if (!X || !motions.estimated.pose(frame) || !motions.estimated.pose(frame + 1)) continue;
+      sample.given = given.value_or(SE3());
+      sample.reference = *change_frame(*X, MotionFrame::camera, declared, sample);
+      (given ? data.samples : data.not_logged).push_back(sample);
+    }
+  }
+  // Motions where the object has no true pose; in the body frame they would need it.
+  for (const auto& [id, of_object] : motions.objects) {
+    for (const auto& [frame, H] : of_object) {
+      const ObjectFrame key(id, frame);
+      if (data.logged.contains(key)) continue;
+      const MotionSample at{key, {}, {}, std::nullopt, estimated.pose(frame - 1), estimated.pose(frame)};
+      if (const auto given = as_logged(H, at)) data.logged.emplace(key, *given);
     }
   }
   std::ranges::sort(data.samples, {}, &MotionSample::key);

@@ -137,6 +137,7 @@ class ExternalSolver final : public PairSolver {
 
   std::vector<std::string> problems() const override { return problems_; }
   const Trajectory* recorded_camera() const override { return &results_.camera; }
+  MotionFrame declared_frame() const override { return results_.declared_frame; }
 
  private:
   bool is_unreadable(int id) const { return results_.objects_unreadable || results_.unreadable.contains(id); }

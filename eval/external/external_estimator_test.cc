@@ -135,6 +135,51 @@ TEST_F(ExternalEstimatorTest, EveryFormOfObjectMotions) {
   check("poses", {{"format", "poses"}, {"files", "obj_*.tum"}});
 }
 
+TEST_F(ExternalEstimatorTest, MotionsInAnotherFrameThanTheDeclaredOneAreNamed) {
+  write_camera();
+  const auto seen = [&](int k) { return T_world_camera(k).inverse() * T_world_object(k); };
+  const std::map<std::string, std::function<SE3(int)>> frames = {
+      {"world", [&](int k) { return world(k); }},
+      {"camera", [&](int k) { return seen(k) * seen(k - 1).inverse(); }},
+      {"body", [&](int k) { return body(k); }}};
+  for (const char* ids : {"masks", "overlap"}) {
+    for (const auto& [written, motion] : frames) {
+      write_poses("obj_1.txt", motion, 4);
+      for (const auto& [declared, other] : frames) {
+        const Json objects = {{"format", "motions"}, {"frame", declared}, {"ids", ids}};
+        const std::vector<std::string> problems =
+            problems_of("cp $(dirname $0)/camera.txt $(dirname $0)/obj_* $output/", {{"objects", objects}});
+        SCOPED_TRACE(fmt::format("{} declared as {}, ids {}", written, declared, ids));
+        if (written == declared) {
+          EXPECT_THAT(problems, ElementsAre());
+        } else if (ids == std::string("masks") || statuses("object:1") != not_detected4) {
+          EXPECT_THAT(problems, ElementsAre(HasSubstr("declare objects.frame as " + written)));
+        }
+      }
+    }
+  }
+}
+
+TEST_F(ExternalEstimatorTest, PosesByRowNeedARowForEachFrame) {
+  write_camera();
+  const auto pose = [&](int k) { return kitti_row(own(T_world_object(k))); };
+  const std::string script = "cp $(dirname $0)/camera.txt $(dirname $0)/obj_* $output/";
+  const Json poses = {{"objects", {{"format", "poses"}}}};
+  write_results("obj_1.txt", pose);
+  run_well(script, poses);
+  EXPECT_EQ(statuses("object:1"), ok4);
+  EXPECT_LT(worst("object:1", "Et_m"), 1e-8);
+  write_results("obj_1.txt", pose, 4);
+  EXPECT_THAT(problem_of(script, poses), HasSubstr("obj_1.txt: expected a frame number or time stamp in each "
+                                                   "line of a file of poses with 4 rows for 5 frames"));
+  EXPECT_EQ(statuses("object:1"), diverged4);
+  // The rows of a program that failed end early.
+  write_results("obj_1.txt", pose);
+  EXPECT_THAT(problem_of(script + "; head -4 $(dirname $0)/obj_1.txt > $output/obj_1.txt; exit 3", poses),
+              HasSubstr("exit code 3"));
+  EXPECT_EQ(statuses("object:1"), (std::vector<std::string>{"ok", "ok", "ok", "lost"}));
+}
+
 TEST_F(ExternalEstimatorTest, LogsOfDynosamAndVdo) {
   const auto csv = [](std::string row) {
     std::ranges::replace(row, ' ', ',');

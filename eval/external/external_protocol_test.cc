@@ -307,6 +307,9 @@ TEST_F(ExternalProtocolTest, TimesOfTheProgram) {
   };
   EXPECT_THAT(times("10\n11\n12\n13\n14\n", {{"file", "ms.txt"}}), ElementsAre(11, 12, 13, 14));
   EXPECT_THAT(last_.sources.front().problems, ElementsAre());
+  EXPECT_THAT(times("11\n12\n13\n14\n", {{"file", "ms.txt"}}), ElementsAre(12, 13, 14, -1));
+  EXPECT_THAT(last_.sources.front().problems,
+              ElementsAre(AllOf(HasSubstr("times of 4 of 5 frames"), HasSubstr("has no frame numbers"))));
   EXPECT_THAT(times("5 0.25\n7 0.5\n", {{"file", "ms.txt"}, {"unit", "s"}}), ElementsAre(-1, 250, -1, 500));
   EXPECT_THAT(times("10\n-11\n", {{"file", "ms.txt"}}), ElementsAre(-1, -1, -1, -1));
   EXPECT_THAT(last_.sources.front().problems,

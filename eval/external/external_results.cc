@@ -87,6 +87,10 @@ std::map<int, SE3> by_frame(const TrajectoryFile& file, const FrameNumbers& numb
   return poses;
 }
 
+bool is_unnumbered(const TrajectoryFile& file) {
+  return file.poses.frames.empty() && file.poses.stamps_s.empty();
+}
+
 constexpr int64_t largest_id = 1'000'000'000;  // the sum of two fits into an int
 
 /// Returns the number in `text` if it is in the range of ids; nullopt if it is not a number.
@@ -99,6 +103,32 @@ std::optional<int64_t> id_in(const std::string& text) {
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), id);
   if (error != std::errc()) id = sign == 1 ? -2 * largest_id : 2 * largest_id;
   return std::clamp(id, -2 * largest_id, 2 * largest_id);
+}
+
+MotionFrame motion_frame(ObjectsFrame frame) {
+  switch (frame) {
+    case ObjectsFrame::world:
+      return MotionFrame::world;
+    case ObjectsFrame::camera:
+      return MotionFrame::camera;
+    case ObjectsFrame::body:
+      return MotionFrame::body;
+  }
+  return MotionFrame::world;
+}
+
+/// Returns true if rows without frame numbers end before the last frame although the program ended normally:
+/// a program that leaves out a frame shifts all later rows by one frame.
+bool misses_rows(size_t n_rows, const ResultFolder& folder) {
+  return folder.finished && n_rows < folder.numbers.n_frames();
+}
+
+std::string taken_as_first_frames(const std::string& what, size_t n_rows, const std::string& path,
+                                  const ResultFolder& folder) {
+  return fmt::format(
+      "{} of {} of {} frames: {} has no frame numbers, so its rows are taken as the first {} frames; write a "
+      "frame number before each row if the program leaves out frames",
+      what, n_rows, folder.numbers.n_frames(), path, n_rows);
 }
 
 class Reader {
@@ -122,19 +152,13 @@ class Reader {
     const TrajectoryFile file = read_trajectory(path, set_.camera.format, files_.rules(pose_file));
     for (const auto& [frame, pose] : by_frame(file, folder_.numbers, path, out_))
       out_.camera.set(frame, set_.camera.inverse ? pose.inverse() : pose);
-    // A program that leaves out a frame it has lost shifts all later rows by one frame.
-    const size_t n_frames = static_cast<size_t>(folder_.numbers.last - folder_.numbers.first) + 1;
-    if (folder_.finished && file.poses.frames.empty() && file.poses.stamps_s.empty() &&
-        file.poses.size() < n_frames) {
-      out_.problems.push_back(fmt::format(
-          "camera poses of {} of {} frames: {} has no frame numbers, so its rows are taken as the first {} "
-          "frames; write a frame number before each row if the program leaves out frames",
-          file.poses.size(), n_frames, path, file.poses.size()));
-    }
+    if (is_unnumbered(file) && misses_rows(file.poses.size(), folder_))
+      out_.problems.push_back(taken_as_first_frames("camera poses", file.poses.size(), path, folder_));
   }
 
   void read_objects() {
     const ExternalObjects& objects = set_.objects;
+    if (objects.format == ObjectsFormat::motions) out_.declared_frame = motion_frame(objects.frame);
     if (objects.format == ObjectsFormat::motions || objects.format == ObjectsFormat::poses) {
       for (const Match& file : files_.matches(objects.files)) read_object(file);
     } else if (objects.format != ObjectsFormat::none) {
@@ -181,10 +205,17 @@ class Reader {
     const TrajectoryFile read = read_trajectory(path, "auto", files_.rules(pose_file));
     const std::map<int, SE3> poses = by_frame(read, folder_.numbers, path, out_);
     if (set_.objects.format == ObjectsFormat::motions) {
-      if (read.poses.frames.empty() && read.poses.stamps_s.empty())
+      if (is_unnumbered(read))
         fail("{}: expected a frame number or time stamp in each line of a file of motions", path);
       for (const auto& [frame, motion] : poses) add(id, frame, motion, set_.objects.frame);
       return;
+    }
+    // Objects often appear after the first frame, so that rows without numbers may belong to any frames.
+    if (is_unnumbered(read) && misses_rows(read.poses.size(), folder_)) {
+      fail(
+          "{}: expected a frame number or time stamp in each line of a file of poses with {} rows for {} "
+          "frames",
+          path, read.poses.size(), folder_.numbers.n_frames());
     }
     for (const auto& [frame, pose] : poses) {
       const auto before = poses.find(frame - 1);
@@ -202,6 +233,7 @@ class Reader {
     if (logs.size() > 1)
       fail("{}: holds logs of {} modules: expected logs of one module", folder, logs.size());
     out_.notes.insert(out_.notes.end(), logs.front().warnings.begin(), logs.front().warnings.end());
+    out_.declared_frame = logs.front().frame;
     for (const auto& [key, motion] : logs.front().motions) {
       const std::optional<int> id = mask_id(key.first, folder);
       if (!id) continue;
@@ -330,8 +362,11 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
   const double ms_per_unit = times.unit == TimeUnit::s ? 1000 : 1;
   constexpr double longest_ms = 1e9;  // 12 days
   try {
-    NumberFile file(found.front().path.string(), ' ', files.rules(pose_file));
-    for (size_t row = 0; file.next(); ++row) {
+    const std::string path = found.front().path.string();
+    NumberFile file(path, ' ', files.rules(pose_file));
+    size_t row = 0;
+    bool has_numbers = false;
+    for (; file.next(); ++row) {
       const auto values = file.values();
       const bool numbered = values.size() == 2;
       if ((values.size() != 1 && !numbered) || values.back() < 0 || values.back() * ms_per_unit > longest_ms)
@@ -339,6 +374,7 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
                        to_string(times.unit), longest_ms / ms_per_unit);
       if (numbered && (values[0] != std::trunc(values[0]) || std::abs(values[0]) > 1e9))
         file.fail_here("expected a frame number, got {}", values[0]);
+      has_numbers |= numbered;
       try {
         const int frame =
             numbered ? folder.numbers.of_number(static_cast<int>(values[0])) : folder.numbers.of_row(row);
@@ -347,6 +383,8 @@ FrameTimes read_frame_times(const ExternalTimes& times, const ResultFolder& fold
         file.fail_here("{}", error.what());
       }
     }
+    if (!has_numbers && misses_rows(row, folder))
+      out.problems.push_back(taken_as_first_frames("times", row, path, folder));
   } catch (const Error& error) {
     out.ms.clear();
     out.problems.emplace_back(error.what());

@@ -23,6 +23,8 @@ struct FrameNumbers {
   int in_results = 0;       ///< number of the first frame in the results
   double rate_hz = 0;       ///< frame n of the input is at n / rate
 
+  size_t n_frames() const { return static_cast<size_t>(last - first) + 1; }
+
   /// Return the frame number in the sequence, given a frame number in the results, a time (which may differ
   /// from that of the frame by a quarter of the frame interval) or the index of a row with one row per frame.
   /// Throw Error if there is no such frame.
@@ -48,6 +50,7 @@ struct ExternalResults {
   /// T_curr_prev of the object, by id in the masks and current frame: maps its points from previous to
   /// current camera.
   std::map<ObjectFrame, SE3> motions;
+  MotionFrame declared_frame = MotionFrame::world;  ///< frame in which the program wrote the motions
   bool camera_unreadable = false;
   bool objects_unreadable = false;    ///< all of them
   std::set<int> unreadable;           ///< objects whose own file could not be read

@@ -73,8 +73,10 @@ void check_truth(const PairedCases& cases, Tally& truth) {
 StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& policy) {
   const SubjectCases &base = cases.base, &fresh = cases.fresh;
   StatusRow row{.subject = base.subject, .n = static_cast<int>(cases.rows.size())};
+  bool has_common_case = false;
   for (const auto& [b, f] : cases.rows) {
     const bool before = base.is_estimated(b), after = fresh.is_estimated(f);
+    has_common_case |= before && after;
     if (base.statuses[b] == fresh.statuses[f] && base.gates[b] == fresh.gates[f]) continue;
     if (before && after)
       continue;  // between ok and no_truth only the truth changed: check_truth() reports it
@@ -84,8 +86,9 @@ StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& polic
                                 to_string(fresh.statuses[f]));
     }
   }
-  if (row.n_lost > row.n_gained + policy.max_lost) row.verdict = GateVerdict::regressed;
   if (row.n_gained > row.n_lost) row.verdict = GateVerdict::improved;
+  if (!has_common_case && row.n_lost > 0 && row.n_gained > 0) row.verdict = GateVerdict::inconclusive;
+  if (row.n_lost > row.n_gained + policy.max_lost) row.verdict = GateVerdict::regressed;
   return row;
 }
 

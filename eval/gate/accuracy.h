@@ -25,8 +25,9 @@
 //
 // Statuses: a case that was estimated in BASE (status ok or no_truth) and is not in NEW is lost; the opposite
 // is gained. A subject is `regressed` if more than gained + max_lost cases are lost, and `improved` if more
-// cases are gained than lost. Truth that appears or disappears is not a change of the estimator; it is a
-// finding.
+// cases are gained than lost. A subject that both sides have estimated, but in no common case, has no error
+// to compare: it is `inconclusive` unless it is `regressed`. Truth that appears or disappears is not a change
+// of the estimator; it is a finding.
 
 #include <string>
 #include <vector>

@@ -55,6 +55,11 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
       SpeedComparison speed = compare_speed(first, second, policy);
       out.speed = std::move(speed.rows);
       std::ranges::move(speed.findings, std::back_inserter(out.findings));
+      if (out.speed.empty() && !first.runs.empty() && !second.runs.empty()) {
+        const auto state = [](const Side& side) { return side.runs.front().has_times ? "there" : "missing"; };
+        out.findings.push_back(
+            mismatch(Strictness::note, "times", "times are not judged", state(first), state(second)));
+      }
     }
     if (out.accuracy.empty() && out.speed.empty()) {
       out.findings.push_back(
@@ -181,7 +186,8 @@ std::string headline(const Comparison& c) {
   const auto is_changed = [](const SpeedRow& row) {
     return std::abs(std::log(row.ratio)) > std::log1p(SpeedPolicy{}.minimum_effect);
   };
-  const bool nothing = largest_change(c).empty() && std::ranges::none_of(c.speed, is_changed);
+  const bool nothing =
+      largest_change(c).empty() && c.statuses.empty() && std::ranges::none_of(c.speed, is_changed);
   if (parts.empty()) parts = nothing ? "nothing changed" : "no change that counts";
   return fmt::format("{}: {}{}", to_string(c.verdict), parts,
                      scope.empty() ? "" : fmt::format(" ({} compared)", scope));

@@ -109,7 +109,6 @@ SpeedRow compare_times(const std::string& name, const std::vector<double>& base_
   if (!row.interval) {
     const Interval ratios = cases.value_or(Interval{row.ratio, row.ratio});
     if (ratios.low > 1 + policy.unrepeated_effect) row.verdict = GateVerdict::inconclusive;
-    if (ratios.high < 1 / (1 + policy.unrepeated_effect)) row.verdict = GateVerdict::improved;
   } else if (row.interval->low > slower) {
     row.verdict = GateVerdict::regressed;
   } else if (row.interval->high < faster) {

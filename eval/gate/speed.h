@@ -13,9 +13,9 @@
 // `regressed`: the whole interval lies above 1 + minimum_effect. `improved`: it lies below 1 / (1 +
 // minimum_effect). `inconclusive`: the ratio lies above 1 + minimum_effect, but its interval does not; more
 // repetitions are needed. Without repetitions, or with fewer than the test needs (4 on each side if alpha is
-// 0.05), there is no interval: a time that is slower by more than unrepeated_effect is `inconclusive`, a time
-// that is faster by more than it `improved`. The times of runs are wall-clock times, so nine of ten cases
-// must be slower, or faster, by more than unrepeated_effect.
+// 0.05), there is no interval: a time that is slower by more than unrepeated_effect is `inconclusive`, and
+// any other time `ok`, because nothing is proven. The times of runs are wall-clock times, so nine of ten
+// cases must be slower by more than unrepeated_effect.
 
 #include <map>
 #include <optional>

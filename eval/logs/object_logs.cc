@@ -327,6 +327,7 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth) {
   log.motions = std::move(motions);
   log.lost_truth = std::move(lost);
   log.frame = MotionFrame::world;
+  log.from_camera = true;
   if (log.motion_covariances.entries.empty()) return;
   log.motion_covariances = {};
   log.warnings.push_back(log.estimator +
@@ -400,6 +401,10 @@ std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth) {
   return poses;
 }
 
+std::string object_text(int id) {
+  return id < unmatched_object ? std::to_string(id) : fmt::format("{} of the log", id - unmatched_object);
+}
+
 void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   std::map<ObjectFrame, SE3> poses = true_object_poses(truth);
   move_to_world_of(truth.camera, log);
@@ -408,12 +413,11 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   for (const auto& [key, pose] : poses) {
     if (poses.contains(previous(key)) && !moves_to(truth, key.second, key.first)) log.resting.insert(key);
   }
-  int unmatched = 1'000'000'000;  // ids of objects without truth, distinct from all true ones
   std::map<int, int> renamed;
   const auto new_id = [&](int id) {
     const auto known = ids.find(id);
     if (known != ids.end()) return known->second;
-    return renamed.try_emplace(id, unmatched + id).first->second;
+    return renamed.try_emplace(id, unmatched_object + id).first->second;
   };
   std::map<ObjectFrame, LoggedMotion> motions;
   for (const auto& [key, motion] : log.motions) {

@@ -72,6 +72,7 @@ struct LogCovariances {
 struct ObjectLog {
   std::string estimator;  ///< the module <m>, "vdo", or the name of the folder
   MotionFrame frame = MotionFrame::world;
+  bool from_camera = false;  ///< camera_motions_to_world() has converted the motions
   std::map<ObjectFrame, LoggedMotion> motions;
   std::map<ObjectFrame, SE3> poses, true_poses;         ///< T_world_object
   LogCovariances motion_covariances, pose_covariances;  ///< covariances of the estimates
@@ -127,6 +128,12 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log);
 
 /// Returns T_world_object of the objects that are not declared static, in the frames with a camera pose.
 std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth);
+
+/// take_truth() gives a logged object without a partner its own id plus this, so that it differs from all
+/// true ids.
+inline constexpr int unmatched_object = 1'000'000'000;
+/// Formats the id of an object for readers: "3", or "3 of the log" without a partner.
+std::string object_text(int id);
 
 /// Replaces the log's truth by that of a data set. The log's world may differ: it is moved so that both agree
 /// in their first common camera pose. Ids may differ as well: pairs of a logged and a true object are formed

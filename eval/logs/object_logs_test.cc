@@ -185,6 +185,14 @@ TEST(ObjectLogs, SpeedsAreOverTheStepsOfTheirError) {
   EXPECT_EQ(rows[0]["v_gt_kmh"], 21);
 }
 
+TEST(ObjectLogs, ObjectsWithoutAPartnerHaveTheIdOfTheLogInTables) {
+  std::vector<Record> records(1);
+  records[0].estimator = "m";
+  records[0].body = object_body(unmatched_object + 3);
+  const Json rows = rows_to_json(object_table(records, {&preset("paper"), 1}));
+  EXPECT_EQ(rows[0]["object"], "3 of the log");
+}
+
 TEST(ObjectLogs, TruthOfASourceMatchesIdsByOverlap) {
   const TempFolder folder;
   write_dynosam(folder, 40);

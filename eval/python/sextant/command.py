@@ -219,9 +219,10 @@ def _draw_lines(records, column, over, groups, ax, *, rms=False, **style):
 
 def _plot(records, metric, over, groups, ax, *, rms=False):
     column = f"errors_{metric}"
-    if column not in records:
-        known = ", ".join(sorted(name.removeprefix("errors_") for name in records if name.startswith("errors_")))
-        raise Error(f"metric: expected one of {known}, got {metric!r}")
+    known = sorted(name.removeprefix("errors_") for name in records if name.startswith("errors_"))
+    with_values = [name for name in known if records[f"errors_{name}"].notna().any()]
+    if metric not in (with_values or known):
+        raise Error(f"metric: expected one of {', '.join(with_values or known)}, got {metric!r}")
     _draw_lines(records, column, over, groups, ax, rms=rms, marker=".")
     ax.set_xlabel(over)
     ax.set_ylabel(f"{'RMS of' if rms else 'mean'} {_heading(metric)}")

@@ -9,6 +9,7 @@ from . import _core
 from ._core import Error
 from .arguments import floats, number, numbers, poses
 from .noise import camera_numbers
+from .trajectories import check_rotations
 
 
 def pose_change_errors(estimate, truth):
@@ -19,6 +20,7 @@ def pose_change_errors(estimate, truth):
     >>> sextant.pose_change_errors(estimate, truth)[0]
     array([0. , 0.5])
     """
+    check_rotations("pose_change_errors", estimate, truth)
     return _core.pose_change_errors(poses("estimate", estimate), poses("truth", truth))
 
 
@@ -36,6 +38,8 @@ def object_errors(estimate, truth, *, object_pose=None, dt=0.1, camera=None, tru
     >>> {key: float(value[0]) for key, value in sextant.object_errors(still, still).items()}
     {'Et_world_m': 0.0, 'ER_world_deg': 0.0}
     """
+    check_rotations("object_errors", estimate, truth, object_pose,
+                    *(part for pair in (camera, true_camera) if isinstance(pair, (tuple, list)) for part in pair))
     cameras = [tuple(poses(name, value) for value in pair) if isinstance(pair, (tuple, list)) else pair
                for name, pair in (("camera", camera), ("true_camera", true_camera))]
     return _core.object_errors(poses("estimate", estimate), poses("truth", truth), poses("object_pose", object_pose),

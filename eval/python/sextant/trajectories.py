@@ -1,6 +1,6 @@
 """Paths of cameras and their errors, with the definitions of `sextant evaluate ego` and evo (docs/metrics.md). A path is a
-Trajectory, or an array (n, 4, 4) of T_world_camera. Estimate and reference must correspond pose by pose; associate() finds
-corresponding poses by time."""
+Trajectory, or an array (n, 4, 4) of T_world_camera. Estimate and reference must correspond pose by pose, which is checked where
+both have stamps or frames; associate() finds corresponding poses by time."""
 
 import dataclasses
 import os
@@ -113,7 +113,7 @@ def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
     >>> print(pathlib.Path("kitti.txt").read_text().splitlines()[0])
     1.0 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.0 1.0 0.0
     """
-    _check_rotations("a file of format tum or kitti", trajectory)
+    check_rotations("a file of format tum or kitti", trajectory)
     T = poses("trajectory", trajectory)
     _core.check_path(T, "trajectory")
     stamps = ascending("stamps", stamps if stamps is not None else getattr(trajectory, "stamps", None), len(T))
@@ -202,7 +202,8 @@ class TrajectoryErrors(Shown):
 
     def _table(self):
         return [f"{self.relation} {f'[{self.unit}]' if self.unit else ''}", ""], [
-            [name, f"{value:.6g}"] for name, value in dataclasses.asdict(self.statistics).items()]
+            [f"sse [{self.unit}^2]" if name == "sse" and self.unit else name, f"{value:.6g}"]
+            for name, value in dataclasses.asdict(self.statistics).items()]
 
     _n_axes = 2
 
@@ -252,8 +253,9 @@ def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignm
     >>> sextant.align(path, moved).transform[0, 3].round(9)
     5.0
     """
+    _check_pairs(estimate, reference)
     if method == "origin":
-        _check_rotations("align='origin'", estimate, reference)
+        check_rotations("align='origin'", estimate, reference)
     return Alignment(*_core.align(poses("estimate", estimate), poses("reference", reference), text("method", method),
                                   _first_n(n_to_align, method), _upward(up, method)))
 
@@ -279,11 +281,31 @@ def _upward(up, method):
     return direction
 
 
-def _check_rotations(need, *paths):
+def check_rotations(need, *paths):
     """Raises an Error if a path has positions only, whose rotations are identities in the array of poses."""
     if not all(getattr(path, "has_rotations", True) for path in paths):
         raise Error(f"{need} needs rotations, but a path has positions only: for these use the relations trans_part "
                     "(of poses) or point_distance, the alignments se3, sim3 or yaw, and pairs by frames, m or s")
+
+
+def _check_pairs(estimate, reference):
+    """Raises an Error if the stamps or, without these, the frame numbers of two paths show that poses of equal index do not belong
+    together. Stamps may differ by 0.01 s, the default of associate(), and by less than half of the smallest step."""
+    for name in ("stamps", "frames"):
+        given, expected = getattr(estimate, name, None), getattr(reference, name, None)
+        if given is None or expected is None:
+            continue
+        if len(given) == len(expected):
+            steps = numpy.concatenate([numpy.diff(given), numpy.diff(expected)])
+            largest = min(0.01, 0.5 * steps.min()) if name == "stamps" and len(steps) else 0.0
+            differ = numpy.flatnonzero(abs(given - expected) > largest)
+            if len(differ) == 0:
+                return
+            what = f"{name} {given[differ[0]]:.17g} and {expected[differ[0]]:.17g} at [{differ[0]}]"
+        else:
+            what = f"{len(given)} and {len(expected)} {name}"
+        raise Error(f"estimate and reference: expected paths whose poses belong together by index, got {what}: "
+                    "evaluate_trajectory() pairs poses by stamps or frames, associate() finds those of equal stamps")
 
 
 def absolute_errors(estimate, reference, *, relation="trans_part", align="none", n_to_align=0, up=None):
@@ -296,7 +318,7 @@ def absolute_errors(estimate, reference, *, relation="trans_part", align="none",
     array([0.  , 0.25])
     """
     if _core.needs_rotations(text("relation", relation), False):
-        _check_rotations(f"relation='{relation}'", estimate, reference)
+        check_rotations(f"relation='{relation}'", estimate, reference)
     estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
     return _core.absolute_errors(estimate, poses("reference", reference), relation)
 
@@ -312,9 +334,9 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
     array([0.25, 0.  ])
     """
     if _core.needs_rotations(text("relation", relation), True):
-        _check_rotations(f"relation='{relation}' of pairs", estimate, reference)
+        check_rotations(f"relation='{relation}' of pairs", estimate, reference)
     if text("delta", delta).endswith(("deg", "rad")):
-        _check_rotations(f"delta='{delta}'", reference if pairs_from_reference else estimate)
+        check_rotations(f"delta='{delta}'", reference if pairs_from_reference else estimate)
     stamps = getattr(estimate, "stamps", None) if stamps is None else stamps
     tolerance = number("tolerance", tolerance)
     if tolerance != 0.1 and (not all_pairs or delta.endswith("f")):
@@ -363,7 +385,8 @@ def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
     >>> sextant.kitti_odometry(path, path)[0].translation_percent
     0.0
     """
-    _check_rotations("kitti_odometry", estimate, reference)
+    check_rotations("kitti_odometry", estimate, reference)
+    _check_pairs(estimate, reference)
     return [KittiError(*row) for row in _core.kitti_odometry(poses("estimate", estimate), poses("reference", reference))]
 
 

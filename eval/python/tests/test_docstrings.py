@@ -126,6 +126,10 @@ class Shown(unittest.TestCase):
         for line, column in zip(ax.lines, (records.errors_Et_m, records.bound_Et_m), strict=True):
             self.assertAlmostEqual(line.get_ydata()[-1], (column ** 2).mean() ** 0.5, places=12)
         self.assertEqual(sweep.plot("epe_initial_px").get_ylabel(), "mean epe initial [px]", "without a bound")
+        with self.assertRaisesRegex(sextant.Error, "metric: expected one of ER_deg, Et_m.*, got 'Ev_kmh'"):
+            sweep.plot("Ev_kmh")
+        self.assertEqual(sweep.plot("Ev_kmh", body="object:1").get_ylabel(), "RMS of E_v [km/h]" if
+                         "bound_Ev_kmh" in sweep.records() else "mean E_v [km/h]")
         bodies = {"background": {"epe_x_px": 1.3, "epe_y_px": 0.3}, "objects": {"epe_px": 0.4}}
         plan["seeds"] = 1
         plan["noise"] = [{"parameter": "flow.scale", "levels": [0.5, 1], "base": {"flow": {"bodies": bodies}}},

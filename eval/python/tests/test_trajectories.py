@@ -254,6 +254,34 @@ class Files(unittest.TestCase):
         numpy.testing.assert_array_equal(sextant.absolute_errors(positions, other, align="se3"),
                                          sextant.evaluate_trajectory(positions, other, align="se3").errors)
         sextant.relative_errors(positions, other, relation="point_distance", delta="2s")  # stamps of the estimate
+        for call in (lambda: sextant.pose_change_errors(positions, other), lambda: sextant.pose_change_errors(other, positions),
+                     lambda: sextant.object_errors(positions, other), lambda: sextant.object_errors(other, positions),
+                     lambda: sextant.object_errors(other, other, object_pose=positions),
+                     lambda: sextant.object_errors(other, other, camera=(other, positions)),
+                     lambda: sextant.object_errors(other, other, true_camera=(positions, other))):
+            with self.assertRaisesRegex(sextant.Error, "needs rotations"):
+                call()
+
+    def test_paths_that_do_not_belong_together_by_index(self):
+        poses, stamps = path(150), 0.1 * numpy.arange(150)
+        both = [sextant.Trajectory(poses, stamps=stamps), sextant.Trajectory(poses, stamps=stamps + 0.1)]
+        frames = [sextant.Trajectory(poses, frames=numpy.arange(150) + first) for first in (0, 3)]
+        shorter = [sextant.Trajectory(poses[1:], stamps=stamps[1:]), both[0]]
+        functions = (sextant.absolute_errors, sextant.relative_errors, sextant.align, sextant.kitti_odometry)
+        for function, (estimate, reference) in itertools.product(functions, (both, both[::-1], frames, shorter)):
+            with self.assertRaisesRegex(sextant.Error, r"evaluate_trajectory\(\) pairs poses .*associate"):
+                function(estimate, reference)
+        near = sextant.Trajectory(poses, stamps=stamps + 0.004)
+        for function, reference in itertools.product(functions, (near, poses, frames[0])):
+            function(both[0], reference)
+        fast = [sextant.Trajectory(poses, stamps=0.005 * numpy.arange(150) + start) for start in (0, 0.005)]
+        with self.assertRaisesRegex(sextant.Error, "stamps 0 and 0.005"):
+            sextant.align(*fast)
+
+    def test_statistics_in_a_notebook_have_their_units(self):
+        html = sextant.evaluate_trajectory(path(20), path(20))._repr_html_()
+        self.assertIn("<td>sse [m^2]</td>", html)
+        self.assertIn("<td>rmse</td>", html)
 
     def test_written_and_read(self):
         truth = path(50)
