@@ -171,7 +171,7 @@ class Plants:
         vdo("vdo_centimetres", "centimetres", then(lambda T: scaled(100)(T)), as_it_is)
         vdo("vdo_inverse", "inverted", then(inverse), as_it_is)
         vdo("vdo_inverse_both", "inverted", then(inverse), then(inverse))
-        vdo("vdo_world", "world frame", lambda T, **_: T, as_it_is)
+        vdo("vdo_world", "two frames, world and body", lambda T, **_: T, as_it_is)
         vdo("vdo_inverse_camera", "inverted", as_it_is, as_it_is, inverse)
         return out
 
