@@ -312,7 +312,11 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
                   content.what, others == std::string::npos ? "" : first.parameter.substr(others),
                   first.dataset, first.sequence, of, content.word, first.n_seeds,
                   content.bars ? " Bars: mean E_R with its 95 % interval." : "");
-  figure.script = curves_script(lines, levels, parameter_title(first.parameter, first.noise), content);
+  std::string noise;  // at the highest level, because level 0 has none
+  for (const NoiseLevelRow* row : levels.back().of_line) {
+    if (row != nullptr) noise = row->noise;
+  }
+  figure.script = curves_script(lines, levels, parameter_title(first.parameter, noise), content);
   widen_for_legend(lines, figure);
   return figure;
 }
@@ -469,7 +473,8 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   for (const std::string& body : bodies) {
     for (const MetricDefinition* error : errors) {
       panels.push_back(panel_of(*error, body, estimators, low, high, lowest, highest));
-      const std::string title = body == bodies.back() ? parameter_title(first.parameter, first.noise) : "";
+      const std::string title =
+          body == bodies.back() ? parameter_title(first.parameter, rows.back()->noise) : "";
       panels.back().settings += fmt::format("set xlabel {} noenhanced offset 0,0.4\n", gp_text(title));
     }
   }

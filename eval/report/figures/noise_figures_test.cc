@@ -43,6 +43,17 @@ std::string script_at(const std::vector<double>& levels) {
   return noise_level_figures(at).front().script;
 }
 
+TEST(NoiseFigures, TheAxisSaysHowTheLevelOfTheFlowIsRead) {
+  std::vector<NoiseLevelRow> flow = rows();
+  for (NoiseLevelRow& row : flow) {
+    row.parameter = "flow.epe_px";
+    row.noise = row.level == 0.1 ? "none" : "flow 1 px";
+  }
+  EXPECT_THAT(noise_level_figures(flow).front().script, HasSubstr("standard deviation of x and y"));
+  for (NoiseLevelRow& row : flow) row.noise = row.level == 0.1 ? "none" : "flow 1 px, mean error";
+  EXPECT_THAT(noise_level_figures(flow).front().script, HasSubstr("mean end-point error"));
+}
+
 TEST(NoiseFigures, LabelsAreTheLevels) {
   EXPECT_THAT(script_at({0.1, 0.2, 0.3}), HasSubstr("set xtics (\"0.1\" 0.1, \"0.2\" 0.2, \"0.3\" 0.3)"));
   EXPECT_THAT(script_at({0.125, 0.175}), HasSubstr("(\"0.125\" 0.125, \"0.175\" 0.175)"));
