@@ -333,16 +333,12 @@ namespace {
 /// Smaller errors are rounding of exact solutions of exact data: they count as this error.
 constexpr double rounding_m = 1e-6;
 
-/// Track, kind of body and level.
-using ProfileCase = std::tuple<std::string, std::string, double>;
-
-ProfileCase case_of(const CurvePoint& point) { return {point.track, point.body, point.level}; }
-
 }  // namespace
 
 std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite) {
   std::map<std::string, ProfileRow> rows;
-  std::map<ProfileCase, std::map<std::string, double>> errors;  // of the solved cases
+  // Of the estimators that solve a case; a case that nobody solves has an empty entry.
+  std::map<std::tuple<std::string, std::string, double>, std::map<std::string, double>> errors;
   for (const PlacedCard& placed : cards) {
     for (const std::string& result : placed.card.results) {
       if (!rows.emplace(result, ProfileRow{result}).second)
@@ -350,8 +346,7 @@ std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards
     }
     for (const CurvePoint& point : placed.card.curves) {
       if (point.n_truth == 0) continue;
-      std::map<std::string, double>& by_estimator =
-          errors[case_of(point)];  // without results: nobody solves it
+      std::map<std::string, double>& by_estimator = errors[{point.track, point.body, point.level}];
       if (point.Et_m && point.coverage() >= suite.min_coverage)
         by_estimator.emplace(point.estimator, std::max(point.Et_m->value, rounding_m));
     }
@@ -400,10 +395,6 @@ Table profile_table(const std::vector<ProfileRow>& rows) {
                   {Column::number("within_16", "tau 16 [%]", 1), within(16)}},
       rows);
 }
-
-}  // namespace
-
-namespace {
 
 /// Adds the folder of a card to the names of its results that other cards have as well.
 std::vector<PlacedCard> with_different_names(std::vector<PlacedCard> cards) {

@@ -192,8 +192,8 @@ void run_trend(const TrendFlags& flags) {
   Policy policy;
   if (!flags.policy.empty()) policy = read_policy(flags.policy);
   const History history = read_history({flags.folders.begin(), flags.folders.end()}, policy);
-  for (const std::string& text : history.warnings) print_message("warning", text);
   const ReportDocument document = history_document(history);
+  for (const std::string& warning : document.warnings) print_message("warning", warning);
   if (!flags.out.empty()) {
     std::vector<Figure> figures;
     for (const ReportSection& section : document.sections)

@@ -185,8 +185,8 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
 
 bool is_of_estimate(const Reading& reading) { return reading.cause.starts_with("the estimate"); }
 
-/// Returns the ratio of the length of the path as declared to that of the inverted poses, whatever the scale.
-/// Inverse poses have a longer path than those of a camera.
+/// Returns the length of the declared path divided by the length of the path of the inverted poses, which
+/// does not depend on the scale. Inverted camera poses have a longer path than the camera itself.
 double path_ratio_to_inverse(const PoseSeries& poses) {
   PoseSeries inverted = poses;
   invert(inverted);

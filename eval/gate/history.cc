@@ -84,10 +84,10 @@ std::string label_of(const fs::path& path, const Side& side) {
   return label;
 }
 
-/// A series of errors by (subject, metric); the camera and all objects are one subject each.
 struct SubjectOrder {
   bool operator()(const Subject& a, const Subject& b) const { return compare_subjects(a, b) < 0; }
 };
+/// Mean errors of one point by subject and metric; the camera and all objects are one subject each.
 using PointErrors = std::map<Subject, std::map<std::string, double>, SubjectOrder>;
 
 PointErrors errors_of(const RunFolder& run) {
@@ -121,17 +121,18 @@ PointErrors errors_of(const RunFolder& run) {
   return errors;
 }
 
-/// Returns a sentence if the configuration or the data of a result differ from those of the result before it;
+/// Returns the first run of a side with its run.json and without its cases.
+Side without_cases(const Side& side) {
+  const RunFolder& run = side.runs.front();
+  return {side.path, {{run.path, {}, run.n_cases, false, run.provenance}}, {}};
+}
+
+/// Returns a sentence if a result has another configuration or other data than the result before it;
 /// otherwise "".
-std::string changed_conditions(const RunFolder& before, const RunFolder& now, const std::string& label,
+std::string changed_conditions(const Side& before, const Side& now, const std::string& label,
                                const Policy& policy) {
-  if (before.provenance.is_null() || now.provenance.is_null()) return "";
-  const auto without_cases = [](const RunFolder& run) {
-    Side side;
-    side.runs.push_back({run.path, {}, run.n_cases, false, run.provenance});
-    return side;
-  };
-  std::vector<Mismatch> found = compare_provenance(without_cases(before), without_cases(now), policy);
+  if (before.runs.front().provenance.is_null() || now.runs.front().provenance.is_null()) return "";
+  std::vector<Mismatch> found = compare_provenance(before, now, policy);
   std::erase_if(found, [](const Mismatch& m) { return m.what != "configuration" && m.what != "data"; });
   if (found.empty()) return "";
   const auto shown_value = [](const std::string& value) { return value.empty() ? "nothing" : value; };
@@ -193,39 +194,34 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   SameDefinitions definitions;
   SubjectNames names;  // of all points, because two points may have one level of different noise
   std::vector<PointErrors> errors;
-  std::optional<RunFolder> before;  // without its cases
+  std::optional<Side> before;  // without its cases
+  const auto put = [&](const Key& key, size_t point, double value) {
+    auto& values = all[key];
+    values.resize(points.size());
+    values[point] = value;
+  };
   for (size_t i = 0; i < points.size(); ++i) {
     Side side = read_side(points[i]);
     if (!side.runs.empty() && side.runs.front().provenance.is_object())
       definitions.check(side.runs.front().provenance, side.runs.front().path);
     history.labels.push_back(label_of(points[i], side));
     Point point;
+    errors.push_back(side.runs.empty() ? PointErrors() : errors_of(side.runs.front()));
+    for (const auto& [subject, ignored] : errors.back()) names.add(subject);
     if (!side.runs.empty()) {
-      RunFolder& run = side.runs.front();
-      errors.push_back(errors_of(run));
-      for (const auto& [subject, ignored] : errors.back()) names.add(subject);
-      std::string changed = before ? changed_conditions(*before, run, history.labels.back(), policy) : "";
+      Side now = without_cases(side);
+      std::string changed = before ? changed_conditions(*before, now, history.labels.back(), policy) : "";
       if (!changed.empty()) history.warnings.push_back(std::move(changed));
-      before = RunFolder{run.path, {}, run.n_cases, false, run.provenance};
-    } else {
-      errors.emplace_back();
+      before = std::move(now);
     }
     const bool is_first = reference.empty() && !side.runs.empty();
     add_times(side, is_first ? side.runs.front().subjects : reference, policy.speed.time, point);
     if (is_first) reference = std::move(side.runs.front().subjects);
-    for (const auto& [key, value] : point) {
-      auto& values = all[key];
-      values.resize(points.size());
-      values[i] = value;
-    }
+    for (const auto& [key, value] : point) put(key, i, value);
   }
   for (size_t i = 0; i < errors.size(); ++i) {
     for (const auto& [subject, by_metric] : errors[i]) {
-      for (const auto& [metric, value] : by_metric) {
-        auto& values = all[{names(subject), metric}];
-        values.resize(points.size());
-        values[i] = value;
-      }
+      for (const auto& [metric, value] : by_metric) put({names(subject), metric}, i, value);
     }
   }
   if (points.size() < 2) fail("{}: one result has no trend: expected at least two", points.front().string());
@@ -367,6 +363,7 @@ ReportDocument history_document(const History& history) {
     levels.tables = {{"changes", std::move(changes)}};
   }
   document.warnings = history.warnings;
+  for (const std::string& warning : document.warnings) document.abstract += " Warning: " + warning + ".";
   document.sections.push_back(std::move(levels));
   std::vector<const Series*> sorted;
   for (const Series& series : history.series) sorted.push_back(&series);

@@ -77,6 +77,7 @@ TEST_F(Past, OtherNoiseIsAnotherSeriesAndOtherOptionsAreNamed) {
   EXPECT_GT(n_other, 0U);
   ASSERT_EQ(history.warnings.size(), 2U);  // run-9, and run-10, which is as before
   EXPECT_THAT(history.warnings[0], AllOf(HasSubstr("run-9"), HasSubstr("sigma_px: 2.5, before it 1.0")));
+  EXPECT_THAT(history_document(history).abstract, HasSubstr(history.warnings[1]));
 }
 
 TEST_F(Past, TimesAreTheKindThatThePolicyOrTheNameRequests) {

@@ -20,11 +20,6 @@ void collect_leaves(const Json& tree, const std::string& prefix, Leaves& leaves)
   }
 }
 
-Json object_in(const Json& tree, const char* key) {
-  const Json found = tree.value(key, Json());
-  return found.is_object() ? found : Json::object();
-}
-
 }  // namespace
 
 Leaves leaves_of(const Json& options) {
@@ -43,49 +38,49 @@ std::string noise_name(const Json& options) {
 }
 
 void SameLabels::begin(const Json& run, const std::filesystem::path& folder) {
-  Folder& now = folders_.emplace_back(Folder{(folder / "run.json").string(), {}, {}});
+  const std::string file = (folder / "run.json").string();
+  Folder& now = folders_.emplace_back(Folder{file, {}, {}});
   last_.reset();
-  const Json configuration = object_in(run, "configuration"), options = object_in(configuration, "options");
+  const Json configuration = json_object(run, "configuration", file);
+  const Json options = json_object(configuration, "options", file);
   const auto add_estimator = [&](const std::string& label, const Json& own, const Json& pipeline) {
-    now.of_estimator[label] = leaves_of(
-        {{"estimator", own}, {"pipeline", pipeline}, {"extraction", object_in(options, "extraction")}});
+    now.of_estimator[label] = leaves_of({{"estimator", own},
+                                         {"pipeline", pipeline},
+                                         {"extraction", json_object(options, "extraction", file)}});
   };
   const auto add_noise = [&](double level, const Json& noise) {
     const std::string name = noise.is_object() ? noise_name(noise) : "";
     if (!name.empty()) now.of_noise[{name, level}] = leaves_of(noise);
   };
-  const Json pipeline = object_in(options, "pipeline");
+  const Json pipeline = json_object(options, "pipeline", file);
   if (configuration.contains("estimator") && configuration["estimator"].is_string())  // of `sextant run`
-    add_estimator(configuration["estimator"], object_in(options, "estimator"), pipeline);
-  for (const Json& entry : configuration.value("estimators", Json::array())) {
+    add_estimator(configuration["estimator"], json_object(options, "estimator", file), pipeline);
+  for (const Json& entry : json_list(configuration, "estimators", file)) {
     if (!entry.is_object() || !entry.contains("label") || !entry["label"].is_string()) continue;
-    const bool has_own = entry.contains("pipeline");
-    add_estimator(entry["label"], object_in(entry, "options"),
-                  has_own ? object_in(entry, "pipeline") : pipeline);
+    add_estimator(entry["label"], json_object(entry, "options", file),
+                  entry.contains("pipeline") ? json_object(entry, "pipeline", file) : pipeline);
   }
   const Json noise = configuration.value("noise", Json());
-  if (noise.is_object())
-    add_noise(json_member<double>(configuration, "level", "run.json: configuration", 0), noise);
+  if (noise.is_object()) add_noise(json_member<double>(configuration, "level", file, 0), noise);
   if (!noise.is_array()) return;
   for (const Json& entry : noise) {
     if (entry.is_object())
-      add_noise(json_member<double>(entry, "level", "run.json: configuration.noise", 0),
-                object_in(entry, "noise"));
+      add_noise(json_member<double>(entry, "level", file, 0), json_object(entry, "noise", file));
   }
 }
 
 template <typename Key>
-void SameLabels::compare(const Folder& first, const Folder& now, const std::string& what, const Key& key,
-                         std::map<Key, Leaves> Folder::*options) {
+void SameLabels::compare(const Folder& first, const Folder& now, const char* what, Interned label,
+                         const Key& key, std::map<Key, Leaves> Folder::*options) {
   const auto before = (first.*options).find(key), after = (now.*options).find(key);
   if (before == (first.*options).end() || after == (now.*options).end()) return;
   for (const auto& [name, value] : after->second) {
     const auto other = before->second.find(name);
     if (other == before->second.end() || other->second == value) continue;
     fail(
-        "{}: {} has {} = {}, but {} in {}: their records would count as one sample; report the folders "
+        "{}: {} '{}' has {} = {}, but {} in {}: their records would count as one sample; report the folders "
         "apart, or give the estimators of a plan different labels",
-        now.file, what, name, json_excerpt(value), json_excerpt(other->second), first.file);
+        now.file, what, label, name, json_excerpt(value), json_excerpt(other->second), first.file);
   }
 }
 
@@ -94,12 +89,13 @@ void SameLabels::check(Interned estimator, Interned dataset, Interned sequence, 
   const Row row{estimator, dataset, sequence, noise, level};
   if (row == last_) return;
   last_ = row;
-  const size_t first = first_folder_.try_emplace(row, folders_.size() - 1).first->second;
-  if (first + 1 == folders_.size()) return;
-  compare(folders_[first], folders_.back(), "estimator '" + estimator.str() + "'", estimator.str(),
-          &Folder::of_estimator);
-  compare(folders_[first], folders_.back(), "noise '" + noise.str() + "'", std::pair(noise.str(), level),
-          &Folder::of_noise);
+  const size_t at = folders_.size() - 1;
+  const auto [row_folders, is_new] = folders_of_.try_emplace(row, RowFolders{at, at});
+  if (is_new || row_folders->second.last == at) return;
+  row_folders->second.last = at;
+  const Folder &first = folders_[row_folders->second.first], &now = folders_.back();
+  compare(first, now, "estimator", estimator, estimator.str(), &Folder::of_estimator);
+  compare(first, now, "noise", noise, std::pair(noise.str(), level), &Folder::of_noise);
 }
 
 void GivenShards::add(const Json& run) {

@@ -43,12 +43,16 @@ class SameLabels {
     std::map<std::pair<std::string, double>, Leaves> of_noise;  ///< by name and level
   };
   template <typename Key>
-  static void compare(const Folder& first, const Folder& now, const std::string& what, const Key& key,
-                      std::map<Key, Leaves> Folder::*options);
+  static void compare(const Folder& first, const Folder& now, const char* what, Interned label,
+                      const Key& key, std::map<Key, Leaves> Folder::*options);
+  /// Folders with records of a row, as indices.
+  struct RowFolders {
+    size_t first, last;
+  };
 
   std::vector<Folder> folders_;
-  std::map<Row, size_t> first_folder_;  ///< the first folder with records of a row
-  std::optional<Row> last_;             ///< the row of the last record
+  std::map<Row, RowFolders> folders_of_;
+  std::optional<Row> last_;  ///< the row of the last record
 };
 
 /// Collects which shards of sweeps are among the folders.

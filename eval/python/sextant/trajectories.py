@@ -305,7 +305,7 @@ def _check_pairs(estimate, reference):
         else:
             what = f"{len(given)} and {len(expected)} {name}"
         raise Error(f"estimate and reference: expected paths whose poses belong together by index, got {what}: "
-                    "evaluate_trajectory() pairs poses by stamps or frames, associate() finds those of equal stamps")
+                    "evaluate_trajectory() pairs poses by stamps or frames, associate() finds the pairs of poses with equal stamps")
 
 
 def absolute_errors(estimate, reference, *, relation="trans_part", align="none", n_to_align=0, up=None):
