@@ -11,7 +11,6 @@
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/datasets/kitti_testing.h"
-#include "sextant/datasets/sceneflow_testing.h"
 #include "sextant/datasets/tartanair_testing.h"
 #include "sextant/datasets/testing.h"
 

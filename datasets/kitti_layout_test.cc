@@ -6,8 +6,8 @@
 
 #include "sextant/base/quantile.h"
 #include "sextant/datasets/codec/kitti_text.h"
-#include "sextant/datasets/kitti_layout.h"
 #include "sextant/datasets/kitti_testing.h"
+#include "sextant/datasets/kitti_tracking.h"
 #include "sextant/datasets/kitti_truth.h"
 #include "sextant/datasets/testing.h"
 #include "sextant/geometry/testing.h"

@@ -16,7 +16,7 @@
 #include "sextant/base/names.h"
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
-#include "sextant/datasets/kitti_layout.h"
+#include "sextant/datasets/kitti_tracking.h"
 #include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vkitti_layout.h"
 

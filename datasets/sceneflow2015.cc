@@ -9,7 +9,7 @@
 namespace sextant {
 namespace {
 
-constexpr int first_frame = 10;
+constexpr int first_of_pair = 10;
 constexpr double rate_hz = 10;
 
 using Matrix34d = Eigen::Matrix<double, 3, 4>;
@@ -82,16 +82,16 @@ class TrueDepth final : public DepthSource {
   }
 
   Image<float> read(int frame) const override {
-    if (frame == first_frame) return depth_in(first_);
+    if (frame == first_of_pair) return depth_in(first_);
     const Image<Rgb16> flow = decode_png_rgb16(inputs_.inputs->read(flow_), flow_.string());
     check_size(flow.width(), flow.height(), flow_.string(), inputs_);
     return carry_depth_along_flow(depth_in(second_), flow_from_kitti(flow));
   }
   bool has(int frame) const override {
-    return frame == first_frame ? fs::exists(first_) : fs::exists(second_) && fs::exists(flow_);
+    return frame == first_of_pair ? fs::exists(first_) : fs::exists(second_) && fs::exists(flow_);
   }
   void check_file(int frame) const override {
-    const fs::path& missing = frame == first_frame ? first_ : fs::exists(second_) ? flow_ : second_;
+    const fs::path& missing = frame == first_of_pair ? first_ : fs::exists(second_) ? flow_ : second_;
     if (!has(frame)) fail_missing(missing, frame, "true depth");
   }
   std::string kind() const override { return "disparity256"; }
@@ -158,7 +158,7 @@ std::unique_ptr<Sequence> open_sceneflow2015(const SourceSpec& source) {
   }
   files.masks = {.option = options.masks};
   const fs::path second = root / "image_2" / (pair + "_11.png");
-  if (!fs::exists(second)) fail_missing(second, first_frame + 1, "image");
+  if (!fs::exists(second)) fail_missing(second, first_of_pair + 1, "image");
   sequence->choose_frames(files, root.string());
   sequence->open_channels(files);
   return sequence;

@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "sextant/base/testing.h"
-#include "sextant/datasets/sceneflow_testing.h"
+#include "sextant/datasets/kitti_testing.h"
 #include "sextant/datasets/testing.h"
 #include "sextant/metrics/dense_errors.h"
 

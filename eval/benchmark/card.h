@@ -149,7 +149,7 @@ Table breakdown_table(const std::vector<Breakdown>& rows);
 Table curve_table(const std::vector<CurvePoint>& rows);
 Table cost_table(const std::vector<Cost>& rows);
 
-// ---- Paired comparison (comparison_of_cards.cc) of an estimator with a reference, track by track: the
+// ---- Paired comparison of an estimator with a reference, track by track: the
 // change of the mean error of the suite's metric over the frame pairs that both estimated. It is a ratio of
 // means over sequences and bodies as strata, with seeds and frames as crossed clusters
 // (stats/paired_comparison.h); p-values are corrected by Holm over all rows.

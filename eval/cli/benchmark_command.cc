@@ -4,7 +4,6 @@
 #include "sextant/eval/benchmark/benchmark_run.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
-#include "sextant/eval/benchmark/verify.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 

@@ -9,8 +9,8 @@
 #include "sextant/eval/gate/testing.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/html/html.h"
-#include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/run_summary.h"
+#include "sextant/eval/report/testing.h"
 #include "sextant/eval/workflow/workflow.h"
 
 namespace sextant {

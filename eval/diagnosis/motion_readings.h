@@ -28,7 +28,6 @@
 #include <vector>
 
 #include "sextant/base/names.h"
-#include "sextant/eval/diagnosis/frame_shift.h"
 #include "sextant/eval/diagnosis/hypothesis.h"
 #include "sextant/geometry/se3.h"
 
@@ -150,7 +149,7 @@ std::optional<Hypothesis<MotionData>> exchanged_ids_hypothesis(const MotionData&
 /// explain_hidden_shift().
 std::vector<ObjectExplanation> explain_motions(const MotionData& data);
 
-/// Detects a common shift of the frame numbers of all objects by the method of frame_shift.h, for data for
+/// Detects a common shift of the frame numbers of all objects by find_frame_shift(), for data for
 /// which explain_motions() finds no explanation.
 std::optional<Explanation> explain_hidden_shift(const MotionData& data);
 

@@ -44,7 +44,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses();
 /// no explanation, by explain_hidden_shift().
 std::vector<ObjectExplanation> explain_poses(const PoseData& data);
 
-/// Detects a common shift of the frame numbers of all bodies by the method of frame_shift.h, for data for
+/// Detects a common shift of the frame numbers of all bodies by find_frame_shift(), for data for
 /// which explain_poses() finds no explanation.
 std::optional<Explanation> explain_hidden_shift(const PoseData& data);
 

@@ -1,7 +1,7 @@
 #include "sextant/eval/evaluation/run_statistics.h"
 
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/report/hostile_testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

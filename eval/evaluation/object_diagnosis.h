@@ -14,7 +14,7 @@
 
 #include <vector>
 
-#include "sextant/eval/evaluation/object_plausibility.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/truth/truth.h"
 

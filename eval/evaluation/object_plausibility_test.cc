@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/object_plausibility.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
 
 #include <gtest/gtest.h>
 

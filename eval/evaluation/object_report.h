@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "sextant/eval/evaluation/object_evaluation.h"
-#include "sextant/eval/evaluation/object_plausibility.h"
 #include "sextant/eval/evaluation/trajectory_consistency.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/record.h"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "sextant/estimator/pipeline.h"
-#include "sextant/eval/experiment/pair_reader.h"
+#include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/measurement/problem.h"
 #include "sextant/truth/truth.h"

@@ -20,7 +20,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sextant/eval/experiment/pair_reader.h"
+#include "sextant/eval/experiment/case_runner.h"
 
 namespace sextant {
 

@@ -1,4 +1,3 @@
-#include "sextant/eval/external/rescore.h"
 
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"

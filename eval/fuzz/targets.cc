@@ -34,8 +34,6 @@
 #include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_config.h"
 #include "sextant/eval/external/external_estimator.h"
-#include "sextant/eval/external/external_results.h"
-#include "sextant/eval/external/rescore.h"
 #include "sextant/eval/fuzz/input.h"
 #include "sextant/eval/gate/history.h"
 #include "sextant/eval/gate/policy.h"

@@ -7,8 +7,8 @@
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/gate/testing.h"
 #include "sextant/eval/records/record_stream.h"
-#include "sextant/eval/report/hostile_testing.h"
 #include "sextant/eval/report/html/html.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

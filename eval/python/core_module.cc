@@ -8,7 +8,7 @@
 #include <map>
 #include <optional>
 
-#include "sextant/eval/export/record_columns.h"
+#include "sextant/eval/export/export.h"
 #include "sextant/eval/python/array_arguments.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/noise/noise.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/report/noise_sweep_testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/eval/records/testing.h"
-#include "sextant/eval/report/noise_sweep_testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

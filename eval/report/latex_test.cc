@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sextant/eval/report/latex_testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

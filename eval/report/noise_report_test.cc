@@ -9,9 +9,8 @@
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/errors_by_level.h"
-#include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/noise_sweep.h"
-#include "sextant/eval/report/noise_sweep_testing.h"
+#include "sextant/eval/report/testing.h"
 #include "sextant/eval/report/trends.h"
 #include "sextant/noise/noise.h"
 

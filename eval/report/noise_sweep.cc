@@ -15,7 +15,7 @@
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
-#include "sextant/eval/report/pooled_folders.h"
+#include "sextant/eval/report/record_reading.h"
 
 namespace sextant {
 namespace {

@@ -12,10 +12,10 @@
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/html/html.h"
-#include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
+#include "sextant/eval/report/testing.h"
 #include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {

@@ -16,7 +16,6 @@
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/tracks.h"
 #include "sextant/eval/report/errors_by_level.h"
-#include "sextant/eval/report/estimator_comparisons.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/report/record_places.h"

@@ -13,7 +13,7 @@
 #include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/experiment/sweep.h"
-#include "sextant/eval/external/rescore.h"
+#include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/report/html/html.h"
 #include "sextant/eval/reproduce/reproduce.h"
 

@@ -1,4 +1,4 @@
-#include "sextant/estimator/classification.h"
+#include "sextant/estimator/pipeline.h"
 
 #include <gtest/gtest.h>
 

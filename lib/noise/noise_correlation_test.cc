@@ -1,4 +1,4 @@
-#include "sextant/noise/noise_correlation.h"
+#include "sextant/noise/draws.h"
 
 #include <algorithm>
 #include <cmath>

@@ -18,7 +18,7 @@
 #include "sextant/base/options.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/measurement/image.h"
-#include "sextant/noise/noise_correlation.h"
+#include "sextant/noise/draws.h"
 
 namespace sextant {
 

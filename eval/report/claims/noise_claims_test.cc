@@ -4,7 +4,7 @@
 
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/claims/testing.h"
-#include "sextant/eval/report/noise_sweep_testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

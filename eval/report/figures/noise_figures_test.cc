@@ -2,7 +2,7 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/datasets/vdo_folder_testing.h"
-#include "sextant/eval/report/hostile_testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

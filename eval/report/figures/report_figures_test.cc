@@ -4,7 +4,7 @@
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/figures/record_figures.h"
-#include "sextant/eval/report/hostile_testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

@@ -2,8 +2,8 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/eval/report/html/html.h"
-#include "sextant/eval/report/latex_testing.h"
 #include "sextant/eval/report/tables/testing.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/evidence.h"
-#include "sextant/eval/report/noise_sweep_testing.h"
 #include "sextant/eval/report/tables/paper_table.h"
+#include "sextant/eval/report/testing.h"
 
 namespace sextant {
 

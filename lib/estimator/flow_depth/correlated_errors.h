@@ -14,7 +14,7 @@
 // motion are biased low). All errors of a channel have the same variance; M is stored by channel and
 // multiplied by the variances at the end. If the points extend over at most 20 cells of side 0.65 L_k, the
 // sum is evaluated over all pairs of cell corners, with a separable kernel: first along rows, then along
-// columns. Otherwise sums over pairs become sums over the nodes of a lattice, as in noise_correlation.h:
+// columns. Otherwise sums over pairs become sums over the nodes of a lattice, as in noise/draws.h:
 // M_k = sum_q V_q^T V_q, V_q = sum_i w_q(p_i) G_i, where w are quadratic B-splines of spacing 1.375 L_k with
 // unit norm and the integral of the Gaussian. This costs a few operations per point, in single precision, and
 // M is positive semi-definite to rounding for any set of points.

@@ -54,7 +54,7 @@ class Estimator {
   /// estimate reports them.
   virtual MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const = 0;
   /// Returns true if the estimator selects its inliers from all points itself, beginning with those of
-  /// RANSAC; otherwise the pipeline selects them (point_choice.h).
+  /// RANSAC; otherwise the pipeline selects them (choose_points() in start/robust_start.h).
   virtual bool chooses_points() const { return false; }
   /// Returns all options with their values, for provenance.
   virtual Json options() const = 0;

@@ -1,4 +1,3 @@
-#include "sextant/estimator/start/point_choice.h"
 
 #include <gtest/gtest.h>
 
