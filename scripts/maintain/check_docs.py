@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usage: scripts/maintain/check_docs.py [--update] [--external] SEXTANT [FILE.md ...]
+"""usage: scripts/maintain/check_docs.py [--update] SEXTANT [FILE.md ...]
 
 Checks README.md, CONTRIBUTING.md, CHANGELOG.md and docs/*.md:
 
@@ -11,7 +11,6 @@ Checks README.md, CONTRIBUTING.md, CHANGELOG.md and docs/*.md:
 - Links. Every link to a file or a heading of the repository has a target.
 
   --update    writes the output into the blocks instead of comparing (blocks with `...` stay unchanged)
-  --external  only lists the links that lead out of the repository; none is followed
 
 Exit codes: 0 no problem, 1 problems (one line each), 2 usage.
 """
@@ -115,23 +114,19 @@ def anchors(file):
     return names
 
 
-def links(file):
-    """Yields (line, target) of the links outside of blocks."""
+def link_problems(file):
+    """Yields the links outside of blocks that lead to no file or heading of the repository."""
     text = without_blocks(file.read_text(encoding="utf-8"))
     for match in LINK.finditer(text):
-        yield text.count("\n", 0, match.start()) + 1, match[2]
-
-
-def link_problems(file):
-    for line, target in links(file):
+        target, place = match[2], f"{file.name}:{text.count(chr(10), 0, match.start()) + 1}"
         if re.match(r"[a-z]+:", target):
             continue
         path, _, name = target.partition("#")
         other = (file.parent / path).resolve() if path else file
         if not other.exists():
-            yield f"{file.name}:{line}: no such file: {target}"
+            yield f"{place}: no such file: {target}"
         elif name and other.suffix == ".md" and name not in anchors(other):
-            yield f"{file.name}:{line}: no heading #{name} in {other.name}"
+            yield f"{place}: no heading #{name} in {other.name}"
 
 
 @functools.cache
@@ -139,6 +134,11 @@ def help_of(sextant, *command):
     """Returns the help text of a command, None if there is no such command."""
     shown = subprocess.run([sextant, *command, "--help"], capture_output=True, text=True)
     return None if shown.returncode else shown.stdout
+
+
+def missing_flags(text, known):
+    """Returns the flags in the text of a command that a help text does not list."""
+    return [flag for flag in re.findall(r"(?<!\S)--[a-z][\w-]*", text) if not re.search(re.escape(flag) + r"\b", known)]
 
 
 def flag_problems(sextant, text):
@@ -152,15 +152,13 @@ def flag_problems(sextant, text):
         if help_text is None:
             yield f"no such command: sextant {call[1]}"
             continue
-        for flag in re.findall(r"(?<!\S)--[a-z][\w-]*", re.split(r"[|;&#]", rest)[0]):
-            if not re.search(re.escape(flag) + r"\b", help_text):
-                yield f"sextant {call[1]} has no {flag}"
+        yield from (f"sextant {call[1]} has no {flag}" for flag in missing_flags(re.split(r"[|;&#]", rest)[0], help_text))
 
 
 def problems(sextant, file, update):
     yield from console_problems(file, sextant, update)
     for line, language, content in blocks(file.read_text(encoding="utf-8")):
-        if language in ("", "console", "bash", "sh"):
+        if language in ("", "console", "bash", "sh", "yaml"):
             yield from (f"{file.name}:{line}: {problem}" for problem in flag_problems(sextant, content))
     yield from link_problems(file)
 
@@ -185,7 +183,7 @@ def command_line(help_text, known):
     """Returns the flags and the other words of the command line; prints the help and ends the program if they are wrong."""
     flags = {word for word in sys.argv[1:] if word.startswith("--")}
     words = [word for word in sys.argv[1:] if word not in flags]
-    if flags - known or not (words or "--external" in flags):
+    if flags - known or not words:
         print(help_text)
         sys.exit(0 if "--help" in flags else 2)
     return flags, words
@@ -198,13 +196,10 @@ def report(found, good):
 
 
 def main():
-    flags, words = command_line(__doc__, {"--update", "--external"})
+    flags, words = command_line(__doc__, {"--update"})
     self_test()
     documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
     files = [pathlib.Path(name).resolve() for name in words[1:]] or documents
-    if "--external" in flags:
-        print("\n".join(sorted({target for file in files for _, target in links(file) if re.match(r"https?:", target)})))
-        return 0
     found = [problem for file in files for problem in problems(words[0], file, "--update" in flags)]
     return report(found, f"{len(files)} documents: commands, flags and links are good")
 

@@ -72,10 +72,7 @@ def numbers_in(text):
 
 
 def is_in(value, half, percent, numbers):
-    for scale in (1, 100) if percent else (1,):
-        if any(abs(scale * number - value) <= half for number in numbers):
-            return True
-    return False
+    return any(abs(scale * number - value) <= half for scale in ((1, 100) if percent else (1,)) for number in numbers)
 
 
 class Evidence:
