@@ -1,7 +1,8 @@
 # sextant_module(NAME [THREADS] [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
 #
 # Makes the library sextant_NAME (alias Sextant::NAME) from the *.cc files of the current folder, and the test program
-# NAME_test from its *_test.cc files. ctest names are NAME/Suite.Case. THREADS: the tests start threads; they have the
+# NAME_test from its *_test.cc files. DEPENDS and PRIVATE name every module that the folder includes, apart from its
+# tests; the test layers/includes refuses other includes. ctest names are NAME/Suite.Case. THREADS: the tests start threads; they have the
 # ctest label `threads` and run under the thread sanitizer too (cmake --preset tsan).
 # Headers that docs/reference.txt does not list as public are installed below sextant/internal.
 file(STRINGS ${PROJECT_SOURCE_DIR}/docs/reference.txt SEXTANT_PUBLIC_HEADERS REGEX "^sextant/")
