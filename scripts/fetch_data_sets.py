@@ -31,11 +31,14 @@ class Part:
     address: str  # of the archive, or with / at its end of the archive's folder
     size: str  # approximate, from public notes; - is unknown
     content: str
-    globs: typing.Callable  # of a sequence or '': the members to unpack; * matches / as well
-    folder: str  # glob of the unpacked folders that are moved to DIR/target
+    members: typing.Callable  # of a sequence or '': regular expression of the members to unpack; its group is their place in DIR/target
     target: str = "."
-    else_whole: bool = False  # True: an archive without such a folder is moved to DIR/target/folder as a whole
-    required: tuple = ()  # not empty: there must be one such folder with these entries ("a|b": either one), whose content is moved to DIR
+    required: tuple = ()  # entries ("a|b": either one) that an archive must have to be laid out as the adapter expects
+
+    def place_of(self, name, sequence):
+        """Returns where a member belongs below DIR, None if it is not one of the sequence. Folders around the data set do not count."""
+        found = re.fullmatch(r"(?!__MACOSX/)(?:.*?/)??" + self.members(sequence), name)
+        return f"{self.target}/{found[1]}".removeprefix("./") if found else None
 
     def url(self, mirror=""):
         if mirror:
@@ -70,18 +73,15 @@ def hint(*commands):
     return "\n".join(("Try:", "  export SEXTANT_DATA={data}", *(f"  sextant {c}" for c in commands)))
 
 
-def parts(base, rows, *where):
+def parts(base, rows, members):
     """Returns the parts of a data set in the folder `base` of its server."""
-    return tuple(Part(name, kind, archive, base, size, content, *where) for name, kind, archive, size, content in rows)
+    return tuple(Part(name, kind, archive, base, size, content, members) for name, kind, archive, size, content in rows)
 
 
-def vkitti1_globs(sequence):
+def vkitti1_members(sequence):
     """<archive>/<world>/<variation>/00000.png and <archive>/<world>_<variation>....txt"""
-    top = "*vkitti_1.3.1_*/"
-    if not sequence:
-        return [top + "*"]
-    flat = sequence.replace("/", "_")
-    return [f"{top}{sequence}/*", f"{top}{flat}_*.txt"] + ([f"{top}{flat}.txt"] if "/" in sequence else [])
+    of_sequence = rf"(?:{sequence}/.*|{sequence.replace('/', '_')}(?:_.*)?\.txt)" if sequence else ".*"
+    return rf"(vkitti_1\.3\.1_[a-z]+/{of_sequence})"
 
 
 def vkitti1():
@@ -96,7 +96,7 @@ def vkitti1():
     return DataSet(
         "vkitti1", "Virtual KITTI 1.3.1", "vkitti_1.3.1", f"For the adapter vkitti1. Home page: {page}",
         f"Virtual KITTI 1.3.1: {BY_NC_SA}  {GAIDON}.\n  The terms that count: {page}",
-        parts(base, rows, vkitti1_globs, "vkitti_1.3.1_*"),
+        parts(base, rows, vkitti1_members),
         hint("data check replay-vkitti1:{out}#{sequence}      # text parts are enough",
              "data check vkitti1:{out}#{sequence}             # with rgb, depth, flow and masks",
              "run vkitti1:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti1"),
@@ -118,7 +118,7 @@ def vkitti2():
         "vkitti2", "Virtual KITTI 2.0.3", "vkitti_2.0.3", f"For the adapter vkitti2, both cameras. Home page: {page}",
         f"Virtual KITTI 2: {BY_NC_SA}  Y. Cabon, N. Murray, M. Humenberger: Virtual KITTI 2, arXiv:2001.10773, 2020, and\n"
         f"  {GAIDON}.\n  The terms that count: {page}",
-        parts(base, rows, lambda sequence: [f"*{sequence or 'Scene[0-9][0-9]'}/*"], "Scene[0-9][0-9]"),
+        parts(base, rows, lambda sequence: f"({sequence or 'Scene[0-9]{2}'}/.*)"),
         hint("data check vkitti2:{out}#{sequence}",
              "run vkitti2:{out}#{sequence} --estimator joint_flow --out results/runs/vkitti2   # with the image parts"),
         "Scene(01|02|06|18|20)" + VARIATIONS,
@@ -126,9 +126,9 @@ def vkitti2():
         "/clone")
 
 
-def kitti_globs(sequence):
-    """training/<kind>/<sequence>.txt and training/<kind>/<sequence>/*"""
-    return [f"*training/*/{sequence}.txt", f"*training/*/{sequence}/*"] if sequence else ["*training/*"]
+def kitti_members(sequence):
+    """training/<kind>/<sequence>.txt and training/<kind>/<sequence>/..."""
+    return rf"(training/[^/]+/{sequence}(?:\.txt|/.*))" if sequence else "(training/.*)"
 
 
 def kitti_tracking():
@@ -140,18 +140,18 @@ def kitti_tracking():
             ("labels", "text", "data_tracking_label_2.zip", "9 MB", "object boxes and poses"),
             ("left", "image", "data_tracking_image_2.zip", "15.8 GB", "left colour images (with the test set)"),
             ("right", "image", "data_tracking_image_3.zip", "-", "right colour images (with the test set)"))
-    any_sequence = "[0-9][0-9][0-9][0-9]"
+    any_sequence = "[0-9]{4}"
     masks = (Part("masks", "text", "instances_txt.zip", mots, "4.1 MB", "MOTS masks, run lengths as text",
-                  lambda sequence: [f"*{sequence or any_sequence}.txt"], "instances_txt", "training", else_whole=True),
+                  lambda sequence: rf"({sequence or any_sequence}\.txt)", "training/instances_txt"),
              Part("mask-images", "image", "instances.zip", mots, "-", "MOTS masks, PNG",
-                  lambda sequence: [f"*{sequence or any_sequence}/*.png"], "instances", "training", else_whole=True))
+                  lambda sequence: rf"({sequence or any_sequence}/[^/]+\.png)", "training/instances"))
     return DataSet(
         "kitti_tracking", "KITTI tracking (training) and KITTI MOTS", "kitti_tracking",
         f"For the adapter kitti. Home pages: https://www.cvlibs.net/datasets/kitti/eval_tracking.php, {page}\n{REGISTER}",
         f"KITTI and KITTI MOTS: {BY_NC_SA}  {GEIGER}\n"
         "  P. Voigtlaender et al.: MOTS: Multi-Object Tracking and Segmentation, CVPR 2019 (the masks)"
         f"{REGISTRATION} and {page}",
-        parts(base, rows, kitti_globs, "training") + masks,
+        parts(base, rows, kitti_members) + masks,
         hint("data check replay-kitti:{out}#{sequence}        # text parts are enough",
              "data check kitti:{out}#{sequence}               # with --left --right",
              "run kitti:{out}#{sequence} --estimator joint_flow --out results/runs/kitti"),
@@ -166,13 +166,14 @@ def sceneflow2015():
         "sceneflow2015", "KITTI scene flow 2015 (training)", "kitti_sceneflow_2015",
         f"Home page: https://www.cvlibs.net/datasets/kitti/eval_scene_flow.php\n{REGISTER}",
         f"KITTI: {BY_NC_SA}  M. Menze, A. Geiger: Object Scene Flow for Autonomous Vehicles, CVPR 2015{REGISTRATION}",
-        parts(base, rows, lambda sequence: ["*training/*"], "training"),
+        parts(base, rows, kitti_members),
         "In place: {out}/training/{{image_2,image_3,flow_occ,flow_noc,disp_occ_0,disp_noc_0,disp_occ_1,disp_noc_1,"
         "calib_cam_to_cam}}\n"
         "Try:\n  sextant data check sceneflow:{out}#000002      # with --images")
 
 
-def demo(ref="15ec535739d5e6c075de1db21f70d52419d207d9"):
+def demo():
+    commit = "15ec535739d5e6c075de1db21f70d52419d207d9"
     return DataSet(
         "demo", "demo of the multimot_track authors", "kitti_03_demo",
         """The sample that the paper's authors publish with their code, for the adapter vdo: the first frames of KITTI
@@ -185,18 +186,18 @@ needs a browser. Unpacked by hand, it is read as vdo:DIR in the same way.""",
         "  J. Zhang, M. Henein, R. Mahony, V. Ila: Robust Ego and Object 6-DoF Motion Estimation and Tracking, IROS 2020\n"
         f"  {GEIGER}\n"
         "  The terms that count: https://github.com/halajun/multimot_track and https://www.cvlibs.net/datasets/kitti/",
-        (Part("sample", "text", f"multimot_track-{ref}.tar.gz",
-              f"https://codeload.github.com/halajun/multimot_track/tar.gz/{ref}", "-",
-              "frames of KITTI 0003 with all inputs and truth", lambda sequence: ["*/kitti_sample/*"], "kitti_sample",
+        (Part("sample", "text", f"multimot_track-{commit}.tar.gz",
+              f"https://codeload.github.com/halajun/multimot_track/tar.gz/{commit}", "-",
+              "frames of KITTI 0003 with all inputs and truth", lambda sequence: "kitti_sample/(.*)",
               required=("depth", "flow", "semantic", "pose_gt.txt", "object_pose.txt", "image_0|image")),),
         hint("data check vdo:{out}", "run vdo:{out} --estimator joint_flow --out results/runs/demo"))
 
 
-DATA_SETS = {make.__name__: make for make in (vkitti1, vkitti2, kitti_tracking, sceneflow2015, demo)}
+DATA_SETS = {data_set.name: data_set for data_set in (vkitti1(), vkitti2(), kitti_tracking(), sceneflow2015(), demo())}
 
 
 def arguments(description):
-    """Returns the parser of the command line."""
+    """Returns the options of the command line; ends the program with exit code 2 if a value is wrong."""
     common = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     common.add_argument("--list", action="store_true", help="show the parts with their addresses, and stop")
     common.add_argument("--text-only", action="store_true",
@@ -218,8 +219,7 @@ def arguments(description):
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--list", action="store_true", help="show the parts of every data set, and stop")
     names = parser.add_subparsers(dest="data_set", metavar="DATA_SET", title="data sets (each has its own --help)")
-    for name, make in DATA_SETS.items():
-        data_set = make()
+    for name, data_set in DATA_SETS.items():
         one = names.add_parser(name, parents=[common], allow_abbrev=False, help=data_set.title,
                                formatter_class=argparse.RawDescriptionHelpFormatter,
                                description=f"Fetches {data_set.title}. {data_set.note}\n\n{data_set.licence}")
@@ -229,35 +229,21 @@ def arguments(description):
         if data_set.pattern:
             one.add_argument("--sequences", default="", metavar="LIST", help="unpack only these, separated by commas: "
                              f"{data_set.sequences} (the archives are whole: this saves space, not downloading)")
-        if name == "demo":
-            one.add_argument("--ref", metavar="COMMIT", help="commit, branch or tag to take; default is one whose "
-                             "README names the sample; HEAD is the latest")
-        one.set_defaults(sequences="", ref="")
-    return parser
-
-
-def checked(parser):
-    """Returns the options of the command line; ends the program with exit code 2 if a value is wrong."""
+        one.set_defaults(sequences="")
     options = parser.parse_args()
     if not options.data_set:
         if not options.list:
             parser.error("expected a data set: " + ", ".join(DATA_SETS))
         return options
-    data_set = DATA_SETS[options.data_set]()
+    data_set = DATA_SETS[options.data_set]
     options.sequences = [s for s in options.sequences.split(",") if s]
     for sequence in options.sequences:
         if not re.fullmatch(data_set.pattern, sequence):
             parser.error(f"--sequences: '{sequence}' is none of {data_set.title}: expected {data_set.sequences}")
-    for name, pattern, expected in (("SEXTANT_FETCH_ATTEMPTS", "[1-9][0-9]*", "a number from 1"),
-                                    ("SEXTANT_FETCH_WAIT", "[0-9]+", "whole seconds")):
-        if not re.fullmatch(pattern, os.environ.get(name, "1")):
-            parser.error(f"{name}='{os.environ[name]}': expected {expected}")
     if options.mirror and not re.match("https?://[^/]", options.mirror):
         parser.error(f"--mirror '{options.mirror}': expected an http:// or https:// address")
     if options.archives and not options.archives.is_dir():
         parser.error(f"--archives '{options.archives}' is not a folder")
     if not options.checksums.is_file():
         parser.error(f"--checksums '{options.checksums}': no such file")
-    if options.ref and not re.fullmatch(r"[A-Za-z0-9._-]+", options.ref):
-        parser.error("--ref needs a commit, branch or tag")
     return options

@@ -15,7 +15,7 @@ import zlib
 from fetch_data_sets import DATA_SETS
 
 NOISE = b"".join(hashlib.sha256(str(i).encode()).digest() for i in range(1250))  # does not compress, the same in every run
-RGB, OXTS, DEMO = "vkitti_1.3.1_rgb.tar", "data_tracking_oxts.zip", DATA_SETS["demo"]().parts[0].archive
+RGB, OXTS, DEMO = "vkitti_1.3.1_rgb.tar", "data_tracking_oxts.zip", DATA_SETS["demo"].parts[0].archive
 LINK_MODE = stat.S_IFLNK | 0o777
 
 
@@ -88,16 +88,15 @@ class Server(http.server.ThreadingHTTPServer):
     daemon_threads = True
     ranges = True  # answer Range requests
     sizes = True  # say Content-Length
-    head = True  # answer HEAD
     stall_after = None  # bytes after which a GET stops sending
 
     def __init__(self):
         super().__init__(("127.0.0.1", 0), Handler)
         self.files = dict(ARCHIVES)
-        self.requests = []  # (method, name, range)
+        self.requests = []  # (name, range)
         self.cut_after = []  # bytes after which the next GETs are cut
         self.status = {}  # name -> status instead of the file
-        self.claimed_size = {}  # name -> Content-Length of HEAD
+        self.claimed_size = {}  # name -> Content-Length instead of the true one
         self.released = threading.Event()
 
 
@@ -105,14 +104,16 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def log_message(self, *_):
         pass
 
-    def answer(self):
-        server, is_head, name = self.server, self.command == "HEAD", self.path.rsplit("/", 1)[-1]
-        server.requests.append((self.command, name, self.headers.get("Range")))
-        if name in server.status or name not in server.files or (is_head and not server.head):
-            self.send_error(server.status.get(name, 404 if server.head else 405))
+    def do_GET(self):
+        server, name = self.server, self.path.rsplit("/", 1)[-1]
+        server.requests.append((name, self.headers.get("Range")))
+        if name in server.status or name not in server.files:
+            self.send_error(server.status.get(name, 404))
             return
         content = server.files[name]
-        wanted = re.fullmatch(r"bytes=(\d+)-", self.headers.get("Range", "")) if server.ranges else None
+        tag = f'"{hashlib.md5(content).hexdigest()}"'
+        takes_range = server.ranges and self.headers.get("If-Range") == tag
+        wanted = re.fullmatch(r"bytes=(\d+)-", self.headers.get("Range", "")) if takes_range else None
         start, length = int(wanted[1]) if wanted else 0, len(content)
         beyond = start >= length
         self.send_response(416 if beyond else 206 if wanted else 200)
@@ -120,15 +121,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.send_header("Content-Range", f"bytes {'*' if beyond else f'{start}-{length - 1}'}/{length}")
         content = content[start:]
         if server.sizes:
-            self.send_header("Content-Length", str(server.claimed_size.get(name, len(content)) if is_head else len(content)))
-        self.send_header("ETag", f'"{hashlib.md5(server.files[name]).hexdigest()}"')
+            self.send_header("Content-Length", str(server.claimed_size.get(name, len(content))))
+        self.send_header("ETag", tag)
         self.end_headers()
-        if is_head:
-            return
         cut = server.cut_after.pop(0) if server.cut_after else server.stall_after
         self.wfile.write(content[:cut])
         if server.stall_after is not None:
             self.wfile.flush()
             server.released.wait(30)
-
-    do_HEAD = do_GET = answer

@@ -7,7 +7,6 @@ usage: scripts/maintain/fetch_test.py [TEST...]
 import contextlib
 import fcntl
 import hashlib
-import http.client
 import os
 import pathlib
 import pty
@@ -15,8 +14,6 @@ import resource
 import runpy
 import shutil
 import signal
-import socket
-import ssl
 import subprocess
 import sys
 import tempfile
@@ -24,8 +21,6 @@ import threading
 import time
 import types
 import unittest
-import urllib.error
-import urllib.request
 
 HANGS_S = 1200  # ends a script that hangs; nothing waits for a clock
 SCRIPTS = pathlib.Path(__file__).resolve().parent.parent
@@ -94,7 +89,7 @@ class FetchTest(unittest.TestCase):
         return [p.name for p in (self.out / ".fetch").iterdir() if p.suffix != ".done"]
 
     def gets(self):  # the ranges of the downloads
-        return [wanted for method, _, wanted in self.server.requests if method == "GET"]
+        return [wanted for _, wanted in self.server.requests]
 
     @contextlib.contextmanager
     def no_request(self):
@@ -134,7 +129,7 @@ class FetchTest(unittest.TestCase):
                 self.server.requests.clear()
                 text = self.fetch(*options.split())
                 if options in ("vkitti1", "vkitti1 --text-only"):
-                    self.assertEqual({name for _, name, _ in self.server.requests},
+                    self.assertEqual({name for name, _ in self.server.requests},
                                      {"vkitti_1.3.1_extrinsicsgt.tar.gz", "vkitti_1.3.1_motgt.tar.gz"})
                 self.assertEqual(self.tree(), names(*patterns))
                 for name in self.tree():
@@ -162,7 +157,6 @@ class FetchTest(unittest.TestCase):
         self.server.sizes = False  # as the real server, which makes its archives while sending
         text = self.fetch("demo")
         self.assertEqual(self.tree(), names(*DEMO_FILES))
-        self.assertIn("does not say the size", text)
         self.assertIn(f"vdo:{self.out}", text)
 
     def test_second_run_downloads_nothing(self):
@@ -174,24 +168,24 @@ class FetchTest(unittest.TestCase):
         self.assert_rgb_is_complete(None)
 
     def test_cut_connection_is_resumed_in_the_same_run(self):
-        for lacking, words in ((None, "go on after"), ("ranges", "start again"), ("head", "go on after")):
-            with self.subTest(server_without=lacking):
+        for ranges, further in ((True, []), (False, [None])):
+            with self.subTest(ranges=ranges):
                 self.server.requests.clear()
-                self.server.ranges, self.server.head = lacking != "ranges", lacking != "head"
+                self.server.ranges = ranges
                 self.server.cut_after = [100000]
-                self.assertIn(words, self.fetch("vkitti1", "--rgb"))
-                self.assert_rgb_is_complete(None, "bytes=100000-")
+                self.assertIn("go on after", self.fetch("vkitti1", "--rgb"))
+                self.assert_rgb_is_complete(None, "bytes=100000-", *further)
                 shutil.rmtree(self.out)
 
     def test_cut_connection_is_resumed_by_the_next_run_unless_the_file_has_changed(self):
-        for has_changed, members, wanted in ((False, PUBLISHED[RGB], "bytes=100000-"), (True, PUBLISHED[RGB][3:], None)):
+        for members, further in ((PUBLISHED[RGB], []), (PUBLISHED[RGB][3:], [None])):
             self.server.requests.clear()
             self.server.cut_after = [100000]
-            self.assertIn("was cut", self.fetch("vkitti1", "--rgb", code=4, SEXTANT_FETCH_ATTEMPTS="1"))
+            self.assertIn("bytes remaining", self.fetch("vkitti1", "--rgb", code=4, SEXTANT_FETCH_ATTEMPTS="1"))
             self.assertEqual((self.out / f".fetch/{RGB}.part").stat().st_size, 100000)
             self.server.files[RGB] = packed(RGB, members)
-            self.assertEqual("has changed" in self.fetch("vkitti1", "--rgb"), has_changed)
-            self.assertEqual((self.tree(), self.gets()), (members, [None, wanted]))
+            self.fetch("vkitti1", "--rgb")
+            self.assertEqual((self.tree(), self.gets()), (members, [None, "bytes=100000-", *further]))
             shutil.rmtree(self.out)
 
     def test_interrupt_leaves_what_the_next_run_needs(self):
@@ -247,7 +241,7 @@ class FetchTest(unittest.TestCase):
         self.assertIn("pins.txt:2: expected", self.fetch("vkitti1", "--rgb", code=2))
 
     def test_own_checksums_are_well_formed(self):
-        archives = {part.archive for make in DATA_SETS.values() for part in make().parts}
+        archives = {part.archive for data_set in DATA_SETS.values() for part in data_set.parts}
         for line in (SCRIPTS / "fetch_checksums.txt").read_text().splitlines():
             if line and not line.startswith("#"):
                 self.assertRegex(line, r"^(md5 [0-9a-f]{32}|sha256 [0-9a-f]{64}) [^ ]+$")
@@ -320,38 +314,21 @@ class FetchTest(unittest.TestCase):
     # ---- the server and the disk
 
     def test_only_failures_that_may_pass_are_tried_again(self):
-        for status, asked, words in ((404, ["HEAD"], ["HTTP status 404 (no such file)", f"/sub/{RGB}"]),
-                                     (503, ["HEAD", "GET"] * 3, ["HTTP status 503", "gave up after 3 attempts"])):
+        for status, asked, words in ((404, 1, ["HTTP status 404 (no such file)", f"/sub/{RGB}"]),
+                                     (503, 3, ["HTTP status 503", "gave up after 3 attempts"])):
             self.server.requests.clear()
             self.server.status[RGB] = status
             text = self.fetch("vkitti1", "--rgb", code=4)
             self.assertEqual([word for word in words if word not in text], [], text)
-            self.assertEqual([method for method, _, _ in self.server.requests], asked)
+            self.assertEqual(self.gets(), asked * [None])
 
     def test_no_network(self):
         self.assertIn("is there a network", self.fetch("vkitti1", "--rgb", "--mirror", "http://127.0.0.1:9", code=4))
 
-    def test_errors_are_explained(self):
-        def status(code):
-            return urllib.error.HTTPError("ADDRESS", code, "", {}, None)
-
-        for error, words, again in ((urllib.error.URLError(socket.gaierror(-2, "unknown")), "is not known", True),
-                                    (urllib.error.URLError(ConnectionRefusedError(111, "no")), "a network", True),
-                                    (TimeoutError(), "in time", True), (ConnectionResetError(), "was cut", True),
-                                    (http.client.IncompleteRead(b""), "was cut", True),
-                                    (urllib.error.URLError(ssl.SSLError(1, "x")), "ca-certificates", False),
-                                    (status(403), "no permission", False), (status(404), "no such file", False),
-                                    (status(500), "status 500", True), (status(429), "status 429", True)):
-            why, can_help = PROGRAM.explain(error, "ADDRESS")
-            self.assertIn(words, why)
-            self.assertEqual(can_help, again, why)
-
     def test_encryption_is_never_left(self):
-        request = urllib.request.Request("https://a.example/x", method="HEAD")
-        with self.assertRaises(PROGRAM.Failure):
-            PROGRAM.Redirects().redirect_request(request, None, 302, "", {}, "http://a.example/x")
-        followed = PROGRAM.Redirects().redirect_request(request, None, 302, "", {}, "https://b.example/x")
-        self.assertEqual((followed.full_url, followed.get_method()), ("https://b.example/x", "HEAD"))
+        for scheme, redirected in (("https", "=https"), ("http", "=http,https")):
+            command = PROGRAM.curl(f"{scheme}://a.example/x", self.folder / "x", self.folder / "version")
+            self.assertEqual(command[command.index("--proto-redir") + 1], redirected)
 
     def test_full_disk(self):
         self.assertIn("is the disk full", self.finish(
@@ -359,8 +336,8 @@ class FetchTest(unittest.TestCase):
 
     def test_no_space(self):
         self.server.claimed_size[RGB] = 10**17
-        self.assertRegex(self.fetch("vkitti1", "--rgb", code=6), r"the download needs 100PB, and .* has .*B free")
-        self.assertEqual(self.gets(), [])
+        self.assertRegex(self.fetch("vkitti1", "--rgb", code=6), "the download needs more than is free")
+        self.assertFalse((self.out / f".fetch/{RGB}.part").exists())
 
     # ---- the command line
 
@@ -394,10 +371,6 @@ class FetchTest(unittest.TestCase):
                                ("vkitti1 --checksums /nowhere", "no such file")):
             with self.subTest(options), self.no_request():
                 self.assertIn(words, self.fetch(*options.split(), code=2))
-
-    def test_needs_no_other_tool(self):
-        self.finish([sys.executable, *self.command("kitti_tracking", "--oxts")], PATH="/nowhere")
-        self.assertEqual(self.tree(), names("training/oxts/(0003|0005).txt"))
 
     def test_list_needs_no_network(self):
         for name in DATA_SETS:
