@@ -9,6 +9,13 @@ die() {
   exit 2
 }
 
+# logged LOG COMMAND...: runs a command with its output in LOG. If it fails, prints the end of LOG and ends the script.
+logged() {
+  local log=$1
+  shift
+  "$@" >"$log" 2>&1 || { tail -n 40 "$log" >&2; die "failed: $*"; }
+}
+
 # arguments NAME... -- "$@": reads the flags of the calling script. A NAME `out=` sets the variable out to the value of --out,
 # `keep` sets the variable keep to true, and `bench+` appends the value to the array bench (a '-' in a name becomes '_'). With
 # the NAME `words`, arguments that are no flags go to the array words; with `rest`, those after `--` go to the array rest.
@@ -62,10 +69,7 @@ build_preset() {
   shift
   mkdir -p "$root/build"
   say "configure build/$preset"
-  if ! (cd "$root" && cmake --preset "$preset" "${configure_options[@]}") >"$log" 2>&1; then
-    tail -n 40 "$log" >&2
-    die "configuring failed; the whole output is in $log"
-  fi
+  logged "$log" env -C "$root" cmake --preset "$preset" "${configure_options[@]}"
   sed -n 's/^-- \(Python package: not built.*\)/\1/p' "$log"  # so that an option kept in CMake's cache does not pass unnoticed
   say "build build/$preset with $(build_jobs) jobs"
   local command=(cmake --build "$root/build/$preset" -j "$(build_jobs)")

@@ -3,8 +3,8 @@
 #
 #   need_bare_root TOOL...  ends the script with exit code 77, and the command that installs what is missing, unless debootstrap, the
 #                           TOOLs and the rights of root are available
-#   make_trial_root NAME    makes a new root for this script in the folder $trial, and removes it, or with $keep prints the folder,
-#                           when the script ends
+#   make_trial_root NAME    makes a new root for this script in the folder $trial
+#   finish_trial            removes that root, or with $keep prints its folder; done when the script ends
 #   make_bare_root DIR      makes a new root in DIR from an archive that the first call stores in the cache
 #   in_root DIR COMMAND     runs a command in the root; of the environment it gets only PATH, LANG, HOME and DEBIAN_FRONTEND
 #   install_in_root DIR PACKAGE...
@@ -37,8 +37,8 @@ need_bare_root() {
 }
 
 finish_trial() {
-  umount "$trial/tmp/ccache" 2>/dev/null || true
-  if $keep; then echo "the root: $trial"; else remove_root "$trial"; fi
+  if $keep; then echo "the root: $trial"; elif [[ -n $trial ]]; then remove_root "$trial"; fi
+  trial=""
 }
 
 make_trial_root() {
@@ -53,10 +53,11 @@ make_trial_root() {
 make_bare_root() {
   local root_dir=$1 archive=$roots/$suite.tar
   mkdir -p "$roots/archives/partial" "$roots/lists/partial" "$root_dir"
+  mount --bind "$root_dir" "$root_dir"  # so that one command unmounts whatever is mounted below it
   if [[ ! -e $archive ]]; then
     say "debootstrap $suite (once; kept in $archive)"
-    debootstrap --variant=minbase --components="$components" --cache-dir="$roots/archives" "$suite" "$root_dir" "$mirror" "${how[@]}" >"$roots/debootstrap.log" ||
-      { tail -5 "$roots/debootstrap.log" >&2; die "debootstrap failed; the whole output is in $roots/debootstrap.log"; }
+    logged "$roots/debootstrap.log" debootstrap --variant=minbase --components="$components" --cache-dir="$roots/archives" \
+      "$suite" "$root_dir" "$mirror" "${how[@]}"
     rm -rf "$root_dir"/var/cache/apt/archives/*.deb
     tar -C "$root_dir" -cf "$archive.part" . && mv "$archive.part" "$archive"
   else
@@ -81,19 +82,11 @@ install_in_root() {  # DIR PACKAGE...
   local root_dir=$1
   shift
   # docker-clean and its like do not lie here, so that what was fetched stays for the next root.
-  in_root "$root_dir" apt-get -qq -y -o Dpkg::Use-Pty=0 -o APT::Keep-Downloaded-Packages=true install \
-    --no-install-recommends "$@" >"$root_dir/tmp/apt.log" 2>&1 ||
-    { tail -5 "$root_dir/tmp/apt.log" >&2; die "installing $* failed"; }
+  logged "$root_dir/tmp/apt.log" in_root "$root_dir" apt-get -qq -y -o Dpkg::Use-Pty=0 \
+    -o APT::Keep-Downloaded-Packages=true install --no-install-recommends "$@"
 }
 
 remove_root() {
-  local root_dir=$1
-  local place
-  for place in var/cache/apt/archives dev/pts proc; do  # lazily where a process that was stopped still ends
-    umount "$root_dir/$place" 2>/dev/null || umount -l "$root_dir/$place" 2>/dev/null || true
-  done
-  if mountpoint -q "$root_dir/proc" || mountpoint -q "$root_dir/dev/pts" || mountpoint -q "$root_dir/var/cache/apt/archives"; then
-    die "$root_dir: still in use, not removed"
-  fi
-  rm -rf "$root_dir"
+  umount --recursive --lazy "$1" || die "$1: still mounted, not removed"  # lazily: a process that was stopped may still end
+  rm -rf "$1"
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares a reproduction with the committed reference run of the embedded part.
 
-usage: scripts/maintain/check_baseline.py DIR [--baseline DIR] [--update] [--self-test]
+usage: scripts/maintain/check_baseline.py DIR [--update] [--self-test]
 
 DIR is what `sextant reproduce --out DIR` has written, with or without data. Every measured row of
 results/baseline/*.json has to be in DIR/report/tables with equal texts and numbers equal within rounding:
@@ -11,12 +11,14 @@ Exit codes: 0 equal, 1 differences, 2 usage.
 """
 
 import argparse
+import collections
 import json
 import pathlib
 import sys
 
 TABLES = ["table_1_classification", "table_2_flow_error", "table_3_sets", "table_6_limit", "table_8_attribution", "claims"]
 RELATIVE, ABSOLUTE = 1e-6, 1e-9
+BASELINE = pathlib.Path(__file__).resolve().parents[2] / "results" / "baseline"
 
 
 def is_stable(row):
@@ -36,27 +38,27 @@ def key_of(row):
     return tuple(sorted((k, v) for k, v in row.items() if isinstance(v, str) and k != "verdict" and not k.endswith("_file")))
 
 
+def equal(a, b):
+    """Returns True for equal texts, and for numbers that are equal within rounding."""
+    if isinstance(a, (int, float)) and isinstance(b, (int, float)):
+        return abs(a - b) <= RELATIVE * max(abs(a), abs(b)) + ABSOLUTE
+    return a == b
+
+
 def differences(wanted, rows):
     """One line per row that is missing or has another number or verdict."""
-    by_key = {}
+    present, lines = collections.defaultdict(list), []
     for row in rows:
-        by_key.setdefault(key_of(row), []).append(row)
-    lines = []
+        present[key_of(row)].append(row)
     for row in filter(is_stable, wanted):
-        name = ", ".join(v for _, v in key_of(row))
-        found = by_key.get(key_of(row), [])
-        if not found:
+        key = key_of(row)
+        name = ", ".join(text for _, text in key)
+        now = present[key].pop(0) if present[key] else None
+        if now is None:
             lines.append(f"missing: {name}")
             continue
-        present = found.pop(0)
-        for field in sorted(set(row) | set(present)):
-            a, b = row.get(field), present.get(field)
-            if isinstance(a, (int, float)) and isinstance(b, (int, float)):
-                equal = abs(a - b) <= RELATIVE * max(abs(a), abs(b)) + ABSOLUTE
-            else:
-                equal = a == b
-            if not equal:
-                lines.append(f"{name}: {field}: baseline {a}, now {b}")
+        lines += [f"{name}: {field}: baseline {row.get(field)}, now {now.get(field)}"
+                  for field in sorted(row.keys() | now.keys()) if not equal(row.get(field), now.get(field))]
     return lines
 
 
@@ -72,10 +74,8 @@ def self_test():
 
 
 def main():
-    root = pathlib.Path(__file__).resolve().parents[2]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dir", nargs="?", type=pathlib.Path)
-    parser.add_argument("--baseline", type=pathlib.Path, default=root / "results" / "baseline")
     parser.add_argument("--update", action="store_true")
     parser.add_argument("--self-test", action="store_true")
     options = parser.parse_args()
@@ -88,11 +88,10 @@ def main():
     for table in TABLES:
         rows = read_rows(tables, table)
         if options.update:
-            options.baseline.mkdir(parents=True, exist_ok=True)
             text = ",\n".join(json.dumps(row) for row in rows if is_stable(row))
-            (options.baseline / f"{table}.json").write_text(f"[\n{text}\n]\n", encoding="utf-8")
+            (BASELINE / f"{table}.json").write_text(f"[\n{text}\n]\n", encoding="utf-8")
             continue
-        wanted = read_rows(options.baseline, table)
+        wanted = read_rows(BASELINE, table)
         n_rows += len(wanted)
         lines += [f"{table}: {line}" for line in differences(wanted, rows)]
     for line in lines[:40]:
