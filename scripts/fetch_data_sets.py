@@ -215,13 +215,12 @@ def arguments(description):
                         help="download ARCHIVE from URL/ARCHIVE; also as SEXTANT_MIRROR")
     common.add_argument("--checksums", type=pathlib.Path, metavar="FILE", default=CHECKSUMS,
                         help="known sums; default scripts/fetch_checksums.txt")
-    parser = argparse.ArgumentParser(prog="scripts/fetch", description=description, allow_abbrev=False,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    style = {"allow_abbrev": False, "formatter_class": argparse.RawDescriptionHelpFormatter}
+    parser = argparse.ArgumentParser(prog="scripts/fetch", description=description, **style)
     parser.add_argument("--list", action="store_true", help="show the parts of every data set, and stop")
     names = parser.add_subparsers(dest="data_set", metavar="DATA_SET", title="data sets (each has its own --help)")
     for name, data_set in DATA_SETS.items():
-        one = names.add_parser(name, parents=[common], allow_abbrev=False, help=data_set.title,
-                               formatter_class=argparse.RawDescriptionHelpFormatter,
+        one = names.add_parser(name, parents=[common], help=data_set.title, **style,
                                description=f"Fetches {data_set.title}. {data_set.note}\n\n{data_set.licence}")
         for part in data_set.parts:
             one.add_argument(f"--{part.name}", action="append_const", dest="selected", const=part.name, default=[],

@@ -26,8 +26,7 @@ def is_stable(row):
     return row.get("verdict") != "not measured here" and row.get("claim") != "frame_rate"
 
 
-def read_rows(folder, table):
-    path = folder / f"{table}.json"
+def read_rows(path):
     if not path.exists():
         sys.exit(f"check_baseline.py: {path}: no such file: expected the tables of a reproduction")
     return json.loads(path.read_text(encoding="utf-8"))
@@ -83,21 +82,15 @@ def main():
         return self_test()
     if options.dir is None:
         parser.error("DIR is missing")
-    tables = options.dir / "report" / "tables"
     n_rows, lines = 0, []
     for table in TABLES:
-        rows = read_rows(tables, table)
+        rows, baseline = read_rows(options.dir / "report" / "tables" / f"{table}.json"), BASELINE / f"{table}.json"
         if options.update:
-            text = ",\n".join(json.dumps(row) for row in rows if is_stable(row))
-            (BASELINE / f"{table}.json").write_text(f"[\n{text}\n]\n", encoding="utf-8")
-            continue
-        wanted = read_rows(BASELINE, table)
+            baseline.write_text("[\n" + ",\n".join(json.dumps(row) for row in rows if is_stable(row)) + "\n]\n", encoding="utf-8")
+        wanted = read_rows(baseline)
         n_rows += len(wanted)
         lines += [f"{table}: {line}" for line in differences(wanted, rows)]
-    for line in lines[:40]:
-        print(line)
-    if not options.update:
-        print(f"{n_rows} rows of the baseline, {len(lines)} differences")
+    print(*lines[:40], f"{n_rows} rows of the baseline, {len(lines)} differences", sep="\n")
     return 1 if lines else 0
 
 

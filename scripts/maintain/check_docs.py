@@ -15,6 +15,7 @@ Checks README.md, CONTRIBUTING.md, CHANGELOG.md and docs/*.md:
 Exit codes: 0 no problem, 1 problems (one line each), 2 usage.
 """
 
+import collections
 import difflib
 import functools
 import os
@@ -105,13 +106,10 @@ def anchor(heading):
 
 
 def anchors(file):
-    counts, names = {}, set()
+    counts = collections.Counter()
     for heading in re.findall(r"^#+ (.*)$", BLOCK.sub("", file.read_text(encoding="utf-8")), re.MULTILINE):
-        name = anchor(heading)
-        n = counts.setdefault(name, 0)
-        counts[name] += 1
-        names.add(f"{name}-{n}" if n else name)
-    return names
+        counts[anchor(heading)] += 1
+    return {f"{name}-{i}" if i else name for name, n in counts.items() for i in range(n)}
 
 
 def link_problems(file):

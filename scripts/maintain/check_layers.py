@@ -26,7 +26,6 @@ Tests (*_test.cc, *testing.h) are exempt from 1 to 7.
 Exit codes: 0 clean, 1 violations, 2 usage.
 """
 
-import argparse
 import fnmatch
 import pathlib
 import re
@@ -100,7 +99,8 @@ READERS_WITHIN = {
 }
 
 # Formatting breaks neither comments nor texts.
-COLUMN_LIMIT = int(re.search(r"ColumnLimit: (\d+)", (ROOT / ".clang-format").read_text())[1])
+COLUMN_LIMIT = re.search(r"ColumnLimit: (\d+)", (ROOT / ".clang-format").read_text())[1]
+TOO_LONG = {f"a line of more than {COLUMN_LIMIT} characters": re.compile(rf"^.{{{COLUMN_LIMIT}}}.+$", re.MULTILINE)}
 
 # Words of 10 -> the terms of the field. The words part, subject and limit are left out: a pattern cannot distinguish their
 # private meanings from the ordinary ones.
@@ -138,10 +138,6 @@ class Source(typing.NamedTuple):
     @property
     def is_test(self):
         return self.path.endswith(("_test.cc", "testing.h"))
-
-    @property
-    def includes(self):  # [(position, header without sextant/, include text), ...]
-        return [(m.start(1), m[1].removeprefix("sextant/"), m[1]) for m in _INCLUDE.finditer(self.text)]
 
 
 def matches(name, patterns):
@@ -261,30 +257,12 @@ def picture_problems(layers, root):
             yield f"docs/modules.svg: {module}: a blue frame means that it cannot see the truth"
 
 
-def length_problems(sources):
-    for source in sources:
-        for number, line in enumerate(source.text.splitlines(), 1):
-            if len(line) > COLUMN_LIMIT:
-                yield f"{source.path}:{number}: {len(line)} characters, expected at most {COLUMN_LIMIT}"
-
-
 def name_problems(files):
     first = {}
     for name, source in files.items():
         file = name.rpartition("/")[2]
         if first.setdefault(file, source.path) != source.path and file not in ONE_A_FOLDER:
             yield f"{source.path}: there is {first[file]} too: give one a name that says what it is"
-
-
-def include_problems(files, allowed, name, header, include):
-    """Yields what is wrong with one include of the file `name`."""
-    folder, target = folder_of(name), folder_of(header)
-    if header == include:
-        yield f'"{include}": write project includes as "sextant/<folder>/<file>.h"'
-    elif header not in files:
-        yield f'"{include}": there is no such header'
-    elif target not in (folder, *allowed):
-        yield f"{folder} may not include {target}: its CMakeLists.txt links {', '.join(allowed) or 'nothing'}"
 
 
 def truth_problems(layers):
@@ -296,14 +274,20 @@ def truth_problems(layers):
                 yield f"{folder} may not see the ground truth: its CMakeLists.txt links {other}, which may"
 
 
-def layer_problems(files, layers):
+def include_problems(files, layers):
     for name, source in files.items():
-        if folder_of(name) not in layers:
-            yield f"{source.path}: the CMakeLists.txt of '{folder_of(name)}' makes no module"
-            continue
-        for position, header, include in source.includes:
-            problems = include_problems(files, layers[folder_of(name)], name, header, include)
-            yield from (f"{source.at(position)}: {problem}" for problem in problems)
+        folder = folder_of(name)
+        if folder not in layers:
+            yield f"{source.path}: the CMakeLists.txt of '{folder}' makes no module"
+        for match in _INCLUDE.finditer(source.text) if folder in layers else ():
+            include, header, place = match[1], match[1].removeprefix("sextant/"), source.at(match.start(1))
+            target, allowed = folder_of(header), layers[folder]
+            if header == include:
+                yield f'{place}: "{include}": write project includes as "sextant/<folder>/<file>.h"'
+            elif header not in files:
+                yield f'{place}: "{include}": there is no such header'
+            elif target not in (folder, *allowed):
+                yield f"{place}: {folder} may not include {target}: its CMakeLists.txt links {', '.join(allowed) or 'nothing'}"
 
 
 def check(root):
@@ -317,7 +301,7 @@ def check(root):
           for problem in pattern_problems((s for s in files.values() if s.name not in users), {what: pattern})),
         *name_in_report_problems(reports, root), *reader_problems(files), *thread_problems(sources, root),
         *word_problems(texts_of_all), *subject_problems(texts_of_all), *citation_problems(sources, root), *picture_problems(layers, root),
-        *length_problems(sources + read_tree(root, ["bench"])), *name_problems(files), *layer_problems(files, layers), *truth_problems(layers)]
+        *pattern_problems(sources + read_tree(root, ["bench"]), TOO_LONG), *name_problems(files), *include_problems(files, layers), *truth_problems(layers)]
     return problems, len(files)
 
 
@@ -379,7 +363,7 @@ def self_test():
         ("a comment without a subject", "lib/base/error.h", "/// Whether it is one.", "begins with its subject"),
         ("a member without a subject", "lib/base/error.h", "int a = 0;  ///< of the image", "begins with its subject"),
         ("a lost document", "lib/base/error.h", "// See docs/lost.md.", "docs/lost.md does not exist"),
-        ("a long line", "lib/base/error.h", "// " + "a " * 60, "123 characters, expected at most 110"),
+        ("a long line", "lib/base/error.h", "// " + "a " * 60, "a line of more than 110 characters"),
         ("a shell", "lib/base/error.h", "int s = std::system(text);", "runs a program"),
     ]
     failures = 0
@@ -398,10 +382,10 @@ def self_test():
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--self-test", action="store_true", help="plant violations and see them caught")
-    arguments = parser.parse_args()
-    if arguments.self_test:
+    if set(sys.argv[1:]) - {"--self-test"}:
+        print(__doc__)
+        return 0 if "--help" in sys.argv else 2
+    if "--self-test" in sys.argv:
         return self_test()
     problems, count = check(ROOT)
     print(*problems, f"{count} files, {len(problems)} violations", sep="\n")

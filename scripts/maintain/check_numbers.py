@@ -32,7 +32,7 @@ import subprocess
 import sys
 import tempfile
 
-from check_docs import ROOT, blocks, command_line, fits, report, run, without_blocks
+from check_docs import ROOT, blocks, command_line, fits, report, run
 
 EVIDENCE = ROOT / "results" / "documents"
 CONVENTIONAL = {"95 %", "5 %", "100 %", "50 %", "0 %"}
@@ -44,19 +44,9 @@ VERSION = re.compile(r"\b(Ubuntu|Debian|Python|numpy|scipy|pandas|OpenCV|Slurm|a
                      r"simdjson|Embree|cmake|CMake|glibc|schema|RFC) v?\d+(\.\d+)*( (and|or|to) \d+(\.\d+)*)?|\d+\.\d+\.\d+")
 
 
-def prose(text):
-    """Yields (line, heading, text of the line) outside of blocks, without code, links and versions."""
-    heading = ""
-    for line, content in enumerate(without_blocks(text).split("\n"), 1):
-        if content.startswith("#"):
-            heading = content.lstrip("#").strip()
-            continue
-        content = re.sub(r"``[^`]*``|`[^`]*`|\]\([^)]*\)", " ` ", content)
-        yield line, heading, VERSION.sub(" ", content)
-
-
-def quoted(content):
-    """Numbers of a line that need evidence: (text, value, half of the last digit)."""
+def quoted(line):
+    """Numbers of a line that need evidence, outside of code, links and versions: (text, value, half of the last digit)."""
+    content = VERSION.sub(" ", re.sub(r"``[^`]*``|`[^`]*`|\]\([^)]*\)", " ` ", line))
     for match in NUMBER.finditer(content):
         digits, percent = match["digits"].rstrip(",").replace(",", ""), match["percent"] is not None
         is_large = len(digits) > 2 and "e" not in digits and digits[0] != "0" and not 1900 <= float(digits) < 2100
@@ -119,32 +109,34 @@ def result_files(text):
 
 
 def sections_of(text):
-    """heading -> text, with blocks."""
-    sections, heading, in_block = collections.defaultdict(str), "", False
-    for line in text.split("\n"):
-        in_block ^= line.startswith("```")
-        if line.startswith("#") and not in_block:
-            heading = line.lstrip("#").strip()
-        sections[heading] += line + "\n"
+    """Returns heading -> [(line, text of the line, whether it is a heading or belongs to a block)]."""
+    sections, heading, in_block = collections.defaultdict(list), "", False
+    for line, content in enumerate(text.split("\n"), 1):
+        fence = content.startswith("```")
+        in_block ^= fence
+        if content.startswith("#") and not in_block:
+            heading = content.lstrip("#").strip()
+        sections[heading].append((line, content, in_block or fence or content.startswith("#")))
     return sections
 
 
 def problems(document, defined):
     text = document.read_text(encoding="utf-8")
-    evidence = Evidence(document)
+    evidence, sections = Evidence(document), sections_of(text)
     of_blocks = numbers_in("\n".join(content for _, _, content in blocks(text)))
-    for heading in set(evidence.sections) - set(sections_of(text)):
+    for heading in set(evidence.sections) - set(sections):
         yield f"{evidence.path.name}: {document.name} has no heading '{heading}'"
     for kind, name, _ in sum(evidence.sections.values(), []):
         if kind == "@" and not (ROOT / name).is_file():
             yield f"{evidence.path.name}: no such file: {name}: name the file that holds these numbers now"
-    known = {heading: numbers_in("\n".join(result_files(section))) + evidence.numbers(heading)
-             for heading, section in sections_of(text).items()}
-    for line, heading, content in prose(text):
-        for shown, value, half in quoted(content):
-            percent = shown.endswith("%")
-            if not is_in(value, half, percent, of_blocks + known[heading]) and not is_in(value, 1e-9 * value, percent, defined):
-                yield f"{document.name}:{line}: {shown} stands in no evidence ({heading})"
+    for heading, lines in sections.items():
+        named = result_files("\n".join(content for _, content, _ in lines))
+        known = of_blocks + numbers_in("\n".join(named)) + evidence.numbers(heading)
+        for line, content, is_code in lines:
+            for shown, value, half in () if is_code else quoted(content):
+                percent = shown.endswith("%")
+                if not is_in(value, half, percent, known) and not is_in(value, 1e-9 * value, percent, defined):
+                    yield f"{document.name}:{line}: {shown} stands in no evidence ({heading})"
 
 
 def run_problems(document, sextant, update):
@@ -170,7 +162,7 @@ def self_test():
     assert is_in(0.064, 0.0005, False, [0.0642]) and not is_in(0.064, 0.0005, False, [0.0648])
     assert is_in(18, 0.5, True, [0.183]) and not is_in(18, 0.5, False, [0.183])
     assert numbers_in("a1.5 -2.5 3e-2 10'000") == [0.03, 2.5, 10000]
-    assert [p[2].split() for p in prose("a `1.5` [b](2.5) 3.5 Ubuntu 22.04")] == [["a", "`", "[b", "`", "3.5"]]
+    assert [q[0] for q in quoted("a `1.5` [b](2.5) 3.5 Ubuntu 22.04")] == ["3.5"]
 
 
 def main():
@@ -178,12 +170,10 @@ def main():
     self_test()
     documents = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
     documents = [d for d in documents if d.name in words[1:] or len(words) == 1]
-    found = []
-    if flags:
-        found = [problem for d in documents for problem in run_problems(d, words[0], "--update" in flags)]
-        if "--update" in flags:
-            print("\n".join(found))
-            found = []
+    found = [problem for d in documents for problem in run_problems(d, words[0], "--update" in flags)] if flags else []
+    if "--update" in flags:
+        print("\n".join(found))
+        found = []
     defined = numbers_in(subprocess.run([words[0], "options"], stdout=subprocess.PIPE, text=True, check=True).stdout)
     found += [problem for d in documents for problem in problems(d, defined)]
     return report(found, f"{len(documents)} documents: every decimal number, percentage and large integer has its evidence")

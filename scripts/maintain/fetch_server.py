@@ -58,19 +58,17 @@ def names(*patterns):
 
 # Members of archives as they are published.
 WORLDS, SCENES, DEMO_TOP = "(0001|0018)", "(Scene01|Scene18)", DEMO.removesuffix(".tar.gz")
-ENCODINGS = f"vkitti_1.3.1_scenegt/{WORLDS}_(clone|15-deg-left)_scenegt_rgb_encoding.txt"
 VKITTI1_IMAGES = f"{WORLDS}/(clone|15-deg-left)/0000(0|1).png"
-VKITTI1_TEXTS = f"vkitti_1.3.1_(extrinsicsgt|motgt)/{WORLDS}_(clone|15-deg-left).txt"
-VKITTI2_TEXTS = f"{SCENES}/clone/(intrinsic|extrinsic|pose|bbox|info|colors).txt"
 DEMO_FILES = ("(depth|image_0)/000000.png", "flow/000000.flo", "semantic/000000.txt", "(pose_gt|object_pose|times).txt", "kitti03.yaml")
 PUBLISHED = {
     **{f"vkitti_1.3.1_{kind}.tar": names(f"vkitti_1.3.1_{kind}/{VKITTI1_IMAGES}") for kind in ("rgb", "depthgt", "flowgt")},
-    "vkitti_1.3.1_scenegt.tar": names(f"vkitti_1.3.1_scenegt/{VKITTI1_IMAGES}", ENCODINGS),
+    "vkitti_1.3.1_scenegt.tar": names(f"vkitti_1.3.1_scenegt/{VKITTI1_IMAGES}",
+                                      f"vkitti_1.3.1_scenegt/{WORLDS}_(clone|15-deg-left)_scenegt_rgb_encoding.txt"),
     **{f"vkitti_1.3.1_{kind}.tar.gz": names(f"vkitti_1.3.1_{kind}/{WORLDS}_(clone|15-deg-left).txt")
        for kind in ("extrinsicsgt", "motgt")},
     **{f"vkitti_2.0.3_{kind}.tar": names(f"{SCENES}/clone/frames/{kind}/Camera_(0|1)/x_00000.png")
        for kind in ("rgb", "depth", "forwardFlow", "backwardFlow", "instanceSegmentation")},
-    "vkitti_2.0.3_textgt.tar.gz": names("./" + VKITTI2_TEXTS),
+    "vkitti_2.0.3_textgt.tar.gz": names(f"./{SCENES}/clone/(intrinsic|extrinsic|pose|bbox|info|colors).txt"),
     **{f"data_tracking_{kind}.zip": names(f"training/{folder}/(0003|0005).txt", f"testing/{folder}/0003.txt")
        for kind, folder in (("calib", "calib"), ("oxts", "oxts"), ("label_2", "label_02"))},
     **{f"data_tracking_image_{camera}.zip": names(f"training/image_0{camera}/(0003|0005)/00000(0|1).png",

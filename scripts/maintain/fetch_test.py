@@ -27,8 +27,7 @@ SCRIPTS = pathlib.Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(SCRIPTS))
 from fetch_data_sets import DATA_SETS  # noqa: E402
-from fetch_server import (ARCHIVES, DEMO, DEMO_FILES, ENCODINGS, NOISE, OXTS, PUBLISHED, RGB, SCENES, VKITTI1_IMAGES,  # noqa: E402
-                          VKITTI1_TEXTS, VKITTI2_TEXTS, Server, names, packed, zip_link)
+from fetch_server import ARCHIVES, DEMO, DEMO_FILES, NOISE, OXTS, PUBLISHED, RGB, Server, names, packed, zip_link  # noqa: E402
 
 PROGRAM = types.SimpleNamespace(**runpy.run_path(str(SCRIPTS / "fetch")))
 
@@ -104,41 +103,40 @@ class FetchTest(unittest.TestCase):
 
     # ---- what is unpacked
 
+    def check_layout(self, options, expected, words=()):
+        self.server.requests.clear()
+        text = self.fetch(*options.split())
+        self.assertEqual(self.tree(), expected)
+        for name in self.tree():
+            content = (self.out / name).read_bytes().removesuffix(NOISE).decode()
+            self.assertTrue(content.endswith(name) or name.endswith(content), f"{name} holds {content}")
+        self.assertEqual([word for word in words if word not in text], [], text)
+        self.assertEqual(self.leftovers(), ["lock"])
+        self.assertTrue(all(p.stat().st_mode & 0o500 == 0o500 for p in self.out.rglob("*") if p.is_dir()))
+        shutil.rmtree(self.out)
+
     def test_layouts(self):
-        kitti_texts = ["training/(calib|oxts|label_02|instances_txt)/(0003|0005).txt"]
-        scene = "Scene01/clone/frames/rgb/Camera_0/a"
-        for options, replaced, patterns, words in (
-                ("vkitti1 --all", {}, [VKITTI1_TEXTS, f"vkitti_1.3.1_(rgb|depthgt|flowgt|scenegt)/{VKITTI1_IMAGES}", ENCODINGS],
-                 ["CC BY-NC-SA 3.0", f"vkitti1:{self.out}#0018/clone", hashlib.sha256(ARCHIVES[RGB]).hexdigest()]),
-                ("vkitti1 --text-only", {}, [VKITTI1_TEXTS], []),
-                ("vkitti1", {}, [VKITTI1_TEXTS], ["no part named: the text parts"]),
-                ("vkitti2 --all", {}, [VKITTI2_TEXTS, f"{SCENES}/clone/frames/(rgb|depth|forwardFlow|backwardFlow"
-                                       "|instanceSegmentation)/Camera_(0|1)/x_00000.png"], [f"vkitti2:{self.out}#Scene18/clone"]),
-                ("vkitti2 --rgb", {"vkitti_2.0.3_rgb.tar": ["vkitti_2.0.3_rgb/" + scene]}, [scene], []),
+        for options, words in (
+                ("vkitti1 --all", ["CC BY-NC-SA 3.0", f"vkitti1:{self.out}#0018/clone", hashlib.sha256(ARCHIVES[RGB]).hexdigest()]),
+                ("vkitti1 --text-only", []), ("vkitti1", ["no part named: the text parts"]),
+                ("vkitti2 --all", [f"vkitti2:{self.out}#Scene18/clone"]), ("sceneflow2015 --all", []),
                 # The size is that of two files of training/, without that of testing/.
-                ("kitti_tracking --all", {}, [*kitti_texts, "training/image_0(2|3)/(0003|0005)/00000(0|1).png",
-                                              "training/instances/(0003|0005)/000000.png"],
-                 ["oxts: unpack 44B", f"kitti:{self.out}#0003"]),
-                ("kitti_tracking --text-only --left --sequences 0003", {},
-                 ["training/(calib|oxts|label_02|instances_txt)/0003.txt", "training/image_02/0003/00000(0|1).png"], []),
-                ("kitti_tracking --masks", {"instances_txt.zip": names("(0003|0005).txt")},
-                 ["training/instances_txt/(0003|0005).txt"], []),
-                ("sceneflow2015 --all", {}, ["training/(calib_cam_to_cam/000002.txt|image_2/000002_10.png)"], [])):
+                ("kitti_tracking --all", ["oxts: unpack 44B", f"kitti:{self.out}#0003"])):
             with self.subTest(options):
-                self.server.files.update({name: packed(name, members) for name, members in replaced.items()})
-                self.server.requests.clear()
-                text = self.fetch(*options.split())
-                if options in ("vkitti1", "vkitti1 --text-only"):
-                    self.assertEqual({name for name, _ in self.server.requests},
-                                     {"vkitti_1.3.1_extrinsicsgt.tar.gz", "vkitti_1.3.1_motgt.tar.gz"})
-                self.assertEqual(self.tree(), names(*patterns))
-                for name in self.tree():
-                    content = (self.out / name).read_bytes().removesuffix(NOISE).decode()
-                    self.assertTrue(content.endswith(name) or name.endswith(content), f"{name} holds {content}")
-                self.assertEqual([word for word in words if word not in text], [], text)
-                self.assertEqual(self.leftovers(), ["lock"])
-                self.assertTrue(all(p.stat().st_mode & 0o500 == 0o500 for p in self.out.rglob("*") if p.is_dir()))
-                shutil.rmtree(self.out)
+                parts = [part for part in DATA_SETS[options.split()[0]].parts if part.kind == "text" or options.endswith("--all")]
+                members = (name.removeprefix("./") for part in parts for name in PUBLISHED[part.archive])
+                self.check_layout(options, sorted(name.replace("instances", "training/instances", 1) for name in members
+                                                  if not name.startswith("testing/")), words)
+                self.assertEqual({name for name, _ in self.server.requests}, {part.archive for part in parts})
+
+    def test_layouts_of_selected_members(self):
+        scene = "Scene01/clone/frames/rgb/Camera_0/a"
+        self.server.files["vkitti_2.0.3_rgb.tar"] = packed("vkitti_2.0.3_rgb.tar", ["vkitti_2.0.3_rgb/" + scene])
+        self.check_layout("vkitti2 --rgb", [scene])
+        self.check_layout("kitti_tracking --text-only --left --sequences 0003", names(
+            "training/(calib|oxts|label_02|instances_txt)/0003.txt", "training/image_02/0003/00000(0|1).png"))
+        self.server.files["instances_txt.zip"] = packed("instances_txt.zip", names("(0003|0005).txt"))
+        self.check_layout("kitti_tracking --masks", names("training/instances_txt/(0003|0005).txt"))
 
     def test_sequences_are_added(self):
         self.fetch("vkitti1", "--masks", "--objects", "--sequences", "0018/clone")

@@ -47,10 +47,6 @@ def mean(values):
     return f"{sum(values) / len(values):.4g} [{means[25]:.4g}, {means[974]:.4g}]"
 
 
-def numbers(rows, kind, key):
-    return [row[kind][key] for row in rows if key in row[kind]]
-
-
 def main():
     if len(sys.argv) != 2 or not os.environ.get("SEXTANT_DATA"):
         sys.exit(__doc__)
@@ -67,7 +63,7 @@ def main():
                                   for dynamic in (1, 0))
                 columns = ((camera, "errors", "Et_m"), (camera, "errors", "ER_deg"), (moving, "errors", "Ev_kmh"),
                            (parked, "values", "v_kmh"), (parked, "values", "split_nees"), (parked, "values", "expansion_chi2"))
-                print("|", " | ".join([name, method, *(mean(numbers(*column)) for column in columns)]), "|", flush=True)
+                print("|", " | ".join([name, method, *(mean([row[kind][key] for row in rows if key in row[kind]]) for rows, kind, key in columns)]), "|", flush=True)
 
 
 if __name__ == "__main__":
