@@ -54,11 +54,9 @@ usage() { sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"; }
 # Prints the number of parallel compilers: SEXTANT_JOBS, otherwise one per core, but at most one per 1.5 GB of available memory
 # (the largest sources need over 1 GB).
 build_jobs() {
-  local cores memory_kb
+  local cores by_memory
   cores=$(nproc)
-  memory_kb=$(awk '/^MemAvailable:/ { print $2 }' /proc/meminfo)
-  local by_memory=$((memory_kb / 1500000))
-  ((by_memory >= 1)) || by_memory=1
+  by_memory=$(awk '/^MemAvailable:/ { n = int($2 / 1500000); print n < 1 ? 1 : n }' /proc/meminfo)
   echo "${SEXTANT_JOBS:-$((cores < by_memory ? cores : by_memory))}"
 }
 

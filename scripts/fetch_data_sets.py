@@ -172,8 +172,7 @@ def sceneflow2015():
         "Try:\n  sextant data check sceneflow:{out}#000002      # with --images")
 
 
-def demo():
-    commit = "15ec535739d5e6c075de1db21f70d52419d207d9"
+def demo(ref="15ec535739d5e6c075de1db21f70d52419d207d9"):
     return DataSet(
         "demo", "demo of the multimot_track authors", "kitti_03_demo",
         """The sample that the paper's authors publish with their code, for the adapter vdo: the first frames of KITTI
@@ -186,8 +185,8 @@ needs a browser. Unpacked by hand, it is read as vdo:DIR in the same way.""",
         "  J. Zhang, M. Henein, R. Mahony, V. Ila: Robust Ego and Object 6-DoF Motion Estimation and Tracking, IROS 2020\n"
         f"  {GEIGER}\n"
         "  The terms that count: https://github.com/halajun/multimot_track and https://www.cvlibs.net/datasets/kitti/",
-        (Part("sample", "text", f"multimot_track-{commit}.tar.gz",
-              f"https://codeload.github.com/halajun/multimot_track/tar.gz/{commit}", "-",
+        (Part("sample", "text", f"multimot_track-{ref}.tar.gz",
+              f"https://codeload.github.com/halajun/multimot_track/tar.gz/{ref}", "-",
               "frames of KITTI 0003 with all inputs and truth", lambda sequence: "kitti_sample/(.*)",
               required=("depth", "flow", "semantic", "pose_gt.txt", "object_pose.txt", "image_0|image")),),
         hint("data check vdo:{out}", "run vdo:{out} --estimator joint_flow --out results/runs/demo"))
@@ -228,7 +227,10 @@ def arguments(description):
         if data_set.pattern:
             one.add_argument("--sequences", default="", metavar="LIST", help="unpack only these, separated by commas: "
                              f"{data_set.sequences} (the archives are whole: this saves space, not downloading)")
-        one.set_defaults(sequences="")
+        if name == "demo":
+            one.add_argument("--ref", metavar="COMMIT", help="commit, branch or tag to take; default is one whose "
+                             "README names the sample; HEAD is the latest")
+        one.set_defaults(sequences="", ref="")
     options = parser.parse_args()
     if not options.data_set:
         if not options.list:
@@ -243,6 +245,8 @@ def arguments(description):
         parser.error(f"--mirror '{options.mirror}': expected an http:// or https:// address")
     if options.archives and not options.archives.is_dir():
         parser.error(f"--archives '{options.archives}' is not a folder")
+    if options.ref and not re.fullmatch(r"[A-Za-z0-9._-]+", options.ref):
+        parser.error("--ref needs a commit, branch or tag")
     if not options.checksums.is_file():
         parser.error(f"--checksums '{options.checksums}': no such file")
     return options
