@@ -31,12 +31,12 @@ class Part:
     address: str  # of the archive, or with / at its end of the archive's folder
     size: str  # approximate, from public notes; - is unknown
     content: str
-    members: typing.Callable  # of a sequence or '': regular expression of the members to unpack; its group is their place in DIR/target
+    members: typing.Callable  # of a sequence or '': regular expression of members to unpack; its group: their place in DIR/target
     target: str = "."
     required: tuple = ()  # entries ("a|b": either one) that an archive must have to be laid out as the adapter expects
 
     def place_of(self, name, sequence):
-        """Returns where a member belongs below DIR, None if it is not one of the sequence. Folders around the data set do not count."""
+        """Returns where a member of the sequence belongs below DIR, None for others. Folders around the data set do not count."""
         found = re.fullmatch(r"(?!__MACOSX/)(?:.*?/)??" + self.members(sequence), name)
         return f"{self.target}/{found[1]}".removeprefix("./") if found else None
 
@@ -64,9 +64,6 @@ class DataSet:
         lines = (f"  {'--' + part.name:<16} {part.kind:<6} {part.size:>9}  {part.content}\n  {'':<16} {part.url(mirror)}"
                  for part in self.parts)
         return "\n".join((f"{self.title}: scripts/fetch {self.name}", *lines))
-
-    def complete_sequence(self, sequence):
-        return sequence + self.variation if "/" not in sequence else sequence
 
 
 def hint(*commands):

@@ -300,8 +300,9 @@ def check(root):
         *(problem for what, (pattern, users) in ENTRY_POINTS.items()
           for problem in pattern_problems((s for s in files.values() if s.name not in users), {what: pattern})),
         *name_in_report_problems(reports, root), *reader_problems(files), *thread_problems(sources, root),
-        *word_problems(texts_of_all), *subject_problems(texts_of_all), *citation_problems(sources, root), *picture_problems(layers, root),
-        *pattern_problems(sources + read_tree(root, ["bench"]), TOO_LONG), *name_problems(files), *include_problems(files, layers), *truth_problems(layers)]
+        *word_problems(texts_of_all), *subject_problems(texts_of_all), *citation_problems(sources, root),
+        *picture_problems(layers, root), *pattern_problems(sources + read_tree(root, ["bench"]), TOO_LONG), *name_problems(files),
+        *include_problems(files, layers), *truth_problems(layers)]
     return problems, len(files)
 
 
@@ -354,7 +355,7 @@ def self_test():
         ("a test with a clock", "lib/noise/depth_test.cc", "auto now = std::chrono::steady_clock::now();", "depends on the speed"),
         ("threads that are not declared", "lib/noise/draw.cc", "  parallel_for(n, jobs, draw);", "starts threads"),
         ("a file made in place", "eval/report/table.h", "auto file = std::ofstream(name);", "creates a file"),
-        ("a data set in a report", "eval/report/tables/depth_table.cc", 'auto s = "depth of sea-floor";', "names 'sea-floor' in a text"),
+        ("a data set in a report", "eval/report/tables/depth_table.cc", 'auto s = "depth of sea-floor";', "names 'sea-floor'"),
         ("a cell compared with a text", "eval/report/table.h", 'bool b = row == Cell("no");', "compares a cell"),
         ("a cell by its number", "eval/report/table.h", "auto cell = row[5];", "by its number"),
         ("a private word", "lib/base/error.h", "// Files of strangers.", "'strangers' is a private word"),

@@ -63,7 +63,8 @@ def main():
                                   for dynamic in (1, 0))
                 columns = ((camera, "errors", "Et_m"), (camera, "errors", "ER_deg"), (moving, "errors", "Ev_kmh"),
                            (parked, "values", "v_kmh"), (parked, "values", "split_nees"), (parked, "values", "expansion_chi2"))
-                print("|", " | ".join([name, method, *(mean([row[kind][key] for row in rows if key in row[kind]]) for rows, kind, key in columns)]), "|", flush=True)
+                means = [mean([row[kind][key] for row in of_kind if key in row[kind]]) for of_kind, kind, key in columns]
+                print("|", " | ".join([name, method, *means]), "|", flush=True)
 
 
 if __name__ == "__main__":
