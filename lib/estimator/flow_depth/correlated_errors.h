@@ -80,12 +80,14 @@ struct PixelExtent {
   double min_u = std::numeric_limits<double>::infinity(), min_v = min_u;
   double max_u = -min_u, max_v = -min_u;
 
+  PixelExtent() = default;
   template <typename Points>
   explicit PixelExtent(const Points& points) {
-    for (const auto& p : points) {
-      min_u = std::min(min_u, p.u), max_u = std::max(max_u, p.u);
-      min_v = std::min(min_v, p.v), max_v = std::max(max_v, p.v);
-    }
+    for (const auto& p : points) add(p.u, p.v);
+  }
+  void add(double u, double v) {
+    min_u = std::min(min_u, u), max_u = std::max(max_u, u);
+    min_v = std::min(min_v, v), max_v = std::max(max_v, v);
   }
   double width() const { return max_u - min_u; }
   double height() const { return max_v - min_v; }

@@ -119,6 +119,19 @@ FlowDepthPoints<Real>::FlowDepthPoints(const FlowDepthPoints<Other>& other)
 template <typename Real>
 void FlowDepthPoints<Real>::neutralise_invalid() {
   const Real max = std::numeric_limits<Real>::max();
+  LaneMaskOf<Real> valid_lanes = ~LaneMaskOf<Real>{};  // of all points
+  for (size_t i = 0; i < padded_; i += LaneTypes<Real>::n) {
+    for (const Column k : {target_u, target_v}) {
+      const LanesOf<Real> target = SEXTANT_LOAD(column(k) + i);
+      valid_lanes &= (target <= max) & (target >= -max);
+    }
+    for (const Column k : {measured, measured_curr}) {
+      const LanesOf<Real> inverse = SEXTANT_LOAD(column(k) + i);
+      valid_lanes &= (inverse > 0) & (inverse <= max);
+    }
+  }
+  if (std::all_of(&valid_lanes[0], &valid_lanes[0] + LaneTypes<Real>::n, [](auto lane) { return lane != 0; }))
+    return;
   for (size_t i = 0; i < size_; ++i) {
     const Real inverse = column(measured)[i];
     const Real inverse_curr = column(measured_curr)[i];

@@ -86,8 +86,8 @@ SolverResult descend(RoughFlowDepthData& data, const SE3& start, const NoiseLeve
 
 /// Minimises like minimize_flow_depth(), but in single precision, where an iteration costs half as much, and
 /// for 2000 points or more first on a sample of 1000. Returns a motion near the optimum (typically within
-/// 1e-5 m or rad) and stores the refined depths in `data`. Returns `start` for fewer than 300 points and if a
-/// result is not finite.
+/// 1e-4 m or rad), from which one step in double precision is enough, and stores the refined depths in
+/// `data`. Returns `start` for fewer than 300 points and if a result is not finite.
 SE3 minimize_roughly(FlowDepthData& data, const SE3& start, const NoiseLevels& levels,
                      const RobustKernel& kernel, const MotionPrior& prior);
 

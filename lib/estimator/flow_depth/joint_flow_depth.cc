@@ -91,8 +91,7 @@ std::vector<DepthCurrReading> depth_curr_readings(const Problem& problem, double
                                                   const NoiseLevels& levels, const SE3& motion,
                                                   RoughFlowDepthData& data) {
   const Correspondences& p = problem.points;
-  const std::vector<LocalPlane> planes =
-      fit_local_planes(p, levels.delta_d_px / problem.camera.bf, radius_px);
+  const LocalPlanes planes(p, levels.delta_d_px / problem.camera.bf, radius_px);
   evaluate_points(data, motion, levels);
   const double variance = std::pow(levels.delta_d_curr_px / problem.camera.bf, 2);
   std::vector<DepthCurrReading> readings(p.size());

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
-#include <span>
 
 #include "sextant/base/quantile.h"
 #include "sextant/estimator/flow_depth/correlated_errors.h"
@@ -192,136 +191,125 @@ double estimate_delta_d_curr(LevelSample& sample, const SE3& T_curr_prev, const 
 
 namespace {
 
-constexpr size_t min_neighbours = 9;  // three unknowns, and six degrees of freedom for the test
+constexpr double min_neighbours = 9;  // three unknowns, and six degrees of freedom for the test
 constexpr double max_pixel = 1e5;     // no valid image coordinate is larger
 constexpr double max_columns = 1000;
 
-struct Point {
-  double one = 1;
-  double u, v;     // px
-  double inverse;  // 1/m
-};
-static_assert(sizeof(Point) == sizeof(Lanes));
-using Rows = std::array<std::span<const Point>, 3>;
+/// Sums over points p = [1 u v s], u and v in px, inverse depth s in 1/m: of p; of the squares of u, v and s;
+/// of uv, vs and su (elements 1 to 3).
+struct Moments {
+  LaneTypes<double>::Unaligned values, squares, products;
 
-/// Computes the sum of p p^T over all points, row by row, with p = [1 u v s] - [0 u v s] of `about`.
-SEXTANT_SIMD void sum_moments(const Rows& rows, const Point& about, double* moments) {
-  const Lanes centre = {0, about.u, about.v, about.inverse};
-  Lanes m0 = {}, m1 = {}, m2 = {}, m3 = {};
-  for (const std::span<const Point>& row : rows) {
-    for (const Point& point : row) {
-      const Lanes p = SEXTANT_LOAD(&point.one) - centre;
-      m0 += p;
-      m1 += p * p[1];
-      m2 += p * p[2];
-      m3 += p * p[3];
-    }
+  SEXTANT_INLINED void add(const Lanes& p) {
+    const LaneMaskOf<double> next = {0, 2, 3, 1};
+    values += p;
+    squares += p * p;
+    products += p * __builtin_shuffle(p, next);
   }
-  SEXTANT_STORE(moments, m0);
-  SEXTANT_STORE(moments + 4, m1);
-  SEXTANT_STORE(moments + 8, m2);
-  SEXTANT_STORE(moments + 12, m3);
-}
-
-/// Points grouped by cell of side >= `side` px, cells row by row.
-class CellGrid {
- public:
-  CellGrid(const std::vector<Point>& points, double side) {
-    const PixelExtent extent(points);
-    // Coarser cells for few points that are far apart.
-    const double per_side = 1 / std::max({side, extent.width() / max_columns, extent.height() / max_columns});
-    columns_ = static_cast<size_t>(extent.width() * per_side) + 1;
-    rows_ = static_cast<size_t>(extent.height() * per_side) + 1;
-    begin_.assign(columns_ * rows_ + 2, 0);
-    std::vector<uint32_t> cells(points.size());
-    for (size_t i = 0; i < points.size(); ++i) {
-      const auto row = static_cast<size_t>((points[i].v - extent.min_v) * per_side);
-      const auto column = static_cast<size_t>((points[i].u - extent.min_u) * per_side);
-      cells[i] = static_cast<uint32_t>(row * columns_ + column);
-      ++begin_[cells[i] + 2];
-    }
-    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    members_.resize(points.size());
-    order_.resize(points.size());
-    cells_.resize(points.size());
-    for (size_t i = 0; i < points.size(); ++i) {
-      const uint32_t to = begin_[cells[i] + 1]++;  // becomes the beginning of the next cell
-      members_[to] = points[i];
-      order_[to] = static_cast<uint32_t>(i);
-      cells_[to] = cells[i];
-    }
+  SEXTANT_INLINED Moments& operator+=(const Moments& other) {
+    values += other.values, squares += other.squares, products += other.products;
+    return *this;
   }
-
-  size_t size() const { return members_.size(); }
-  /// Index of member k in the given list of points.
-  size_t index(size_t k) const { return order_[k]; }
-  const Point& member(size_t k) const { return members_[k]; }
-  /// Returns the end of the range of members in member k's cell.
-  size_t end_of_cell(size_t k) const { return begin_[cells_[k] + 1]; }
-  /// Returns the points of the nine cells around member k.
-  Rows around(size_t k) const {
-    const size_t row = cells_[k] / columns_;
-    const size_t column = cells_[k] % columns_;
-    Rows rows;
-    for (size_t y = row > 0 ? row - 1 : 0; y <= std::min(row + 1, rows_ - 1); ++y) {
-      const size_t first = y * columns_ + (column > 0 ? column - 1 : 0);
-      const size_t last = y * columns_ + std::min(column + 1, columns_ - 1);
-      rows[y + 1 - row] = {members_.data() + begin_[first], begin_[last + 1] - begin_[first]};
-    }
-    return rows;
+  SEXTANT_INLINED Moments& operator-=(const Moments& other) {
+    values -= other.values, squares -= other.squares, products -= other.products;
+    return *this;
   }
-
- private:
-  size_t columns_ = 0, rows_ = 0;
-  std::vector<uint32_t> begin_;  ///< first member, by cell
-  std::vector<Point> members_;
-  std::vector<uint32_t> order_, cells_;
 };
 
-LocalPlane fit_plane(const Eigen::Matrix4d& moments, double kappa) {
-  const double n = moments(0, 0);
-  const Eigen::Vector3d sum = moments.col(0).tail<3>();
-  const Eigen::Matrix3d c = moments.bottomRightCorner<3, 3>() - sum * sum.transpose() / n;
-  const double determinant = c(0, 0) * c(1, 1) - c(0, 1) * c(0, 1);
-  if (!(determinant > 1e-3 * c(0, 0) * c(1, 1))) return {};
-  const double slope_u = (c(0, 2) * c(1, 1) - c(1, 2) * c(0, 1)) / determinant;
-  const double slope_v = (c(1, 2) * c(0, 0) - c(0, 2) * c(0, 1)) / determinant;
+/// `side_px`: of a cell. Points whose spread along an axis is below a hundredth of it lie on a line.
+SEXTANT_INLINED LocalPlane fit_plane(const Moments& sum, double kappa, double side_px) {
+  const double n = sum.values[0], per_n = 1 / n;
+  const Lanes variances = sum.squares - per_n * sum.values * sum.values;
+  const double u = sum.values[1], v = sum.values[2], s = sum.values[3];
+  const double uu = variances[1], vv = variances[2], ss = variances[3];
+  const double uv = sum.products[1] - per_n * u * v;
+  const double vs = sum.products[2] - per_n * v * s;
+  const double us = sum.products[3] - per_n * s * u;
+  const double determinant = uu * vv - uv * uv;
+  const double least = 1e-4 * n * side_px * side_px;
+  if (!(determinant > 1e-3 * uu * vv) || !(std::min(uu, vv) > least)) return {};
+  const double per_determinant = 1 / determinant;
+  const double slope_u = (us * vv - vs * uv) * per_determinant;
+  const double slope_v = (vs * uu - us * uv) * per_determinant;
   const double dof = n - 3;
-  const double residual = (c(2, 2) - slope_u * c(0, 2) - slope_v * c(1, 2)) / (kappa * kappa);
+  const double residual = (ss - slope_u * us - slope_v * vs) / (kappa * kappa);
   const bool agrees = residual <= dof + 2.33 * std::sqrt(2 * dof);
   return {true, slope_u, slope_v, agrees ? 0 : (residual / dof - 1) * kappa * kappa};
 }
 
+/// Cells of a grid; those with points are numbered from 1, row by row.
+struct PlaneGrid {
+  double side_px;
+  size_t columns, rows;
+  std::vector<uint32_t> before;  ///< before[c]: how many of the first c cells have points
+  std::vector<uint32_t> cell;    ///< cell of each number
+};
+
+/// Computes the sums over all points of the numbers 1 to k in sums[k]. `numbers`: by point, 0 = left out.
+SEXTANT_SIMD void sum_up(const Correspondences& points, const PixelExtent& extent,
+                         const std::vector<uint32_t>& numbers, Moments* sums, size_t n) {
+  std::fill_n(sums, n, Moments{});
+  for (size_t i = 0; i < points.size(); ++i) {
+    sums[numbers[i]].add(
+        Lanes{1, points.u[i] - extent.min_u, points.v[i] - extent.min_v, 1 / points.depth[i]});
+  }
+  sums[0] = Moments{};
+  for (size_t k = 1; k < n; ++k) sums[k] += sums[k - 1];
+}
+
+/// Fits a plane to the points of the nine cells around each cell with points.
+SEXTANT_SIMD void fit_planes(const PlaneGrid& cells, const Moments* sums, double kappa,
+                             std::vector<LocalPlane>& planes) {
+  for (size_t k = 1; k < planes.size(); ++k) {
+    const size_t row = cells.cell[k] / cells.columns, column = cells.cell[k] % cells.columns;
+    const size_t first = column > 0 ? column - 1 : 0, last = std::min(column + 1, cells.columns - 1);
+    Moments around{};
+    for (size_t y = row > 0 ? row - 1 : 0; y <= std::min(row + 1, cells.rows - 1); ++y) {
+      around += sums[cells.before[y * cells.columns + last + 1]];
+      around -= sums[cells.before[y * cells.columns + first]];
+    }
+    if (around.values[0] >= min_neighbours) planes[k] = fit_plane(around, kappa, cells.side_px);
+  }
+}
+
 }  // namespace
 
-std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double kappa, double radius_px) {
-  std::vector<LocalPlane> planes(points.size());
-  std::vector<Point> valid;
-  std::vector<uint32_t> index;
-  valid.reserve(points.size());
-  index.reserve(points.size());
+LocalPlanes::LocalPlanes(const Correspondences& points, double kappa, double radius_px)
+    : of_point_(points.size(), 0), planes_(1) {
+  const auto counts = [&](size_t i) {
+    return points.depth[i] >= min_depth_m && std::isfinite(points.depth[i]) &&
+           std::abs(points.u[i]) < max_pixel && std::abs(points.v[i]) < max_pixel;
+  };
+  PixelExtent extent;
   for (size_t i = 0; i < points.size(); ++i) {
-    if (points.depth[i] > 0 && std::isfinite(points.depth[i]) && std::abs(points.u[i]) < max_pixel &&
-        std::abs(points.v[i]) < max_pixel) {
-      valid.push_back({1, points.u[i], points.v[i], 1 / points.depth[i]});
-      index.push_back(static_cast<uint32_t>(i));
-    }
+    if (counts(i)) extent.add(points.u[i], points.v[i]);
   }
-  if (valid.size() < min_neighbours || !(kappa > 0)) return planes;
-  const CellGrid grid(valid, 2 * radius_px / 3);
-  for (size_t k = 0; k < grid.size();) {
-    const size_t end = grid.end_of_cell(k);
-    const Rows rows = grid.around(k);
-    if (rows[0].size() + rows[1].size() + rows[2].size() < min_neighbours) {
-      k = end;
-      continue;
-    }
-    Eigen::Matrix4d moments;
-    sum_moments(rows, grid.member(k), moments.data());
-    const LocalPlane plane = fit_plane(moments, kappa);
-    for (; k < end; ++k) planes[index[grid.index(k)]] = plane;
+  if (!extent.is_of_an_image() || !(kappa > 0)) return;
+  // Coarser cells for few points that are far apart.
+  const double side =
+      std::max({2 * radius_px / 3, extent.width() / max_columns, extent.height() / max_columns});
+  const auto index = [&](double px) { return static_cast<size_t>(px / side); };
+  PlaneGrid cells{side, index(extent.width()) + 1, index(extent.height()) + 1, {}, {}};
+  cells.before.resize(cells.columns * cells.rows + 1);
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (!counts(i)) continue;
+    const size_t cell = index(points.v[i] - extent.min_v) * cells.columns + index(points.u[i] - extent.min_u);
+    of_point_[i] = static_cast<uint32_t>(cell + 1);
+    cells.before[cell + 1] = 1;
   }
-  return planes;
+  std::partial_sum(cells.before.begin(), cells.before.end(), cells.before.begin());
+  planes_.resize(cells.before.back() + 1);
+  cells.cell.resize(planes_.size());
+  for (uint32_t& number : of_point_) {
+    if (number == 0) continue;
+    const uint32_t cell = number - 1;
+    number = cells.before[number];
+    cells.cell[number] = cell;
+  }
+  ReusedArray<double> memory(planes_.size() * sizeof(Moments) / sizeof(double));
+  auto* const sums = reinterpret_cast<Moments*>(memory.get());
+  sum_up(points, extent, of_point_, sums, planes_.size());
+  fit_planes(cells, sums, kappa, planes_);
 }
 
 }  // namespace sextant

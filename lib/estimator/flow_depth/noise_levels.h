@@ -16,6 +16,7 @@
 // points would be that of the outliers if they are in the majority. At the starting motion itself only the
 // inliers are used.
 
+#include <cstdint>
 #include <vector>
 
 #include "sextant/estimator/flow_depth/flow_depth_solver.h"
@@ -64,7 +65,15 @@ struct LocalPlane {
   double relief = 0;  ///< variance about the plane in excess of kappa^2, 1/m^2; 0 = none
 };
 
-/// Returns one plane for each point. `kappa`: standard deviation of the inverse depths.
-std::vector<LocalPlane> fit_local_planes(const Correspondences& points, double kappa, double radius_px);
+/// One plane for each point. `kappa`: standard deviation of the inverse depths.
+class LocalPlanes {
+ public:
+  LocalPlanes(const Correspondences& points, double kappa, double radius_px);
+  const LocalPlane& operator[](size_t i) const { return planes_[of_point_[i]]; }
+
+ private:
+  std::vector<uint32_t> of_point_;
+  std::vector<LocalPlane> planes_;  ///< by cell of the grid; 0: of points without a valid measurement
+};
 
 }  // namespace sextant

@@ -26,18 +26,20 @@ double inverse_depth_sigma(const Problem& problem) {
   return problem.camera.bf > 0 ? usual_delta_d_px / problem.camera.bf : 0;
 }
 
-/// First and second moments of pixels and inverse depths, relative to the first point.
+/// First and second moments of pixels, relative to the first point.
 struct Moments {
-  double n = 0, u = 0, v = 0, s = 0, uu = 0, uv = 0, vv = 0, us = 0, vs = 0, ss = 0;
+  double n = 0, u = 0, v = 0, uu = 0, uv = 0, vv = 0;
 
-  void add(double du, double dv, double ds) {
-    n += 1, u += du, v += dv, s += ds;
-    uu += du * du, uv += du * dv, vv += dv * dv, us += du * ds, vs += dv * ds, ss += ds * ds;
+  void add(double du, double dv) {
+    n += 1, u += du, v += dv;
+    uu += du * du, uv += du * dv, vv += dv * dv;
   }
   double covariance(double ab, double a, double b) const { return ab / n - a / n * (b / n); }
 };
 
-bool is_line(const Moments& m, double kappa) {
+/// `for_each(add)` calls add(du, dv, ds) for each point: pixel and inverse depth relative to the first one.
+template <typename ForEach>
+bool is_line(const Moments& m, double kappa, const ForEach& for_each) {
   const double uu = m.covariance(m.uu, m.u, m.u);
   const double uv = m.covariance(m.uv, m.u, m.v);
   const double vv = m.covariance(m.vv, m.v, m.v);
@@ -49,10 +51,11 @@ bool is_line(const Moments& m, double kappa) {
   if (!(across <= line2)) return false;
   if (along <= line2) return true;
   const double angle = 0.5 * std::atan2(uv, half);
-  const double ts =
-      std::cos(angle) * m.covariance(m.us, m.u, m.s) + std::sin(angle) * m.covariance(m.vs, m.v, m.s);
-  const double rest = m.covariance(m.ss, m.s, m.s) - ts * ts / along;
-  const double rounding = 1e-12 * m.ss / m.n;
+  double s = 0, us = 0, vs = 0, ss = 0;
+  for_each([&](double du, double dv, double ds) { s += ds, us += du * ds, vs += dv * ds, ss += ds * ds; });
+  const double ts = std::cos(angle) * m.covariance(us, m.u, s) + std::sin(angle) * m.covariance(vs, m.v, s);
+  const double rest = m.covariance(ss, s, s) - ts * ts / along;
+  const double rounding = 1e-12 * ss / m.n;
   return rest <= affine_rms * affine_rms * kappa * kappa + rounding;
 }
 
@@ -95,21 +98,29 @@ Status check_geometry(const Problem& problem, const std::vector<unsigned char>& 
   SEXTANT_CHECK(keep.empty() || keep.size() == p.size());
   const double kappa = inverse_depth_sigma(problem);
   Moments moments;
-  double u = 0, v = 0, s = 0, nearest = 0;
+  size_t first = 0;
+  double nearest_m = INFINITY;
   int infinitely_far = 0;
   for (size_t i = 0; i < p.size(); ++i) {
     if (!kept(keep, i)) continue;
-    if (p.has_pixels(i) && p.depth[i] == INFINITY) ++infinitely_far;
-    if (!p.is_measurement(i)) continue;
-    const double inverse = 1 / p.depth[i];
-    if (moments.n == 0) u = p.u[i], v = p.v[i], s = inverse;
-    moments.add(p.u[i] - u, p.v[i] - v, inverse - s);
-    nearest = std::max(nearest, inverse);
+    if (!p.is_measurement(i)) {
+      if (p.has_pixels(i) && p.depth[i] == INFINITY) ++infinitely_far;
+      continue;
+    }
+    if (moments.n == 0) first = i;
+    moments.add(p.u[i] - p.u[first], p.v[i] - p.v[first]);
+    nearest_m = std::min(nearest_m, p.depth[i]);
   }
   if (moments.n + infinitely_far < min_points) return Status::too_few_points;
-  if (nearest <= significant * kappa) return Status::at_infinity;
+  if (1 / nearest_m <= significant * kappa) return Status::at_infinity;
   if (moments.n < min_points) return Status::too_few_points;
-  return is_line(moments, kappa) ? Status::collinear : Status::ok;
+  const auto for_each = [&](const auto& add) {
+    for (size_t i = first; i < p.size(); ++i) {
+      if (kept(keep, i) && p.is_measurement(i))
+        add(p.u[i] - p.u[first], p.v[i] - p.v[first], 1 / p.depth[i] - 1 / p.depth[first]);
+    }
+  };
+  return is_line(moments, kappa, for_each) ? Status::collinear : Status::ok;
 }
 
 MotionEstimate begin_estimate(const Problem& problem, const std::vector<unsigned char>& keep) {
