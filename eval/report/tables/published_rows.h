@@ -10,8 +10,8 @@
 //   difference              reproduced - published
 //   verdict                 within: the published value lies in run_low .. run_high, or, with one seed, in
 //                           low .. high. outside: it does not. undecided: there is no interval. "not
-//                           comparable": PaperRow::reason. "not measured here": nothing was measured. Empty if
-//                           the paper has no number
+//                           comparable": there is a PaperRow::reason. "not measured here": nothing was
+//                           measured. Empty if the paper has no number
 
 #include <cstdint>
 #include <map>
