@@ -142,6 +142,33 @@ TEST(Explanation, AxesOfEitherSideAreNamed) {
               HasSubstr("--ref-axes ned"));
 }
 
+/// Negates one axis of world and body, as a conversion to a left-handed frame does.
+PoseSeries mirrored(PoseSeries s, int axis) {
+  Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
+  M(axis, axis) = -1;
+  for (size_t i = 0; i < s.size(); ++i) {
+    s.positions_m[i] = M * s.positions_m[i];
+    s.rotations[i] = M * s.rotations[i] * M;
+  }
+  return s;
+}
+
+TEST(Explanation, AMirroredPathIsNamed) {
+  for (const int axis : {0, 1, 2}) {
+    const std::string remedy =
+        std::vector{"negate x, qy and qz", "negate y, qx and qz", "negate z, qx and qy"}[axis];
+    const PoseSeries estimate = with_random_errors(mirrored(flight(400), axis));
+    for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
+      const auto reported = warnings(flight(400), estimate, how);
+      ASSERT_THAT(reported, ElementsAre(has_code("mirrored"))) << axis << " " << to_string(how);
+      EXPECT_THAT(reported[0].text, HasSubstr(remedy));
+    }
+  }
+  PoseSeries positions = with_random_errors(flight(400));
+  for (Eigen::Vector3d& p : positions.positions_m) p.x() *= -1;
+  ASSERT_THAT(warnings(flight(400), positions, Alignment::none), ElementsAre(has_code("mirrored")));
+}
+
 TEST(Explanation, QuaternionsInAnotherOrder) {
   for (const Alignment how : {Alignment::none, Alignment::se3}) {
     const auto reported = warnings(flight(400), w_read_last(with_random_errors(flight(400))), how);
@@ -315,6 +342,15 @@ TEST_P(PlantedInRealTrajectories, AxesAndColumns) {
     EXPECT_NEAR(evaluate(planted, options).statistics.rmse, rmse, 1e-9) << name;
   }
   EXPECT_THAT(evaluate(w_read_last(real.estimate)).warnings, Contains(has_code("columns")));
+}
+
+TEST_P(PlantedInRealTrajectories, Mirrored) {
+  for (const int axis : {0, 2}) {
+    for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
+      const EgoResult r = evaluate(mirrored(real.estimate, axis), {.alignment = how});
+      EXPECT_THAT(r.warnings, Contains(has_code("mirrored"))) << axis << " " << to_string(how);
+    }
+  }
 }
 
 TEST_P(PlantedInRealTrajectories, ColumnOrder) {
