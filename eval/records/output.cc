@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <regex>
 #include <system_error>
 
 #include "sextant/base/error.h"
@@ -79,6 +80,31 @@ void write_output_folder(const fs::path& folder, const std::function<void(const 
   });
   std::ranges::sort(names);
   output.commit(names);
+}
+
+void remove_stale_files(const fs::path& folder, const std::string& pattern,
+                        const std::set<std::string>& written) {
+  std::error_code ignored;
+  if (!fs::is_directory(fs::symlink_status(folder, ignored))) return;
+  const std::regex names(pattern);
+  std::vector<fs::path> stale;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.symlink_status().type() == fs::file_type::regular && !written.contains(name) &&
+        std::regex_match(name, names))
+      stale.push_back(entry.path());
+  }
+  for (const fs::path& file : stale) fs::remove(file, ignored);
+}
+
+void replace_report(const fs::path& folder, const OutputFiles& files) {
+  write_output_folder(folder, files);
+  for (const char* part : {"curves", "figures", "tables", "tracks"}) {
+    std::set<std::string> written;
+    for (const auto& [name, bytes] : files)
+      if (fs::path(name).parent_path() == part) written.insert(fs::path(name).filename().string());
+    remove_stale_files(folder / part, R"(.*\.(csv|gp|json|md|pdf|png|svg|tex))", written);
+  }
 }
 
 }  // namespace sextant
