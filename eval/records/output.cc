@@ -12,6 +12,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/provenance.h"
 
@@ -86,15 +87,16 @@ void remove_stale_files(const fs::path& folder, const std::string& pattern,
                         const std::set<std::string>& written) {
   std::error_code ignored;
   if (!fs::is_directory(fs::symlink_status(folder, ignored))) return;
-  const std::regex names(pattern);
-  std::vector<fs::path> stale;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (entry.symlink_status().type() == fs::file_type::regular && !written.contains(name) &&
-        std::regex_match(name, names))
-      stale.push_back(entry.path());
+  const fs::path list = folder / ".sextant_outputs";
+  std::set<std::string> listed = written;
+  if (fs::is_regular_file(fs::symlink_status(list, ignored))) {
+    for (const std::string& name : split(read_file(list), '\n')) {
+      const bool is_stale = std::regex_match(name, std::regex(pattern)) && !written.contains(name);
+      if (is_stale && name.find('/') == std::string::npos) fs::remove(folder / name, ignored);
+      if (!is_stale && !name.empty()) listed.insert(name);
+    }
   }
-  for (const fs::path& file : stale) fs::remove(file, ignored);
+  write_file(list, fmt::format("{}\n", fmt::join(listed, "\n")));
 }
 
 void replace_report(const fs::path& folder, const OutputFiles& files) {

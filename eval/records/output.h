@@ -57,8 +57,9 @@ void write_output_folder(const std::filesystem::path& folder, const OutputFiles&
 void write_output_folder(const std::filesystem::path& folder,
                          const std::function<void(const FileWriter& write)>& make);
 
-/// Removes the files of `folder` that an earlier run of the same command wrote: those whose names match
-/// `pattern` (ECMAScript) and are not in `written`. Leaves a folder that is reached through a link unchanged.
+/// Removes the files directly in `folder` that an earlier run of the same command wrote: names that the
+/// file .sextant_outputs there lists, that match `pattern` (ECMAScript) and are not in `written`. Then lists
+/// `written` there. Leaves a folder that is reached through a link unchanged.
 void remove_stale_files(const std::filesystem::path& folder, const std::string& pattern,
                         const std::set<std::string>& written);
 
