@@ -61,7 +61,14 @@ struct SequenceInfo {
   std::string depth_kind;
   std::map<int, double> times_s;        ///< time stamps of frames, if the data set has them
   std::vector<std::string> warnings;    ///< messages for the user, one line each
+  std::vector<std::string> missing;     ///< warnings of absent images and channels, one line each
   std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
+
+  std::vector<std::string> all_warnings() const {
+    std::vector<std::string> all = warnings;
+    all.insert(all.end(), missing.begin(), missing.end());
+    return all;
+  }
 };
 
 class Sequence {

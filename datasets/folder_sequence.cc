@@ -104,7 +104,7 @@ FolderSequence::Opened<T> FolderSequence::open(const char* name, const FolderCha
     if (channel.exact) opened.exact = own;
   }
   if (choice != "none") opened.source = make(choice, channel_inputs_);
-  if (is_auto && !opened.source && !channel.if_none.empty()) info_.warnings.push_back(channel.if_none);
+  if (is_auto && !opened.source && !channel.if_none.empty()) info_.missing.push_back(channel.if_none);
   const bool is_own = is_auto && has_files && !channel.provenance.empty();
   info_.provenance.push_back(is_own          ? channel.provenance
                              : opened.source ? opened.source->provenance()

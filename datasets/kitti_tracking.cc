@@ -88,15 +88,15 @@ std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
   const std::string where = fmt::format("{}: sequence {}", training.string(), source.sequence);
   FolderFiles files = declare(training, source.sequence, options);
   if (files.left.empty()) {
-    info.warnings.push_back(fmt::format("{} does not exist, so there are no images",
-                                        (training / "image_02" / source.sequence).string()));
+    info.missing.push_back(fmt::format("{} does not exist, so there are no images",
+                                       (training / "image_02" / source.sequence).string()));
     const KittiImageSize size = kitti_image_size(source.path, source.sequence, sequence->inputs());
     files.width = size.width;
     files.height = size.height;
     const int n = truth.n_poses > 0 ? truth.n_poses : truth.last_labelled_frame.value_or(-1) + 1;
     for (int frame = 0; frame < n; ++frame) files.frames.insert(frame);
     if (!size.is_known) {
-      info.warnings.push_back(
+      info.missing.push_back(
           fmt::format("{}: the size of the images is unknown: using {}x{}", where, size.width, size.height));
     }
   }

@@ -58,8 +58,8 @@ TEST_F(KittiTracking, WithoutRightImagesThereIsNoDepth) {
   const auto sequence = open();
   EXPECT_FALSE(sequence->info().channels.depth);
   EXPECT_TRUE(sequence->read(0, kitti_channels).depth_m.empty());
-  EXPECT_THAT(sequence->info().warnings, ElementsAre(HasSubstr(file("depth_02/0007") + " and " +
-                                                               file("image_03/0007") + " do not exist")));
+  EXPECT_THAT(sequence->info().missing, ElementsAre(HasSubstr(file("depth_02/0007") + " and " +
+                                                              file("image_03/0007") + " do not exist")));
   expect_error(
       [&] {
         open("#0007", {{"depth", "sgbm"}});
@@ -79,7 +79,7 @@ TEST_F(KittiTracking, MasksUseTheBestAvailableFiles) {
   remove("instances_txt");
   const auto without = open();
   EXPECT_FALSE(without->info().channels.mask);
-  EXPECT_THAT(without->info().warnings, ElementsAre(HasSubstr("no masks (option masks = boxes")));
+  EXPECT_THAT(without->info().missing, ElementsAre(HasSubstr("no masks (option masks = boxes")));
   EXPECT_FALSE(open("#0007", {{"flow", "none"}})->info().channels.flow);
 }
 
@@ -97,7 +97,7 @@ TEST_F(KittiTracking, OpensWithTruthOnly) {
   EXPECT_EQ(sequence->info().height, 375);
   EXPECT_EQ(sequence->info().last_frame, 4);
   EXPECT_EQ(sequence->truth().camera.poses().size(), 5u);
-  EXPECT_THAT(sequence->info().warnings, Contains(HasSubstr("the size of the images is unknown")));
+  EXPECT_THAT(sequence->info().missing, Contains(HasSubstr("the size of the images is unknown")));
   sequence->check_files();
   remove("oxts");
   EXPECT_EQ(open()->info().last_frame, 4);  // from the labels

@@ -371,7 +371,7 @@ void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
     lines.push_back(note("rotation floor", text));
   }
   const std::vector<std::string> faults = truth_faults(sequence);
-  for (const std::string& warning : sequence.info().warnings) {
+  for (const std::string& warning : sequence.info().all_warnings()) {
     const bool is_fault = std::ranges::find(faults, warning) != faults.end();
     lines.push_back(note(is_fault ? "truth" : "note", warning));
     if (is_fault) lines.back().outcome = CheckOutcome::fail;

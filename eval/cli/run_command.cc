@@ -66,7 +66,7 @@ void print_run(const WrittenRun& folder, const OutputFlags& flags) {
     return;
   }
   for (const SourceRun& source : result.sources) {
-    for (const std::string& warning : source.info.warnings) {
+    for (const std::string& warning : source.info.all_warnings()) {
       if (!flags.quiet) print_message("warning", fmt::format("{}: {}", source.source, warning));
     }
   }

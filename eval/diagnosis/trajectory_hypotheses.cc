@@ -121,6 +121,7 @@ std::string directions(const Eigen::Matrix3d& opencv_from_named) {
 
 void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOptions& options,
                  std::vector<Hypothesis<TrajectoryPair>>& out) {
+  constexpr double mirrored_price = 0.15;
   Table table(side);
   table.add("inverse", "holds inverse poses, T_camera_world instead of T_world_camera",
             "give --" + side.prefix + "inverse", 0, of_rotations([](PoseSeries& poses) { invert(poses); }));
@@ -133,6 +134,23 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
   table.add("transposed", "'s rotation matrices are transposed, or its quaternions conjugate",
             "transpose the rotation of each line and keep the position", 0.2,
             of_rotations(transpose_rotations));
+  for (const int axis : {0, 1, 2}) {
+    const Eigen::Matrix3d M = Eigen::Vector3d::Unit(axis).asDiagonal();
+    const Eigen::Matrix3d mirror = Eigen::Matrix3d::Identity() - 2 * M;
+    const std::string_view xyz = "xyz";
+    table.add(
+        "mirrored", fmt::format("is mirrored, its world and body have the opposite {} axis", xyz[axis]),
+        fmt::format("negate {}, q{} and q{} in each line", xyz[axis], xyz[axis == 0], xyz[axis < 2 ? 2 : 1]),
+        mirrored_price, of_rotations([mirror](PoseSeries& poses) {
+          turn_world(poses, mirror);
+          turn_body(poses, mirror);
+        }));
+    table.add("mirrored", fmt::format("'s positions are mirrored, {} has the opposite sign", xyz[axis]),
+              fmt::format("negate {} in each line", xyz[axis]), mirrored_price, [mirror](PoseSeries& poses) {
+                for (Eigen::Vector3d& p : poses.positions_m) p = mirror * p;
+                return true;
+              });
+  }
   for (const bool inverse : {false, true}) {
     table.add("steps",
               fmt::format("holds the step of each frame ({}) instead of poses in one world",

@@ -7,6 +7,8 @@
 //   axes        in the axes opengl, ned or flu, world and body      the pair
 //   columns     quaternions with w at the other end                 the pair, or each alone
 //   transposed  with transposed rotations, positions as they are    the pair, or each alone
+//   mirrored    with one axis of the opposite sign: of both        the pair
+//               world and body, or of the positions alone
 //   unit        in cm or mm, on either side                         the pair, unless the alignment scales
 //   steps       T_k-1,k or T_k,k-1 instead of T_0,k                 the pair
 //   body        of a body with other axes: turned from the right    the pair

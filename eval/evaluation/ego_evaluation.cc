@@ -149,16 +149,24 @@ std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<
   return errors;
 }
 
-/// Computes the errors of consecutive frames that both sides have; with time stamps on both sides, of all
-/// consecutive matched poses.
+/// Computes the errors of consecutive matched poses that are one frame apart.
 PerFrameErrors per_frame_errors(const EgoResult& r) {
   PerFrameErrors out;
   if (!r.reference.has_rotations() || !r.estimate.has_rotations()) return out;
   std::vector<PosePair> pairs;
   const std::vector<int> frames = r.reference.frames.empty() ? r.reference_rows : r.reference.frames;
   const bool by_time = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
+  const std::vector<double> times = r.times_of_matches();
+  const double frame_s = median_step(times);
+  const auto is_one_frame = [&](size_t i) {
+    if (!by_time) return frames[i] == frames[i - 1] + 1;
+    return std::abs(times[i] - times[i - 1] - frame_s) <= 0.5 * frame_s;
+  };
   for (size_t i = 1; i < r.estimate.size(); ++i) {
-    if (!by_time && frames[i] != frames[i - 1] + 1) continue;
+    if (!is_one_frame(i)) {
+      ++out.n_left_out;
+      continue;
+    }
     pairs.emplace_back(static_cast<int>(i) - 1, static_cast<int>(i));
     out.row.push_back(r.reference_rows[i]);
     out.step_error_m.push_back(relative_pose(r.estimate, i - 1, i).translation_m -
@@ -401,8 +409,8 @@ double roll_standard_error_deg(const EgoResult& r, int n_to_align) {
 void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                        std::vector<TrajectoryWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
-  const bool is_explained =
-      has_code(warnings, "unit") || has_code(warnings, "steps") || has_code(warnings, "inverse");
+  const bool is_explained = has_code(warnings, "lag") || has_code(warnings, "unit") ||
+                            has_code(warnings, "steps") || has_code(warnings, "inverse");
   if (!scaled && !is_explained && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "

@@ -65,7 +65,8 @@ struct Interpolation {
 };
 
 /// Pose change errors (lib/metrics/pair_errors.h), as the paper defines them: of consecutive frames or, if
-/// both sides have time stamps, of consecutive matched poses.
+/// both sides have time stamps, of consecutive matched poses whose distance in time is the median one within
+/// half of it.
 struct PerFrameErrors {
   std::vector<double> Et_m;
   std::vector<double> ER_deg;
@@ -75,6 +76,7 @@ struct PerFrameErrors {
   std::vector<double> ER_float_acos_deg;
   std::vector<Eigen::Vector3d> step_error_m;  ///< estimated minus true step, in the axes of the previous pose
   std::vector<int> row;                       ///< row in the reference of the current frame of each pair
+  size_t n_left_out = 0;                      ///< consecutive matched poses that are not one frame apart
 };
 
 /// Relative errors over one of several lengths; empty if no pair of poses is that far apart.

@@ -487,6 +487,24 @@ TEST(EgoEvaluation, PerFrameErrorsSkipGaps) {
   const std::vector<int> kept = {0, 1, 2, 5, 6};
   estimate.keep(kept);
   EXPECT_EQ(evaluate(reference, estimate).per_frame.row, (std::vector<int>{1, 2, 6}));
+  EXPECT_EQ(evaluate(reference, estimate).per_frame.n_left_out, 1);
+}
+
+TEST(EgoEvaluation, PerFrameErrorsSkipGapsInTime) {
+  PoseSeries estimate = noisy(drive(300, 10));
+  std::vector<int> kept;
+  for (int i = 0; i < 300; ++i)
+    if (i < 100 || i >= 150) kept.push_back(i);
+  estimate.keep(kept);
+  const EgoReference reference = reference_of(drive(300, 10));
+  TrajectoryFile file;
+  file.poses = estimate;
+  const EgoResult r = evaluate_ego(reference, file, "b.txt", {});
+  EXPECT_EQ(r.per_frame.row.size(), 248);
+  EXPECT_EQ(r.per_frame.n_left_out, 1);
+  EXPECT_FALSE(std::ranges::count(r.per_frame.row, 150)) << "a step of 5 s";
+  EXPECT_THAT(ego_error_table({r}, reference, {}, true).notes,
+              Contains(testing::HasSubstr("E_t and E_R leave out 1 of 249 steps")));
 }
 
 TEST(RunStatistics, PoolsErrorsAndComparesSystems) {

@@ -15,9 +15,20 @@ namespace {
 
 Json interval_json(const Interval& interval) { return Json::array({interval.low, interval.high}); }
 
+/// Adds how many steps E_t and E_R leave out.
+void note_left_out(const std::vector<EgoResult>& runs, Table& table) {
+  for (const EgoResult& r : runs) {
+    if (r.per_frame.n_left_out == 0) continue;
+    table.notes.push_back(fmt::format(
+        "{}: E_t and E_R leave out {} of {} steps between matched poses, which are not one frame apart",
+        r.name, r.per_frame.n_left_out, r.per_frame.n_left_out + r.per_frame.Et_m.size()));
+  }
+}
+
 Json per_frame_json(const PerFrameErrors& e, const EgoReference& reference) {
   Json json;
   json["n"] = e.Et_m.size();
+  json["n_left_out"] = e.n_left_out;
   if (!e.Et_m.empty()) {
     json["Et_m"] = to_json(error_statistics(e.Et_m));
     json["ER_deg"] = to_json(error_statistics(e.ER_deg));
@@ -262,6 +273,7 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
           r.interpolation->n_in_longer_gaps, *options.interpolate_max_gap_s));
     }
   }
+  if (steps) note_left_out(runs, table);
   if (runs.size() == 1) return table;
   for (const SystemSummary& s : summarize_systems(run_errors(runs))) {
     if (s.n_runs < 2) continue;
@@ -388,6 +400,7 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
                       r.kitti.path_m));
     }
   }
+  note_left_out(runs, table);
   table.notes.push_back(
       "in floats: mean E_R as computed by programs in single precision, by acos of the trace; only values "
       "above 0 count. It is too large for small angles; numbers published for ORB-SLAM3 are of this kind.");

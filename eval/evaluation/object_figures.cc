@@ -93,6 +93,11 @@ std::vector<int> tracklet_lengths(const RecordRefs& records) {
   return lengths;
 }
 
+/// Returns the title of a body of a log, with the log's own id for an object without a partner.
+std::string title_of(const std::string& body) {
+  return body == "ego" ? body_title(body) : "object " + object_text(body_order(body));
+}
+
 struct Position {
   std::string body;
   TrackPoint at;
@@ -132,7 +137,7 @@ Figure path_figure(const ObjectTracks& tracks) {
       panel.plots.push_back(fmt::format("data using {}:(column(\"{}{}\")) {}",
                                         only_where({{"body", track.body}}, first), up, end, style));
     }
-    legend.push_back({body_title(track.body), solid});
+    legend.push_back({title_of(track.body), solid});
     for (const TrackPoint& point : track.points) {
       if (!positions.empty() && positions.back().body == track.body &&
           positions.back().at.frame + 1 < point.frame)
@@ -180,7 +185,7 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
   }
   std::string tics;
   for (const auto& [object, row] : rows)
-    tics += fmt::format("{}\"{}\" {}", tics.empty() ? "" : ", ", object, row);
+    tics += fmt::format("{}\"{}\" {}", tics.empty() ? "" : ", ", object_text(object), row);
   Panel panel{
       "",
       fmt::format(
@@ -202,7 +207,7 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
   figure.data =
       table_of<Box>("", "",
                     {{Column::count("row"), &Box::row},
-                     {Column::count("object"), [](const Box& box) { return box.span.object; }},
+                     {Column::text("object"), [](const Box& box) { return object_text(box.span.object); }},
                      {Column::count("first"), [](const Box& box) { return box.span.first; }},
                      {Column::count("last"), [](const Box& box) { return box.span.last; }},
                      {Column::text("state"), [](const Box& box) { return to_string(box.span.state); }}},
@@ -334,7 +339,7 @@ Explorer object_explorer(const std::vector<ObjectTracks>& tracks, const std::vec
     for (const BodyTrack& track : of_run->bodies) {
       const int colour = static_cast<int>(&track - of_run->bodies.data()) + 1;
       const std::string label =
-          shown.size() > 1 ? of_run->system + ", " + body_title(track.body) : body_title(track.body);
+          shown.size() > 1 ? of_run->system + ", " + title_of(track.body) : title_of(track.body);
       for (const bool is_true : {true, false}) {
         ExploredPath path{.label = label,
                           .is_reference = is_true,

@@ -57,6 +57,17 @@ TEST(ObjectFigures, PathsOfASingleObjectPoseAreDrawn) {
   EXPECT_THAT(draw(figures[0]).at("paths_dyno.svg"), HasSubstr("</svg>"));
 }
 
+TEST(ObjectFigures, AnObjectWithoutAPartnerHasItsOwnId) {
+  const int id = unmatched_object + 3;
+  const Record record = step_record(id, 12, Status::no_truth);
+  const ObjectTracks tracks{"dyno", 0, {{object_body(id), {{12, Eigen::Vector3d(1, 0, 2), std::nullopt}}}}};
+  EXPECT_EQ(object_explorer({tracks}, {record}, "Et_m", "ER_deg").paths.at(0).label, "object 3 of the log");
+  EXPECT_THAT(object_path_figures({tracks}).at(0).script, HasSubstr("object 3 of the log"));
+  const Figure states = object_state_figures({record}).at(0);
+  EXPECT_THAT(states.script, HasSubstr("\"3 of the log\""));
+  EXPECT_THAT(to_csv(states.data), HasSubstr("3 of the log"));
+}
+
 TEST(ObjectFigures, TheExplorerHasErrorsOfEstimatesAndSpeedsOfBoth) {
   std::vector<Record> records = {step_record(3, 12, Status::ok)};
   records[0].errors["Et_m"] = 0.5;

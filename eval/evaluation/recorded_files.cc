@@ -5,6 +5,7 @@
 #include <cstring>
 #include <future>
 #include <limits>
+#include <set>
 
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
@@ -16,6 +17,7 @@
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/object_logs.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/records/zip_file.h"
 
 namespace sextant {
@@ -129,13 +131,17 @@ void write_objects(ObjectLog& log, int run_of_system, double rate_hz, const Obje
   taken = distinct_names(std::move(taken));
   const FolderLock lock(files.tum);
   const fs::path folder = make_folder_below(files.tum, taken.back());
+  std::set<std::string> written;
   for (const auto& [poses, end] : {std::pair(&log.poses, ""), std::pair(&log.true_poses, "_gt")}) {
     for (auto it = poses->begin(); it != poses->end();
          it = poses->upper_bound({it->first.first, std::numeric_limits<int>::max()})) {
       const int id = it->first.first;
-      write_file(folder / fmt::format("obj_{}{}.tum", id, end), tum_of(*poses, id, rate_hz));
+      const std::string name = fmt::format("obj_{}{}.tum", id, end);
+      write_file(folder / name, tum_of(*poses, id, rate_hz));
+      written.insert(name);
     }
   }
+  remove_stale_files(folder, R"(obj_\d+(_gt)?\.tum)", written);
 }
 
 /// Reads the logs of one folder. Logs of SYSTEM=DIR are called SYSTEM, or SYSTEM_<module> if the folder has
@@ -262,14 +268,18 @@ void write_tum(const EgoScores& scores, const std::string& folder) {
     one_reference = one_reference && times[i] == times[0] &&
                     scores.runs[i].reference.positions_m == scores.runs[0].reference.positions_m;
   }
+  std::set<std::string> written;
+  const auto write = [&](const std::string& name, const PoseSeries& poses, size_t i) {
+    write_file(fs::path(folder) / name, encode_tum(poses, times[i]));
+    written.insert(name);
+  };
   for (size_t i = 0; i < scores.runs.size(); ++i) {
     const EgoResult& run = scores.runs[i];
-    if (i == 0 || !one_reference) {
-      const std::string name = one_reference ? "reference.tum" : fmt::format("reference_{}.tum", i);
-      write_file(fs::path(folder) / name, encode_tum(run.reference, times[i]));
-    }
-    write_file(fs::path(folder) / fmt::format("estimate_{}.tum", i), encode_tum(run.estimate, times[i]));
+    if (i == 0 || !one_reference)
+      write(one_reference ? "reference.tum" : fmt::format("reference_{}.tum", i), run.reference, i);
+    write(fmt::format("estimate_{}.tum", i), run.estimate, i);
   }
+  remove_stale_files(folder, R"((estimate_\d+|reference(_\d+)?)\.tum)", written);
 }
 
 ObjectScores evaluate_object_files(const ObjectFiles& files) {

@@ -157,8 +157,12 @@ TEST_F(SavedTum, PosesThatMatchTheSamePoseHaveStampsOfTheirOwn) {
 TEST_F(SavedTum, RunsThatMatchOtherPosesHaveReferencesOfTheirOwn) {
   const std::string gt = tum("gt.tum", frames(0, 40), 0), all = tum("all.tum", frames(0, 40), 0.05);
   expect_pairs_agree(gt, {all, tum("other.tum", frames(0, 40), 0.03)}, {});
-  fs::remove_all(folder_.path() / "saved");
+  folder_.write("saved/estimate_7.tum", "");  // no file of the command
   expect_pairs_agree(gt, {all, tum("part.tum", frames(5, 30), 0.03)}, {}, false);
+  expect_pairs_agree(gt, {all}, {});
+  for (const char* name : {"reference_0.tum", "reference_1.tum", "estimate_1.tum"})
+    EXPECT_FALSE(fs::exists(folder_.path() / "saved" / name)) << name << " is of an earlier run";
+  EXPECT_TRUE(fs::exists(folder_.path() / "saved" / "estimate_7.tum"));
 }
 
 TEST(PosesWithoutTimeReal, TartanairAgainstItself) {

@@ -4,6 +4,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
+#include "sextant/datasets/kitti_testing.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -52,6 +53,18 @@ TEST(SourceReference, ASourceHasFramesStampsAndPoses) {
   EXPECT_THAT(reference.poses.frames, testing::ElementsAre(0, 1, 2, 3, 4));
   EXPECT_EQ(reference.poses.stamps_s.size(), 5);
   EXPECT_THROW(source_reference("synthetic:s18", "", {{"pipeline", Json::object()}}), Error);
+}
+
+TEST(SourceReference, DoesNotWarnOfImagesAndChannelsThatItDoesNotNeed) {
+  const TempFolder folder;
+  write_kitti_layout(PatternSequence(5),
+                     {.out = folder.path(), .sequence = "0007", .jobs = 1, .quiet = true});
+  for (const char* name : {"image_02", "image_03", "depth_02", "flow_02"})
+    std::filesystem::remove_all(std::filesystem::path(folder.path()) / "training" / name);
+  const EgoReference reference = source_reference(
+      "kitti:" + std::filesystem::path(folder.path()).string() + "#0007", "", Json::object());
+  EXPECT_EQ(reference.poses.size(), 5);
+  EXPECT_THAT(reference.warnings, testing::IsEmpty());
 }
 
 }  // namespace

@@ -254,8 +254,11 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
     if (auto body = fitted_body(pair, choice, frame)) readings.push_back(*body);
   }
   std::erase_if(readings, [](const Reading& reading) { return reading.residual > explained; });
-  const auto found = explain(declared, readings, {.negligible = negligible});
+  auto found = explain(declared, readings, {.negligible = negligible});
   if (!found) return std::nullopt;
+  // Along a nearly level path, a mirrored one resembles other axes or columns; then the residual decides.
+  const auto nearest = std::ranges::min_element(found->alike, {}, &Reading::residual);
+  if (nearest != found->alike.end() && nearest->code == "mirrored") found->best = *nearest;
   const Reading best = chosen(*found, readings, pair);
   std::string others;
   std::set<std::string> named = {best.code};

@@ -142,6 +142,33 @@ TEST(Explanation, AxesOfEitherSideAreNamed) {
               HasSubstr("--ref-axes ned"));
 }
 
+/// Negates one axis of world and body, as a conversion to a left-handed frame does.
+PoseSeries mirrored(PoseSeries s, int axis) {
+  Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
+  M(axis, axis) = -1;
+  for (size_t i = 0; i < s.size(); ++i) {
+    s.positions_m[i] = M * s.positions_m[i];
+    s.rotations[i] = M * s.rotations[i] * M;
+  }
+  return s;
+}
+
+TEST(Explanation, AMirroredPathIsNamed) {
+  for (const int axis : {0, 1, 2}) {
+    const std::string remedy =
+        std::vector{"negate x, qy and qz", "negate y, qx and qz", "negate z, qx and qy"}[axis];
+    const PoseSeries estimate = with_random_errors(mirrored(flight(400), axis));
+    for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
+      const auto reported = warnings(flight(400), estimate, how);
+      ASSERT_THAT(reported, ElementsAre(has_code("mirrored"))) << axis << " " << to_string(how);
+      EXPECT_THAT(reported[0].text, HasSubstr(remedy));
+    }
+  }
+  PoseSeries positions = with_random_errors(flight(400));
+  for (Eigen::Vector3d& p : positions.positions_m) p.x() *= -1;
+  ASSERT_THAT(warnings(flight(400), positions, Alignment::none), ElementsAre(has_code("mirrored")));
+}
+
 TEST(Explanation, QuaternionsInAnotherOrder) {
   for (const Alignment how : {Alignment::none, Alignment::se3}) {
     const auto reported = warnings(flight(400), w_read_last(with_random_errors(flight(400))), how);
@@ -164,6 +191,28 @@ TEST(Explanation, TheRmseOfALongPathIsThatOfAllPoses) {
     const size_t at = reported[0].text.find("position RMSE ");
     ASSERT_NE(at, std::string::npos);
     EXPECT_NEAR(std::stod(reported[0].text.substr(at + 14)) / std::sqrt(squares), 1, 0.01) << n;
+  }
+}
+
+/// Returns the shift in s that a warning "lag" states, positive if the estimate is late; 0 without one.
+double reported_lag_s(const std::vector<TrajectoryWarning>& reported) {
+  const auto lag = std::ranges::find(reported, "lag", &TrajectoryWarning::code);
+  if (lag == reported.end()) return 0;
+  const bool is_late = lag->text.find("late by about ") != std::string::npos;
+  return (is_late ? 1 : -1) * std::stod(lag->text.substr(lag->text.find("about ") + 6));
+}
+
+TEST(Explanation, AClockThatIsFarOffIsReportedByItsOffset) {
+  for (const double late_s : {30.0, -30.0, 5.0}) {
+    PoseSeries late = with_random_errors(flight(800));
+    for (double& t : late.stamps_s) t += late_s;
+    TrajectoryFile file;
+    file.poses = late;
+    const EgoResult r = evaluate_ego({.poses = flight(800)}, file, "late", {});
+    EXPECT_NEAR(reported_lag_s(r.warnings), late_s, 0.06);
+    EXPECT_THAT(r.warnings, testing::Not(testing::Contains(has_code("scale"))));
+    const OffsetEstimate found = estimate_offset(flight(800), late, 0, "late");
+    EXPECT_NEAR(found.offset_s, -late_s, 0.01);
   }
 }
 
@@ -237,7 +286,7 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
   RecordProperty("own_offset_ms", fmt::format("{:.1f} [{:.1f}, {:.1f}]", 1e3 * own.offset_s, 1e3 * own.low_s,
                                               1e3 * own.high_s));
   EXPECT_LT(std::abs(own.offset_s), 0.02);
-  for (const double late_s : {0.25, 0.04, -0.13}) {
+  for (const double late_s : {0.25, 0.04, -0.13, 5.0}) {
     PoseSeries planted = real.estimate;
     for (double& t : planted.stamps_s) t += late_s;
     const EgoResult r = evaluate(planted, options);
@@ -253,9 +302,21 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
     const EgoResult reported = evaluate(planted, aligned);
     const double times = reported.statistics.rmse / evaluate(real.estimate, aligned).statistics.rmse;
     RecordProperty(fmt::format("rmse_times_{:.0f}_ms", 1e3 * late_s), fmt::format("{:.2f}", times));
-    if (times * times > 2.5) {  // the shift causes most of the squared error
+    if (late_s > 1) {
+      EXPECT_NEAR(reported_lag_s(reported.warnings), late_s, 0.06);
+    } else if (times * times > 2.5) {  // the shift causes most of the squared error
       EXPECT_THAT(reported.warnings, Contains(has_code("lag"))) << late_s << " s late";
     }
+  }
+}
+
+TEST_P(PlantedInRealTrajectories, AClockThatIsFarOff) {
+  EgoOptions options{.interpolate_max_gap_s = 0.3, .estimate_offset = true};
+  const double own_s = evaluate(real.estimate, options).offset->offset_s;
+  for (const double late_s : {30.0, -8.0}) {
+    PoseSeries planted = real.estimate;
+    for (double& t : planted.stamps_s) t += late_s;
+    EXPECT_NEAR(evaluate(planted, options).offset->offset_s, own_s - late_s, 0.001) << late_s;
   }
 }
 
@@ -281,6 +342,15 @@ TEST_P(PlantedInRealTrajectories, AxesAndColumns) {
     EXPECT_NEAR(evaluate(planted, options).statistics.rmse, rmse, 1e-9) << name;
   }
   EXPECT_THAT(evaluate(w_read_last(real.estimate)).warnings, Contains(has_code("columns")));
+}
+
+TEST_P(PlantedInRealTrajectories, Mirrored) {
+  for (const int axis : {0, 2}) {
+    for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
+      const EgoResult r = evaluate(mirrored(real.estimate, axis), {.alignment = how});
+      EXPECT_THAT(r.warnings, Contains(has_code("mirrored"))) << axis << " " << to_string(how);
+    }
+  }
 }
 
 TEST_P(PlantedInRealTrajectories, ColumnOrder) {

@@ -46,6 +46,7 @@ struct Motion {
   }
 };
 
+constexpr double least_correlation = 0.8;
 constexpr size_t max_steps = 1000;  // longer recordings are compared over their first steps only
 
 /// Number of windows to shift to each side: 20, or 1 s if that is longer.
@@ -81,16 +82,64 @@ double correlation(std::span<const double> x, std::span<const double> y) {
   return xx > 0 && yy > 0 ? xy / std::sqrt(xx * yy) : 0;
 }
 
-/// Path (m) and rotation (rad) within windows of time: window i is [begin + i step, begin + i step + width].
-std::array<std::vector<double>, 2> motion_in_windows(const Motion& motion, double begin, double step,
-                                                     double width, size_t n) {
+/// Path (m) and rotation (rad) within windows of time: window i is [begin + i width, begin + (i + 1) width].
+std::array<std::vector<double>, 2> motion_in_windows(const Motion& motion, double begin, double width,
+                                                     size_t n) {
   std::array<std::vector<double>, 2> out;
   for (size_t i = 0; i < n; ++i) {
-    const double t = begin + static_cast<double>(i) * step;
+    const double t = begin + static_cast<double>(i) * width;
     const auto a = motion.at(t), b = motion.at(t + width);
     for (size_t k = 0; k < 2; ++k) out[k].push_back(b[k] - a[k]);
   }
   return out;
+}
+
+/// Returns the centre of the search for a shift of the estimate's times: 0, or a shift beyond `reach` that
+/// explains the motions much better (trajectory_offset.h); empty if it does not explain them so much better
+/// that it is certain. Windows of four time steps are compared, at shifts by single steps.
+std::optional<double> centre_of_search(const PoseSeries& reference,
+                                       const std::vector<double>& reference_times, const PoseSeries& estimate,
+                                       const std::vector<double>& estimate_times, double reach) {
+  constexpr double most_windows = 2000, clearly_less = 0.5, less = 0.8;
+  constexpr std::ptrdiff_t fewest_windows = 20, shifts_per_window = 4;
+  const double reference_span = reference_times.back() - reference_times.front();
+  const double estimate_span = estimate_times.back() - estimate_times.front();
+  const double width = std::max({shifts_per_window * median_step(reference_times),
+                                 shifts_per_window * median_step(estimate_times),
+                                 std::max(reference_span, estimate_span) / most_windows});
+  const auto n_r = static_cast<std::ptrdiff_t>(reference_span / width) - 1;
+  const auto n_e = static_cast<std::ptrdiff_t>(estimate_span / width);
+  const std::ptrdiff_t fewest = std::max(fewest_windows, std::min(n_r, n_e) / 2);
+  const Motion of_reference = motion_of(reference, reference_times, reference_times.back());
+  const auto e = motion_in_windows(motion_of(estimate, estimate_times, estimate_times.back()),
+                                   estimate_times.front(), width, static_cast<size_t>(n_e));
+  double near = 1, far = 1, best = 0, best_correlation = 0;
+  for (std::ptrdiff_t phase = 0; phase < shifts_per_window; ++phase) {
+    const double begin = reference_times.front() + static_cast<double>(phase) * width / shifts_per_window;
+    const auto r = motion_in_windows(of_reference, begin, width, static_cast<size_t>(n_r));
+    for (std::ptrdiff_t k = -n_e; k <= n_r; ++k) {  // window i of the estimate is i + k of the reference
+      const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, k);
+      if (std::min(n_r, n_e + k) - first < fewest) continue;
+      const auto n = static_cast<size_t>(std::min(n_r, n_e + k) - first);
+      double unexplained = 1, highest = 0;
+      for (size_t c = 0; c < 2; ++c) {
+        const double rho = correlation(std::span(r[c]).subspan(static_cast<size_t>(first), n),
+                                       std::span(e[c]).subspan(static_cast<size_t>(first - k), n));
+        highest = std::max(highest, rho);
+        if (rho > 0) unexplained *= 1 - rho * rho;
+      }
+      const double shift = begin - estimate_times.front() + static_cast<double>(k) * width;
+      if (std::abs(shift) <= reach) {
+        near = std::min(near, unexplained);
+      } else if (unexplained < far) {
+        far = unexplained;
+        best = shift;
+        best_correlation = highest;
+      }
+    }
+  }
+  if (best_correlation < least_correlation || far > less * near) return 0;
+  return far <= clearly_less * near ? std::optional(best) : std::nullopt;
 }
 
 /// Position of the maximum of the parabola through the best score and its neighbours, relative to the best
@@ -333,6 +382,34 @@ class OffsetSearch {
   std::map<double, Stretches> known_;
 };
 
+/// Returns the best of `n_shifts` shifts by `width` to each side; empty if the recordings overlap too little.
+std::optional<LagEstimate> best_lag(const PoseSeries& reference, const std::vector<double>& reference_times,
+                                    const PoseSeries& estimate, const std::vector<double>& estimate_times,
+                                    int n_shifts, double width) {
+  const double reach = n_shifts * width;
+  const double begin = std::max(reference_times.front(), estimate_times.front() + reach);
+  double end = std::min(reference_times.back(), estimate_times.back() - reach);
+  end = std::min(end, begin + width * max_steps);
+  if (!(end - begin > 20 * width)) return std::nullopt;
+  const auto n = static_cast<size_t>((end - begin) / width);
+  const auto r = motion_in_windows(motion_of(reference, reference_times, end + width), begin, width, n);
+  const auto shift_count = static_cast<size_t>(2 * n_shifts + 1);
+  const auto e = motion_in_windows(motion_of(estimate, estimate_times, end + reach + width), begin - reach,
+                                   width, n + shift_count);
+  const bool rotations = reference.has_rotations() && estimate.has_rotations();
+  std::vector<double> scores;
+  for (size_t shift = 0; shift < shift_count; ++shift) {
+    double score = 0;
+    for (size_t k = 0; k < (rotations ? 2 : 1); ++k)
+      score += (rotations ? 0.5 : 1) * correlation(r[k], std::span(e[k]).subspan(shift, n));
+    scores.push_back(score);
+  }
+  const auto best = std::max_element(scores.begin(), scores.end());
+  const auto k = static_cast<int>(best - scores.begin()) - n_shifts;
+  return LagEstimate{k == 0 ? 0 : (k + peak_offset(scores, best)) * width, *best,
+                     scores[static_cast<size_t>(n_shifts)]};
+}
+
 }  // namespace
 
 std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
@@ -346,46 +423,43 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
   const int n_shifts = shifts(std::min(reference_times.back() - reference_times.front(),
                                        estimate_times.back() - estimate_times.front()),
                               width);
-  const double reach = n_shifts * width;
-  const double begin = std::max(reference_times.front(), estimate_times.front() + reach);
-  double end = std::min(reference_times.back(), estimate_times.back() - reach);
-  end = std::min(end, begin + width * max_steps);
-  if (!(end - begin > 20 * width)) return std::nullopt;
-  const auto n = static_cast<size_t>((end - begin) / width);
-  const auto r =
-      motion_in_windows(motion_of(reference, reference_times, end + width), begin, width, width, n);
-  const auto shift_count = static_cast<size_t>(2 * n_shifts + 1);
-  const auto e = motion_in_windows(motion_of(estimate, estimate_times, end + reach + width), begin - reach,
-                                   width, width, n + shift_count);
-  const bool rotations = reference.has_rotations() && estimate.has_rotations();
-  std::vector<double> scores;
-  for (size_t shift = 0; shift < shift_count; ++shift) {
-    double score = 0;
-    for (size_t k = 0; k < (rotations ? 2 : 1); ++k)
-      score += (rotations ? 0.5 : 1) * correlation(r[k], std::span(e[k]).subspan(shift, n));
-    scores.push_back(score);
+  const auto centre =
+      centre_of_search(reference, reference_times, estimate, estimate_times, n_shifts * width);
+  if (!centre) return std::nullopt;
+  const auto without = best_lag(reference, reference_times, estimate, estimate_times, n_shifts, width);
+  std::optional<LagEstimate> found = without;
+  if (*centre != 0) {
+    std::vector<double> times = estimate_times;
+    for (double& t : times) t += *centre;
+    found = best_lag(reference, reference_times, estimate, times, n_shifts, width);
   }
-  const auto best = std::max_element(scores.begin(), scores.end());
-  const auto k = static_cast<int>(best - scores.begin()) - n_shifts;
-  const LagEstimate lag{(k + peak_offset(scores, best)) * width, *best,
-                        scores[static_cast<size_t>(n_shifts)]};
+  if (!found) return std::nullopt;
+  const LagEstimate lag{found->lag - *centre, found->correlation, without ? without->correlation_0 : 0};
   // Smooth motions correlate well without a shift too; then the shift must explain half of the remaining
   // difference to 1.
   const double gain = lag.correlation - lag.correlation_0;
   const bool explains = gain > 0.1 || (gain > 5e-4 && gain > 0.5 * (1 - lag.correlation_0));
-  if (k == 0 || lag.correlation < 0.8 || !explains) return std::nullopt;
+  if (lag.lag == 0 || lag.correlation < least_correlation || !explains) return std::nullopt;
   return lag;
 }
 
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name) {
   constexpr size_t fewest = 40;
-  constexpr double least_correlation = 0.8, student_19 = 2.0930240544;
+  constexpr double student_19 = 2.0930240544;
   const auto undetermined = [&](const std::string& why) {
     fail("{}: the motions do not determine a time offset: {}; give --offset", name, why);
   };
   if (reference.size() < fewest || estimate.size() < fewest)
     undetermined(fmt::format("{} and {} poses, {} needed", reference.size(), estimate.size(), fewest));
+  std::vector<double> times = estimate.stamps_s;
+  for (double& t : times) t += initial_s;
+  const auto centre = centre_of_search(reference, reference.stamps_s, estimate, times,
+                                       OffsetSearch(reference, estimate, initial_s).reach());
+  if (!centre) {
+    undetermined(fmt::format("an offset far from {} s agrees better, but not clearly", initial_s));
+  }
+  initial_s += *centre;
   OffsetSearch search(reference, estimate, initial_s);
   if (search.n() < fewest)
     undetermined(fmt::format("both recordings share {} steps around an offset of {} s, {} needed", search.n(),

@@ -12,6 +12,10 @@
 //             negative) of the estimate at t with the reference at t + d. This is the profile likelihood of
 //             signals that are equal up to scale, bias and noise, and weights each signal by how well it
 //             agrees
+//   centre    the search is centred at the given offset, unless a distant one leaves at most half of the
+//             unexplained share prod(1 - rho^2) over both signals; between half and 0.8 of that share neither
+//             is certain, and no offset is reported. All offsets are compared at which half of the shorter
+//             recording overlaps
 //   search    on a grid of half steps, then by golden section
 //   interval  95 %, by the jackknife over 20 stretches of time with Student's t. It does not include errors
 //             that persist throughout the recording
@@ -32,9 +36,10 @@ namespace sextant {
 double median_step(const std::vector<double>& times);
 
 /// Shift of the estimate's clock at which the motions agree best: its stamps are late by `lag`. Shifts up to
-/// 20 of the longer time steps, or 1 s if that is longer (but 200 steps at most), are tried. Empty if a
-/// recording has fewer than 40 poses or both overlap too little, if the correlation is below 0.8, or if it
-/// exceeds the unshifted correlation neither by 0.1 nor by half of the difference to 1.
+/// 20 of the longer time steps, or 1 s if that is longer (but 200 steps at most), around the centre are
+/// tried. Empty if the centre is not certain, if a recording has fewer than 40 poses or both overlap too
+/// little, if the correlation is below 0.8, or if it exceeds the unshifted correlation neither by 0.1 nor by
+/// half of the difference to 1.
 struct LagEstimate {
   double lag = 0;            ///< in units of the times
   double correlation = 0;    ///< correlation of speeds and rotation rates at this lag
@@ -74,9 +79,9 @@ struct OffsetEstimate {
   size_t n = 0;  ///< number of times compared
 };
 
-/// Searches around `initial_s`, over the range of estimate_lag(). Throws Error "NAME: ..." if the motions do
-/// not determine the offset: fewer than 40 times to compare, correlations below 0.8, or the best offset at
-/// the end of the range.
+/// Searches around the centre, which is `initial_s` or distant, over the range of estimate_lag(). Throws
+/// Error "NAME: ..." if the motions do not determine the offset: an uncertain centre, fewer than 40 times to
+/// compare, correlations below 0.8, or the best offset at the end of the range.
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name);
 

@@ -311,7 +311,7 @@ Json source_json(const SourceRun& source) {
                     {"cy_px", camera.left.cy},
                     {"bf_px_m", camera.bf}};
   json["provenance"] = source.info.provenance;
-  json["warnings"] = source.info.warnings;
+  json["warnings"] = source.info.all_warnings();
   json["estimated_poses"] = source.motions.estimated.poses().size();
   json["world_origin"] = source.motions.starts_at_truth ? "true pose of the first frame" : "first frame";
   if (!source.noise.is_null()) json["noise"] = source.noise;

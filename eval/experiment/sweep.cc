@@ -161,7 +161,7 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
     json["sources"].push_back({{"source", config.plan.sources[s].text},
                                {"packs", packs},
                                {"provenance", source.sequence->info().provenance},
-                               {"warnings", source.sequence->info().warnings},
+                               {"warnings", source.sequence->info().all_warnings()},
                                {"inputs", inputs}});
   }
   return json;

@@ -187,19 +187,14 @@ constexpr size_t shown_digits = 12;  ///< digits of the SHA-256 that are shown o
 /// Leaves of a tree by dotted path, as text. An empty object or list is a leaf.
 using Leaves = std::map<std::string, std::string>;
 
-void collect(const Json& tree, const std::string& path, Leaves& leaves) {
-  if ((tree.is_object() || tree.is_array()) && !tree.empty()) {
-    for (const auto& item : tree.items()) {
-      collect(item.value(), path.empty() ? item.key() : path + "." + item.key(), leaves);
-    }
-  } else if (!tree.is_null()) {
-    leaves[path] = tree.is_string() ? tree.get<std::string>() : json_line(tree);
-  }
-}
-
-Leaves leaves_of(const Json& tree, const std::string& path) {
+Leaves texts_of(const Json& tree, const std::string& path) {
   Leaves leaves;
-  collect(tree, path, leaves);
+  for_each_leaf(
+      tree, true,
+      [&](const std::string& key, const Json& value) {
+        if (!value.is_null()) leaves[key] = value.is_string() ? value.get<std::string>() : json_line(value);
+      },
+      path);
   return leaves;
 }
 
@@ -235,7 +230,7 @@ Leaves data_of(const Json& run) {
     if (!source.is_object()) continue;
     const std::string name = without_folder(source.value("source", std::string()));
     for (const char* key : {"provenance", "packs", "rate_hz", "width_px", "height_px", "camera"}) {
-      if (source.contains(key)) leaves.merge(leaves_of(source[key], name + " " + key));
+      if (source.contains(key)) leaves.merge(texts_of(source[key], name + " " + key));
     }
     const Json inputs = source.value("inputs", Json::object());
     for (const auto& [path, entry] : inputs.items()) {
@@ -252,7 +247,7 @@ Leaves data_of(const Json& run) {
 Leaves leaves_below(const Json& tree, std::initializer_list<const char*> keys) {
   Leaves leaves;
   for (const char* key : keys) {
-    if (tree.contains(key)) leaves.merge(leaves_of(tree[key], key));
+    if (tree.contains(key)) leaves.merge(texts_of(tree[key], key));
   }
   return leaves;
 }
@@ -290,7 +285,7 @@ void report_same_programs(const RunFolder& base, const RunFolder& fresh, std::ve
 Leaves build_of(const Json& run) {
   Leaves leaves = leaves_below(run, {"version", "git_commit", "compiler", "flags", "packages"});
   const Json programs = run.value("programs", Json());
-  if (programs.is_array() && programs.size() > 1) leaves.merge(leaves_of(programs, "programs"));
+  if (programs.is_array() && programs.size() > 1) leaves.merge(texts_of(programs, "programs"));
   return leaves;
 }
 
@@ -364,12 +359,12 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   // A run without correspondence caches does not have the key `packs`.
   compare("data", same.data, data_of(a), data_of(b), findings,
           [](const std::string& path, const Leaves&) { return path.find(" packs") != std::string::npos; });
-  compare("configuration", same.configuration, leaves_of(configuration_of(a), ""),
-          leaves_of(configuration_of(b), ""), findings, is_new_option);
+  compare("configuration", same.configuration, texts_of(configuration_of(a), ""),
+          texts_of(configuration_of(b), ""), findings, is_new_option);
   const bool times = policy.speed.judge && base.has_times && fresh.has_times;
   const Strictness machine_rule = times ? same.machine : Strictness::note;
-  compare("machine", machine_rule, leaves_of(a.value("machine", Json()), ""),
-          leaves_of(b.value("machine", Json()), ""), findings);
+  compare("machine", machine_rule, texts_of(a.value("machine", Json()), ""),
+          texts_of(b.value("machine", Json()), ""), findings);
   compare("build", Strictness::note, build_of(a), build_of(b), findings);
   if (base.provenance.is_null() || fresh.provenance.is_null()) return;
   compare("program", Strictness::note, programs_of(base), programs_of(fresh), findings);

@@ -297,6 +297,8 @@ void bind_trajectories(py::module_& core) {
   core.def("statistics", statistics);
   core.def("kitti_odometry", kitti);
   core.def("associate", associate);
+  core.attr("default_max_difference") = AssociationOptions{}.max_difference_s;
+  core.attr("default_tolerance") = PairSelection{}.relative_tolerance;
   core.def("check_path", [](const py::object& path, const std::string& name) { motions_of(path, name); });
   core.def("needs_rotations", [](const std::string& relation, bool relative) {
     return needs_rotations(from_name<PoseRelation>(relation, "relation"), relative);

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <regex>
 #include <system_error>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/new_file.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/provenance.h"
 
@@ -79,6 +81,32 @@ void write_output_folder(const fs::path& folder, const std::function<void(const 
   });
   std::ranges::sort(names);
   output.commit(names);
+}
+
+void remove_stale_files(const fs::path& folder, const std::string& pattern,
+                        const std::set<std::string>& written) {
+  std::error_code ignored;
+  if (!fs::is_directory(fs::symlink_status(folder, ignored))) return;
+  const fs::path list = folder / ".sextant_outputs";
+  std::set<std::string> listed = written;
+  if (fs::is_regular_file(fs::symlink_status(list, ignored))) {
+    for (const std::string& name : split(read_file(list), '\n')) {
+      const bool is_stale = std::regex_match(name, std::regex(pattern)) && !written.contains(name);
+      if (is_stale && name.find('/') == std::string::npos) fs::remove(folder / name, ignored);
+      if (!is_stale && !name.empty()) listed.insert(name);
+    }
+  }
+  write_file(list, fmt::format("{}\n", fmt::join(listed, "\n")));
+}
+
+void replace_report(const fs::path& folder, const OutputFiles& files) {
+  write_output_folder(folder, files);
+  for (const char* part : {"curves", "figures", "tables", "tracks"}) {
+    std::set<std::string> written;
+    for (const auto& [name, bytes] : files)
+      if (fs::path(name).parent_path() == part) written.insert(fs::path(name).filename().string());
+    remove_stale_files(folder / part, R"(.*\.(csv|gp|json|md|pdf|png|svg|tex))", written);
+  }
 }
 
 }  // namespace sextant

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -55,5 +56,15 @@ void write_output_folder(const std::filesystem::path& folder, const OutputFiles&
 /// Overload for files that are written as soon as `make` has made each of them.
 void write_output_folder(const std::filesystem::path& folder,
                          const std::function<void(const FileWriter& write)>& make);
+
+/// Removes the files directly in `folder` that an earlier run of the same command wrote: names that the
+/// file .sextant_outputs there lists, that match `pattern` (ECMAScript) and are not in `written`. Then lists
+/// `written` there. Leaves a folder that is reached through a link unchanged.
+void remove_stale_files(const std::filesystem::path& folder, const std::string& pattern,
+                        const std::set<std::string>& written);
+
+/// Writes the files of a report with write_output_folder(), and removes figures, tables, curves and tracks
+/// of an earlier report.
+void replace_report(const std::filesystem::path& folder, const OutputFiles& files);
 
 }  // namespace sextant

@@ -84,11 +84,26 @@ Json read_run_json(const std::filesystem::path& folder) {
   return run;
 }
 
-void check_whole_sweep(const Json& run, const std::filesystem::path& folder) {
+void for_each_leaf(const Json& tree, bool enters_lists,
+                   const std::function<void(const std::string& key, const Json& value)>& visit,
+                   const std::string& path) {
+  if (tree.empty() || !(tree.is_object() || (enters_lists && tree.is_array()))) return visit(path, tree);
+  for (const auto& item : tree.items())
+    for_each_leaf(item.value(), enters_lists, visit, path.empty() ? item.key() : path + "." + item.key());
+}
+
+std::optional<std::pair<uint64_t, uint64_t>> shard_of(const Json& run) {
   const Json shard = run.value("shard", Json());
-  if (shard.is_array() && shard.size() == 2 && shard[1].is_number() && shard[1].get<double>() > 1)
+  const auto is_count = [](const Json& number) { return number.is_number_unsigned(); };
+  if (!shard.is_array() || shard.size() != 2 || !std::ranges::all_of(shard, is_count)) return std::nullopt;
+  return std::pair(shard[0].get<uint64_t>(), shard[1].get<uint64_t>());
+}
+
+void check_whole_sweep(const Json& run, const std::filesystem::path& folder) {
+  const auto shard = shard_of(run);
+  if (shard && shard->second > 1)
     fail("{}: holds shard {} of {} of a sweep: merge the shards first (sextant merge)", folder.string(),
-         json_line(shard[0]), json_line(shard[1]));
+         shard->first, shard->second);
 }
 
 std::string missing_records(const Json& run, uint64_t n_records, const std::filesystem::path& folder) {

@@ -4,8 +4,11 @@
 // file.
 
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sextant/base/json.h"
@@ -28,6 +31,13 @@ Json read_run_json(const std::filesystem::path& folder);
 
 // Checks of results that are compared or shown. `run`: content of run.json.
 
+/// Calls `visit` with the dotted key and value of each leaf of a tree of options: every value that is no
+/// object and, with `enters_lists`, no list. An empty object or list is a leaf. Keys begin with `path`.
+void for_each_leaf(const Json& tree, bool enters_lists,
+                   const std::function<void(const std::string& key, const Json& value)>& visit,
+                   const std::string& path = "");
+/// Returns the number of the shard and the number of shards that run.json states; nullopt if it states none.
+std::optional<std::pair<uint64_t, uint64_t>> shard_of(const Json& run);
 /// Throws Error if the folder holds one of several shards of a sweep.
 void check_whole_sweep(const Json& run, const std::filesystem::path& folder);
 /// Returns a sentence if run.json states another number of records than the folder holds; otherwise "".

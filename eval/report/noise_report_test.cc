@@ -277,7 +277,9 @@ TEST(NoiseSweep, GridsOfOneParameterUnderDifferentNoiseAreApart) {
                               {"depth.delta_d_px with none", {"depth 0.1 px", "depth 0.2 px"}}}));
   EXPECT_EQ(parameter_title("flow.epe_px with depth 0.5 px", ""), parameter_title("flow.epe_px", ""));
   EXPECT_THAT(parameter_title("flow.epe_px", "flow 1 px"), HasSubstr("standard deviation"));
-  EXPECT_THAT(parameter_title("flow.epe_px", "flow 1 px, mean error"), HasSubstr("mean end-point error"));
+  EXPECT_THAT(parameter_title("flow.epe_px",
+                              noise_name({{"flow", {{"epe_px", 1}, {"reading", "epe_is_mean_error"}}}})),
+              HasSubstr("mean end-point error"));
 }
 
 TEST(NoiseSweep, GridsThatDifferInTheModelOfTheirParameterAreApart) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {
@@ -88,24 +89,9 @@ std::vector<const Record*> of_estimator(const std::vector<const Record*>& record
   return out;
 }
 
-namespace {
-
-void collect_leaves(const Json& tree, const std::string& prefix, Leaves& leaves) {
-  for (const auto& [key, value] : tree.items()) {
-    const std::string name = prefix.empty() ? key : prefix + "." + key;
-    if (value.is_object()) {
-      collect_leaves(value, name, leaves);
-    } else {
-      leaves[name] = value;
-    }
-  }
-}
-
-}  // namespace
-
 Leaves leaves_of(const Json& options) {
   Leaves leaves;
-  collect_leaves(options, "", leaves);
+  for_each_leaf(options, false, [&](const std::string& key, const Json& value) { leaves[key] = value; });
   return leaves;
 }
 
@@ -180,10 +166,8 @@ void SameLabels::check(Interned estimator, Interned dataset, Interned sequence, 
 }
 
 void GivenShards::add(const Json& run) {
-  const Json shard = run.value("shard", Json());
-  const auto is_count = [](const Json& number) { return number.is_number_unsigned(); };
-  if (!shard.is_array() || shard.size() != 2 || !std::ranges::all_of(shard, is_count)) return;
-  given_[{run.value("configuration", Json()).dump(), shard[1]}].insert(shard[0].get<size_t>());
+  if (const auto shard = shard_of(run))
+    given_[{run.value("configuration", Json()).dump(), shard->second}].insert(shard->first);
 }
 
 std::vector<std::string> GivenShards::warnings() const {

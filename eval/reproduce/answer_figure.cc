@@ -160,17 +160,19 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
 }
 
 std::string answer_text(const std::vector<PaperRow>& rows) {
-  size_t n_judged = 0, n_within = 0, n_missing = 0;
+  size_t n_judged = 0, n_within = 0, n_not_comparable = 0, n_missing = 0;
   for (const PaperRow& row : rows) {
     const std::string verdict = row.verdict();
     n_judged += verdict == "within" || verdict == "outside";
     n_within += verdict == "within";
+    n_not_comparable += verdict == "not comparable";
     n_missing += row.is_missing();
   }
   std::string text =
-      n_judged == 0 ? "no published value measured"
+      n_judged == 0 ? "no published value compared"
                     : fmt::format("{} of {} comparisons: the published value lies where our single runs do",
                                   n_within, n_judged);
+  if (n_not_comparable > 0) text += fmt::format("; {} not comparable", n_not_comparable);
   if (n_missing > 0) text += fmt::format("; {} not measured here", n_missing);
   return text;
 }

@@ -87,7 +87,8 @@ std::vector<PlacedSection> figure_sections(const std::filesystem::path& parts, c
 /// Returns nullopt if there is no line: no published value above 0 was measured by one of the two procedures.
 std::optional<Figure> answer_figure(const std::string& name, const PublishedTable& table);
 
-/// Formats "12 of 40 comparisons: the published value lies where our single runs do; 3 not measured here".
+/// Formats "12 of 40 comparisons: the published value lies where our single runs do; 2 not
+/// comparable; 3 not measured here".
 std::string answer_text(const std::vector<PaperRow>& rows);
 
 }  // namespace sextant

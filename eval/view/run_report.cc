@@ -211,7 +211,7 @@ std::vector<std::pair<std::string, std::string>> provenance(const RunReportReque
                                    source.inputs.empty() ? "no files: comes with the program"
                                                          : fmt::format("{} files", source.inputs.size())));
     for (const std::string& line : info.provenance) lines.emplace_back("", line);
-    for (const std::string& warning : info.warnings) lines.emplace_back("warning", warning);
+    for (const std::string& warning : info.all_warnings()) lines.emplace_back("warning", warning);
   }
   lines.emplace_back("everything",
                      "run.json: all options, packages, SHA-256 of every input; records.jsonl: every number");

@@ -192,7 +192,7 @@ EgoScores evaluate_ego_into(const EgoFiles& files, const EgoOptions& options, co
     const EgoCurves curves = ego_curves(scores.runs, scores.reference, options, output.plane);
     OutputFiles report = report_folder(ego_document(scores.runs, scores.reference, options, curves), {});
     report.merge(curve_files(curves));
-    write_output_folder(output.out, report);
+    replace_report(output.out, report);
   }
   return scores;
 }
@@ -206,7 +206,7 @@ ObjectScores evaluate_objects_into(const ObjectFiles& files, std::span<const Met
     report["records.jsonl"] = write_records(scores.records);
     for (const ObjectTracks& tracks : scores.tracks)
       report[tracks_file(tracks.system, tracks.run)] = write_tracks(tracks.bodies, true);
-    write_output_folder(out, report);
+    replace_report(out, report);
   }
   return scores;
 }

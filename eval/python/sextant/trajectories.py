@@ -290,14 +290,14 @@ def check_rotations(need, *paths):
 
 def _check_pairs(estimate, reference):
     """Raises an Error if the stamps or, without these, the frame numbers of two paths show that poses of equal index do not belong
-    together. Stamps may differ by 0.01 s, the default of associate(), and by less than half of the smallest step."""
+    together. Stamps may differ by the default of associate() and by less than half of the smallest step."""
     for name in ("stamps", "frames"):
         given, expected = getattr(estimate, name, None), getattr(reference, name, None)
         if given is None or expected is None:
             continue
         if len(given) == len(expected):
             steps = numpy.concatenate([numpy.diff(given), numpy.diff(expected)])
-            largest = min(0.01, 0.5 * steps.min()) if name == "stamps" and len(steps) else 0.0
+            largest = min(_core.default_max_difference, 0.5 * steps.min()) if name == "stamps" and len(steps) else 0.0
             differ = numpy.flatnonzero(abs(given - expected) > largest)
             if len(differ) == 0:
                 return
@@ -323,7 +323,7 @@ def absolute_errors(estimate, reference, *, relation="trans_part", align="none",
     return _core.absolute_errors(estimate, poses("reference", reference), relation)
 
 
-def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relation="trans_part", tolerance=0.1,
+def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relation="trans_part", tolerance=_core.default_tolerance,
                     pairs_from_reference=False, stamps=None, align="none", n_to_align=0, up=None) -> RelativeErrors:
     """Returns one error per pair of poses (RPE) at the distance `delta`: 1f (frames), 10m, 5deg, 0.5rad, 2s (with `stamps`).
 
@@ -339,7 +339,7 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
         check_rotations(f"delta='{delta}'", reference if pairs_from_reference else estimate)
     stamps = getattr(estimate, "stamps", None) if stamps is None else stamps
     tolerance = number("tolerance", tolerance)
-    if tolerance != 0.1 and (not all_pairs or delta.endswith("f")):
+    if tolerance != _core.default_tolerance and (not all_pairs or delta.endswith("f")):
         raise Error("tolerance: selects among all pairs by m, deg, rad or s, so all_pairs=True and such a delta are needed too")
     estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
     return RelativeErrors(*_core.relative_errors(estimate, poses("reference", reference), delta, bool(all_pairs),
@@ -348,7 +348,8 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
 
 
 def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_part", delta=None, all_pairs=False,
-                        max_difference=0.01, offset=0.0, n_to_align=0, up=None, max_speed=100.0) -> TrajectoryErrors:
+                        max_difference=_core.default_max_difference, offset=0.0, n_to_align=0, up=None,
+                        max_speed=100.0) -> TrajectoryErrors:
     """Returns the errors and warnings of `sextant evaluate ego` for one path, by the same code: poses are associated by their
     stamps if both paths have some, else by frame numbers, else one by one, and what it refuses raises an Error. `delta` (1f, 10m,
     ...) gives errors of pairs (RPE) instead of poses.
@@ -363,7 +364,7 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
         raise Error("all_pairs: selects pairs of relative errors, so delta is needed too, such as delta='1f'")
     offset, max_difference = number("offset", offset), number("max_difference", max_difference)
     stamped = all(getattr(given, "stamps", None) is not None for given in (estimate, reference))
-    for name, is_given in (("offset", offset != 0), ("max_difference", max_difference != 0.01)):
+    for name, is_given in (("offset", offset != 0), ("max_difference", max_difference != _core.default_max_difference)):
         if is_given and not stamped:
             raise Error(f"{name}: needs time stamps in both estimate and reference")
     series = [(poses(name, given), getattr(given, "stamps", None), getattr(given, "frames", None),
@@ -390,7 +391,7 @@ def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
     return [KittiError(*row) for row in _core.kitti_odometry(poses("estimate", estimate), poses("reference", reference))]
 
 
-def associate(reference_stamps, estimate_stamps, *, max_difference=0.01, offset=0.0):
+def associate(reference_stamps, estimate_stamps, *, max_difference=_core.default_max_difference, offset=0.0):
     """Returns indices (of the reference, of the estimate) of poses that correspond by time, as in evo; stamps in s,
     ascending, `offset` added to those of the estimate.
 

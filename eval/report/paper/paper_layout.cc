@@ -14,11 +14,6 @@ namespace {
 /// Fields of a PaperRow with the values that are required.
 using Selector = std::map<std::string, std::string>;
 
-const Json& layout_data() {
-  static const Json data = published_json("zhang2020_layout.json");
-  return data;
-}
-
 const std::map<std::string, std::string PaperRow::*>& selectable() {
   static const std::map<std::string, std::string PaperRow::*> fields = {
       {"group", &PaperRow::group},         {"body", &PaperRow::body},         {"noise", &PaperRow::noise},
@@ -63,10 +58,6 @@ struct CellContext {
     return place;
   }
 };
-
-bool is_of_kind(const std::string& dataset, const Json& kind) {
-  return std::ranges::count(kind.at("datasets"), Json(dataset)) > 0;
-}
 
 struct Found {
   const PaperRow* row = nullptr;
@@ -152,9 +143,7 @@ LayoutValue value_of(const CellContext& context, const std::string& quantity, co
     value.records = records_of_part(found.row->records);
   }
   const std::string rate_of = context.row.value("rate_of", "");
-  const Json reasons = context.row.value("not_comparable", Json::object());
-  const std::string kind = found.kind == nullptr ? "" : found.kind->value("name", "");
-  const std::string reason = reasons.value(reasons.contains(kind) ? kind : "*", "");
+  const std::string reason = reason_of(context.row, value.dataset);
   if (!rate_of.empty()) {
     judge_rate(context, rate_of, value);
   } else if (found.row != nullptr && value.published && !reason.empty()) {

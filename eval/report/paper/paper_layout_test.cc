@@ -96,6 +96,30 @@ TEST(PaperLayout, VerdictsNameTheDataAndWhatIsNotComparable) {
   EXPECT_TRUE(verdicts.contains("not measured here"));
 }
 
+TEST(PaperLayout, LongTablesAgreeOnWhatIsNotComparable) {
+  const std::vector<PublishedTable> tables = long_tables(test_evidence());
+  std::set<std::string> found;
+  for (const PaperLayout& layout : layouts()) {
+    const PublishedTable& table = *std::ranges::find(tables, layout.number, &PublishedTable::number);
+    const std::vector<std::string> notes = table.table().notes;
+    for_each_value(layout, [&](const LayoutRow&, const LayoutValue& value) {
+      if (!value.measured || !value.published || value.factor != 1) return;
+      for (const PaperRow& row : table.rows) {
+        const bool is_shown = row.measured && row.published == value.published && row.data == value.data &&
+                              row.measured->value == value.measured->value;
+        if (!is_shown) continue;
+        const bool is_share = !value.rate_of.empty();
+        EXPECT_EQ(row.verdict() == "not comparable", is_share || value.verdict == "not comparable")
+            << layout.number << " " << row.quantity;
+        if (row.verdict() != "not comparable") continue;
+        EXPECT_THAT(notes, testing::Contains(HasSubstr(is_share ? "share" : value.reason)));
+        found.insert(layout.number);
+      }
+    });
+  }
+  EXPECT_THAT(found, testing::IsSupersetOf({"I", "II", "V"}));
+}
+
 TEST(PaperLayout, RatesOfCountsAreJudged) {
   const PaperLayout& table = layouts().front();
   const LayoutRow& row = table.versions.front().rows.at(3);  // false negative

@@ -12,7 +12,7 @@ namespace {
 
 /// One of the counts in the table, over the detections of one run.
 struct Count {
-  const char* published_key;
+  const char* published_key;  ///< null if the paper does not print the count
   const char* title;
   int (*of)(const ClassificationCounts&);
 };
@@ -64,13 +64,6 @@ std::vector<SequenceRuns> runs_of(const Evidence& evidence) {
   return runs;
 }
 
-/// Published count; the paper's true positives are computed from the numbers that it prints.
-std::optional<double> published_count(const Json& table, size_t at, const Count& count) {
-  const auto number = [&](const char* key) { return table.at(key).at(at).get<double>(); };
-  if (count.published_key != nullptr) return number(count.published_key);
-  return number("dynamic") - number("false_negative");
-}
-
 void add_rows(const std::string& sequence, const Json& published, std::optional<size_t> at,
               const SequenceRuns* runs, PublishedTable& table) {
   std::vector<ClassificationCounts> counts;
@@ -85,7 +78,9 @@ void add_rows(const std::string& sequence, const Json& published, std::optional<
   }
   for (const Count& count : counted) {
     row.quantity = count.title;
-    if (at) row.published = published_count(published, *at, count);
+    row.published.reset();
+    if (at && count.published_key != nullptr)
+      row.published = published.at(count.published_key).at(*at).get<double>();
     if (runs != nullptr) {
       std::vector<double> by_seed;
       for (const ClassificationCounts& c : counts) by_seed.push_back(count.of(c));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "sextant/base/text.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/clustered_sample.h"
 #include "sextant/stats/summary.h"
@@ -92,6 +93,41 @@ std::string verdict_on(const std::optional<double>& published, const std::option
   return *published >= range->low && *published <= range->high ? "within" : "outside";
 }
 
+const Json& layout_data() {
+  static const Json data = published_json("zhang2020_layout.json");
+  return data;
+}
+
+bool is_of_kind(const std::string& dataset, const Json& kind) {
+  return std::ranges::count(kind.at("datasets"), Json(dataset)) > 0;
+}
+
+std::string reason_of(const Json& layout_row, const std::string& dataset) {
+  const Json reasons = layout_row.value("not_comparable", Json::object());
+  for (const Json& kind : layout_data().at("data")) {
+    const std::string name = kind.at("name");
+    if (is_of_kind(dataset, kind) && reasons.contains(name)) return reasons.at(name);
+  }
+  return reasons.value("*", "");
+}
+
+PublishedTable with_reasons(PublishedTable table) {
+  for (const Json& layout : layout_data().at("tables")) {
+    if (layout.at("number") != table.number) continue;
+    for (const Json& entry : layout.at("rows")) {
+      const Json quantities = entry.value("quantities", Json::array());
+      for (PaperRow& row : table.rows) {
+        if (std::ranges::count(quantities, Json(row.quantity)) == 0) continue;
+        row.reason = entry.contains("rate_of")
+                         ? fmt::format("the totals differ; the table as printed compares the share of {}",
+                                       entry.at("rate_of").get<std::string>())
+                         : reason_of(entry, row.dataset);
+      }
+    }
+  }
+  return table;
+}
+
 Table PublishedTable::table() const {
   using Row = PaperRow;
   Fields<Row> fields = labels;
@@ -123,13 +159,18 @@ Table PublishedTable::table() const {
     });
   }
   const TableText text = paper().table(number);
-  return table_of(
+  Table made = table_of(
       text.title,
       text.caption +
           " 95 % interval: of the mean (bootstrap over seeds; with one seed over stretches of 5 frames). "
           "Single runs: range of 95 % of them. Verdict: within if the published value, which is one run, "
           "lies in this range (with one seed: in the interval).",
       fields, rows);
+  for (const Row& row : rows) {
+    if (row.verdict() == "not comparable")
+      add_distinct(fmt::format("{}: not comparable: {}.", row.quantity, row.reason), made.notes);
+  }
+  return made;
 }
 
 std::string records_of_part(const std::string& part) {

@@ -9,8 +9,9 @@
 //                           m +- t s sqrt(1 + 1/n) over the means of n seeds; none with one seed
 //   difference              reproduced - published
 //   verdict                 within: the published value lies in run_low .. run_high, or, with one seed, in
-//                           low .. high. outside: it does not. undecided: there is no interval. "not measured
-//                           here": nothing was measured. Empty if the paper has no number
+//                           low .. high. outside: it does not. undecided: there is no interval. "not
+//                           comparable": there is a PaperRow::reason. "not measured here": nothing was
+//                           measured. Empty if the paper has no number
 
 #include <cstdint>
 #include <map>
@@ -19,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "sextant/base/json.h"
 #include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/table.h"
@@ -52,10 +54,13 @@ struct PaperRow {
   std::string dataset{};  ///< data set of the records
   std::string records{};  ///< name of the experiment that made the records
   std::string command{};  ///< command that would measure it; shown if nothing was measured
+  std::string reason{};   ///< why `measured` is not comparable with `published`; empty if it is comparable
   /// Values of additional columns of this table, by key
   std::map<std::string, std::optional<double>> more{};
 
-  std::string verdict() const { return verdict_on(published, measured); }
+  std::string verdict() const {
+    return measured && published && !reason.empty() ? "not comparable" : verdict_on(published, measured);
+  }
   bool is_missing() const { return !measured && published; }
 };
 
@@ -70,6 +75,18 @@ struct PublishedTable {
 
   Table table() const;
 };
+
+// ---- results/published/zhang2020_layout.json: the tables as the paper prints them, and what is comparable.
+
+const Json& layout_data();
+/// Returns true if `dataset` is of this kind of data, an element of "data" of the layout.
+bool is_of_kind(const std::string& dataset, const Json& kind);
+/// Returns the reason why the paper's value in a row of the layout is not comparable with a value that was
+/// measured on `dataset`; empty if it is comparable.
+std::string reason_of(const Json& layout_row, const std::string& dataset);
+/// Sets PaperRow::reason of all rows as the layout of the table states it. A count of which the layout
+/// compares the share is not comparable itself.
+PublishedTable with_reasons(PublishedTable table);
 
 /// A number of one record.
 struct RecordNumber {
