@@ -161,6 +161,7 @@ TEST(Explanation, AMirroredPathIsNamed) {
     for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
       const auto reported = warnings(flight(400), estimate, how);
       ASSERT_THAT(reported, ElementsAre(has_code("mirrored"))) << axis << " " << to_string(how);
+      EXPECT_THAT(reported[0].text, testing::StartsWith("the estimate is mirrored"));
       EXPECT_THAT(reported[0].text, HasSubstr(remedy));
     }
   }
