@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <tuple>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
@@ -257,8 +258,12 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   auto found = explain(declared, readings, {.negligible = negligible});
   if (!found) return std::nullopt;
   // Along a nearly level path, a mirrored one resembles other axes or columns; then the residual decides.
-  const auto nearest = std::ranges::min_element(found->alike, {}, &Reading::residual);
-  if (nearest != found->alike.end() && nearest->code == "mirrored") found->best = *nearest;
+  const auto mirrored = std::ranges::min_element(found->alike, {}, [](const Reading& reading) {
+    return std::tuple(reading.code != "mirrored", reading.price, reading.residual);
+  });
+  if (mirrored != found->alike.end() && mirrored->code == "mirrored" && found->best.code != "mirrored" &&
+      mirrored->residual < found->best.residual)
+    std::swap(found->best, *mirrored);
   const Reading best = chosen(*found, readings, pair);
   std::string others;
   std::set<std::string> named = {best.code};

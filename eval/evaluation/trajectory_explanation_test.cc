@@ -142,6 +142,15 @@ TEST(Explanation, AxesOfEitherSideAreNamed) {
               HasSubstr("--ref-axes ned"));
 }
 
+TEST(Explanation, StampsInAnotherUnitHaveNoOffset) {
+  const PoseSeries truth = flight(400);
+  for (const double factor : {1e-9, 1e9}) {
+    std::vector<double> stamps = truth.stamps_s;
+    for (double& t : stamps) t *= factor;
+    EXPECT_FALSE(estimate_lag(truth, truth.stamps_s, truth, stamps)) << factor;
+  }
+}
+
 /// Negates one axis of world and body, as a conversion to a left-handed frame does.
 PoseSeries mirrored(PoseSeries s, int axis) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
@@ -161,6 +170,7 @@ TEST(Explanation, AMirroredPathIsNamed) {
     for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
       const auto reported = warnings(flight(400), estimate, how);
       ASSERT_THAT(reported, ElementsAre(has_code("mirrored"))) << axis << " " << to_string(how);
+      EXPECT_THAT(reported[0].text, testing::StartsWith("the estimate is mirrored"));
       EXPECT_THAT(reported[0].text, HasSubstr(remedy));
     }
   }

@@ -109,6 +109,7 @@ std::optional<double> centre_of_search(const PoseSeries& reference,
                                  std::max(reference_span, estimate_span) / most_windows});
   const auto n_r = static_cast<std::ptrdiff_t>(reference_span / width) - 1;
   const auto n_e = static_cast<std::ptrdiff_t>(estimate_span / width);
+  if (std::min(n_r, n_e) < fewest_windows) return 0;
   const std::ptrdiff_t fewest = std::max(fewest_windows, std::min(n_r, n_e) / 2);
   const Motion of_reference = motion_of(reference, reference_times, reference_times.back());
   const auto e = motion_in_windows(motion_of(estimate, estimate_times, estimate_times.back()),
