@@ -141,14 +141,16 @@ BENCHMARK_CAPTURE(estimate, joint_flow_depth, "joint_flow_depth")
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(against_ceres, motion_only, "motion_only", Json::object())->Arg(3000)->Iterations(9);
 BENCHMARK_CAPTURE(against_ceres, joint_flow, "joint_flow", Json::object())->Arg(3000)->Iterations(9);
-BENCHMARK_CAPTURE(against_ceres, joint_flow_depth, "joint_flow_depth", Json::object())
+const Json precise = {{"step_tolerance", 1e-9}};  // both to the same precision, not to the default of ours
+BENCHMARK_CAPTURE(against_ceres, joint_flow_depth, "joint_flow_depth", Json{{"solver", precise}})
     ->Arg(3000)
     ->Iterations(9);
-BENCHMARK_CAPTURE(against_ceres, joint_flow_depth_huber, "joint_flow_depth", Json{{"robust", "huber"}})
+BENCHMARK_CAPTURE(against_ceres, joint_flow_depth_huber, "joint_flow_depth",
+                  Json{{"robust", "huber"}, {"solver", precise}})
     ->Arg(3000)
     ->Iterations(9);
 BENCHMARK_CAPTURE(against_ceres, joint_flow_depth_previous_depth, "joint_flow_depth",
-                  Json{{"use_depth_curr", false}})
+                  Json{{"use_depth_curr", false}, {"solver", precise}})
     ->Arg(3000)
     ->Iterations(9);
 BENCHMARK(cholesky)->Arg(24)->Arg(96)->Iterations(2000)->Unit(benchmark::kMicrosecond);

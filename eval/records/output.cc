@@ -90,10 +90,13 @@ void remove_stale_files(const fs::path& folder, const std::string& pattern,
   const fs::path list = folder / ".sextant_outputs";
   std::set<std::string> listed = written;
   if (fs::is_regular_file(fs::symlink_status(list, ignored))) {
+    constexpr size_t longest_name = 255;  // of a file; std::regex recurses with the length of a text
+    const std::regex stale(pattern);
     for (const std::string& name : split(read_file(list), '\n')) {
-      const bool is_stale = std::regex_match(name, std::regex(pattern)) && !written.contains(name);
+      if (name.empty() || name.size() > longest_name) continue;
+      const bool is_stale = std::regex_match(name, stale) && !written.contains(name);
       if (is_stale && name.find('/') == std::string::npos) fs::remove(folder / name, ignored);
-      if (!is_stale && !name.empty()) listed.insert(name);
+      if (!is_stale) listed.insert(name);
     }
   }
   write_file(list, fmt::format("{}\n", fmt::join(listed, "\n")));

@@ -18,5 +18,16 @@ TEST(ReplaceReport, RemovesTheFilesOfAnEarlierReport) {
   EXPECT_FALSE(std::filesystem::exists(out / "curves" / "b.csv"));
 }
 
+TEST(RemoveStaleFiles, TakesNoNameThatIsNoFileOfTheFolder) {
+  const TempFolder temp;
+  const std::filesystem::path out = temp.path() / "out";
+  std::filesystem::create_directories(out);
+  write_file(temp.path() / "a.csv", "kept");
+  write_file(out / ".sextant_outputs", "../a.csv\n" + std::string(1'000'000, 'x') + ".csv\n");
+  remove_stale_files(out, R"(.*\.csv)", {"b.csv"});
+  EXPECT_TRUE(std::filesystem::exists(temp.path() / "a.csv"));
+  EXPECT_EQ(read_file(out / ".sextant_outputs").find("xxx"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace sextant
