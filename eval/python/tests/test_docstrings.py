@@ -60,8 +60,9 @@ class Stubs(unittest.TestCase):
         for name in ("_core", "_files", "_inprocess"):
             module = importlib.import_module(f"sextant.{name}")
             stub = pathlib.Path(sextant.__file__).parent / f"{name}.pyi"
-            named = {node.name for node in ast.parse(stub.read_text(encoding="utf-8")).body
-                     if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+            nodes = ast.parse(stub.read_text(encoding="utf-8")).body
+            named = {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+            named |= {node.target.id for node in nodes if isinstance(node, ast.AnnAssign)}
             self.assertEqual(named, {key for key in vars(module) if not key.startswith("__")}, name)
         self.assertTrue((pathlib.Path(sextant.__file__).parent / "py.typed").is_file())
 
