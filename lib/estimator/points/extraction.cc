@@ -234,7 +234,7 @@ class Instances {
       const uint16_t* row = mask.row(y);
       for (int begin = 0; begin < width;) {  // masks consist of long runs
         const uint16_t id = row[begin];
-        const Words run = Words{} + id * 0x0001000100010001ULL;
+        const Words run = Words{} + id * uint64_t{0x0001000100010001};
         constexpr int step = block / static_cast<int>(sizeof(id));
         int end = begin + 1;
         for (Words next; end + step <= width; end += step) {
