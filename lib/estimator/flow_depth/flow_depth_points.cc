@@ -130,8 +130,9 @@ void FlowDepthPoints<Real>::neutralise_invalid() {
       valid_lanes &= (inverse > 0) & (inverse <= max);
     }
   }
-  if (std::all_of(&valid_lanes[0], &valid_lanes[0] + LaneTypes<Real>::n, [](auto lane) { return lane != 0; }))
-    return;
+  bool is_valid = true;
+  for (size_t k = 0; k < LaneTypes<Real>::n; ++k) is_valid &= valid_lanes[k] != 0;
+  if (is_valid) return;
   for (size_t i = 0; i < size_; ++i) {
     const Real inverse = column(measured)[i];
     const Real inverse_curr = column(measured_curr)[i];

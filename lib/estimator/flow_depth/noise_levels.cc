@@ -201,10 +201,9 @@ struct Moments {
   LaneTypes<double>::Unaligned values, squares, products;
 
   SEXTANT_INLINED void add(const Lanes& p) {
-    const LaneMaskOf<double> next = {0, 2, 3, 1};
     values += p;
     squares += p * p;
-    products += p * __builtin_shuffle(p, next);
+    products += p * Lanes{p[0], p[2], p[3], p[1]};
   }
   SEXTANT_INLINED Moments& operator+=(const Moments& other) {
     values += other.values, squares += other.squares, products += other.products;
