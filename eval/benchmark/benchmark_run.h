@@ -77,7 +77,7 @@ SweepOutcome merge_benchmarks(const std::vector<std::filesystem::path>& shards,
 //   card       the card equals the one computed from the records, to the last digit, except for costs and the
 //              version of the program
 //   rerun      a sample of cases is run again and gives the same records within a relative difference of
-//              1e-8, except for times. Cases of this program's estimators are always run again, those of
+//              1e-8, except for times. Cases of this program's estimators are always run again, cases of
 //              external programs on request only, because their command comes from the submitted
 //              configuration
 

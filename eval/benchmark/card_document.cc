@@ -337,7 +337,7 @@ constexpr double rounding_m = 1e-6;
 
 std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite) {
   std::map<std::string, ProfileRow> rows;
-  // Of the estimators that solve a case; a case that nobody solves has an empty entry.
+  // Errors of the estimators that solve a case; the entry of a case that nobody solves is empty.
   std::map<std::tuple<std::string, std::string, double>, std::map<std::string, double>> errors;
   for (const PlacedCard& placed : cards) {
     for (const std::string& result : placed.card.results) {

@@ -27,8 +27,8 @@
 namespace sextant {
 
 // ---- The records of a run or sweep as a table: one row per record, one flat column per field. The columns
-// are those of a line (dataset, sequence, .., n_inliers, flow_truth), followed by one for every number that
-// any record has in the four maps:
+// are the fields of a line (dataset, sequence, .., n_inliers, flow_truth), followed by one for every number
+// that any record has in the four maps:
 //
 //   errors_Et_m   values_v_kmh   bound_Et_m   time_ms_total        docs/metrics.md defines them
 //

@@ -351,7 +351,7 @@ class Reader {
     return after->inverse() * *before * L * motion * L.inverse();
   }
 
-  /// Maps the program's ids to those of the masks. Motions are compared in the true world, or in the body
+  /// Maps the program's ids to the ids of the masks. Motions are compared in the true world, or in the body
   /// frame.
   void match_ids() {
     ObjectLog log = std::move(in_body_);
