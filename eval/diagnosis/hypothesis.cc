@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "sextant/base/quantile.h"
 #include "sextant/stats/tests.h"
 
 namespace sextant {
@@ -88,12 +89,6 @@ namespace {
 
 constexpr size_t fewest_frames = 8, fewest_of_body = 8, most_stretches = 10;
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// Errors and changes over one shift.
 struct ShiftFit {
   std::vector<const StepError*> steps;
@@ -112,9 +107,9 @@ struct ShiftFit {
       if (of_body[0].size() < fewest_of_body) continue;
       for (int c = 0; c < 6; ++c) {
         std::vector<double>& sizes = of_body[static_cast<size_t>(c)];
-        const double centre = around_median ? median(sizes) : 0;
+        const double centre = around_median ? middle_of(sizes) : 0;
         for (double& size : sizes) size = std::abs(size - centre);
-        out[body][c] = std::max(rounding, sigma_of_median * median(sizes));
+        out[body][c] = std::max(rounding, sigma_of_median * middle_of(sizes));
       }
     }
     return out;

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "sextant/base/quantile.h"
+
 namespace sextant {
 namespace {
 
@@ -63,9 +65,7 @@ SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
   for (int round = 0; round < n_rounds; ++round) {
     std::vector<double> sizes;
     for (const BodyStep& step : steps) sizes.push_back(step.error(L0).norm());
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::ranges::nth_element(sizes, middle);
-    const double scale = std::max(1e-9, huber * *middle);
+    const double scale = std::max(1e-9, huber * middle_of(sizes));
     Matrix6d N = Matrix6d::Zero();
     Vector6d b = Vector6d::Zero();
     for (const BodyStep& step : steps) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/quantile.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/geometry/object_motion.h"
@@ -403,14 +404,13 @@ std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) 
   }
   std::vector<LogDiagnosis> out;
   for (auto& [id, of_object] : speeds) {
-    const auto middle = of_object.begin() + static_cast<std::ptrdiff_t>(of_object.size() / 2);
-    std::ranges::nth_element(of_object, middle);
-    if (*middle <= fastest_mps) continue;
+    const double median = middle_of(of_object);
+    if (median <= fastest_mps) continue;
     out.push_back(
         {"speed",
          fmt::format("{}, estimated motions of object {}: median speed {:.4g} m/s at {:.4g} Hz, expected "
                      "at most {} m/s{}",
-                     log.estimator, id, *middle, rate_hz, fastest_mps, ask_for_unit(*middle / fastest_mps))});
+                     log.estimator, id, median, rate_hz, fastest_mps, ask_for_unit(median / fastest_mps))});
   }
   return out;
 }

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "sextant/eval/evaluation/trajectory_offset.h"
+
 namespace sextant {
 namespace {
 
@@ -26,13 +28,9 @@ std::vector<bool> begins_of(const std::vector<double>& time) {
   std::vector<bool> begins(time.size(), false);
   if (time.empty()) return begins;
   begins.front() = true;
-  std::vector<double> steps;
-  for (size_t i = 1; i < time.size(); ++i) steps.push_back(time[i] - time[i - 1]);
-  if (steps.empty()) return begins;
-  std::vector<double> sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::ranges::nth_element(sorted, middle);
-  for (size_t i = 1; i < time.size(); ++i) begins[i] = steps[i - 1] > gap_steps * *middle;
+  if (time.size() < 2) return begins;
+  const double longest = gap_steps * median_step(time);
+  for (size_t i = 1; i < time.size(); ++i) begins[i] = time[i] - time[i - 1] > longest;
   return begins;
 }
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/base/quantile.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 
 namespace sextant {
@@ -113,8 +114,7 @@ std::optional<TrajectoryWarning> warning_of_jumps(const PoseSeries& reference, c
     if (i > 0 && length(reference, i) > 0) ratios.push_back(length(estimate, i) / length(reference, i));
   }
   if (ratios.empty()) return std::nullopt;
-  std::ranges::nth_element(ratios, ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2));
-  const double scale = ratios[ratios.size() / 2];
+  const double scale = middle_of(ratios);
   if (!(scale > 0)) return std::nullopt;
   std::vector<std::pair<double, size_t>> steps;  // excess of the length, and the pose after the step
   for (size_t i = 1; i < estimate.size(); ++i)

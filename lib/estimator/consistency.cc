@@ -51,10 +51,9 @@ SplitNees split_nees(const Problem& problem, const MotionEstimate& whole, const 
     if (whole.inliers[i] != 0) columns.push_back(p.u[i]);
   }
   if (columns.empty()) return {};
-  const auto middle = columns.begin() + static_cast<std::ptrdiff_t>(columns.size() / 2);
-  std::nth_element(columns.begin(), middle, columns.end());
+  const double middle = middle_of(columns);
   const auto odd = [](double pixel) { return std::fmod(std::floor(pixel / cell_px), 2) != 0; };
-  return {nees_of(problem, whole, estimator, [&](size_t i) { return p.u[i] < *middle; }),
+  return {nees_of(problem, whole, estimator, [&](size_t i) { return p.u[i] < middle; }),
           nees_of(problem, whole, estimator, [&](size_t i) { return odd(p.u[i]) == odd(p.v[i]); })};
 }
 
