@@ -261,6 +261,27 @@ TEST(JointFlowDepth, RotationOfAFarBodyIsNotSuppressedByThePrior) {
   EXPECT_LT(ours.rms_m, 0.8 * joint.rms_m);
 }
 
+// Exact flow determines the motion up to its length, whatever the noise of the depths.
+TEST(JointFlowDepth, ExactFlowDeterminesTheMotionOfAFarBody) {
+  for (const double delta_d_px : {0.1, 0.2, 0.4}) {
+    constexpr int n = 40;
+    double sum_m2 = 0;
+    for (unsigned seed = 1; seed <= n; ++seed) {
+      const RandomProblem body = make_random_problem(seed, {.n_points = 400,
+                                                            .flow_noise_px = 0,
+                                                            .near_m = 16,
+                                                            .far_m = 19,
+                                                            .spread = 0.1,
+                                                            .delta_d_px = delta_d_px});
+      const RobustStart start = robust_start(body.problem, std::nullopt, {});
+      const MotionEstimate estimate = JointFlowDepth({}).estimate(body.problem, start.start);
+      ASSERT_EQ(estimate.status, Status::ok) << seed;
+      sum_m2 += (estimate.T_curr_prev.inverse() * body.T_curr_prev).translation().squaredNorm();
+    }
+    EXPECT_LT(std::sqrt(sum_m2 / n), 0.004 * delta_d_px) << delta_d_px;
+  }
+}
+
 TEST(JointFlowDepth, SameOptimumAsCeresWithAPrior) {
   JointFlowDepthOptions exact;
   exact.solver.step_tolerance = 1e-9;

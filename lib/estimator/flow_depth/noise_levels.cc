@@ -15,9 +15,12 @@
 namespace sextant {
 namespace {
 
-// Measurements are quantised; no smaller standard deviation is meaningful (px).
-constexpr double min_sigma_px = 0.01;
-constexpr size_t level_sample = 1000;  // up to twice as many values determine a scale to 3 or 4 %
+// Smallest standard deviations. Pixel coordinates in single precision have a resolution of 0.0001 to 0.0002 px.
+// The floor of the flow matters where flow is exact and depth is not: flow errors that are assumed larger than
+// they are make the relief of a distant body look insignificant.
+constexpr double min_sigma_flow_px = 0.0003;
+constexpr double min_delta_d_px = 0.01;  // disparities in files are quantised
+constexpr size_t level_sample = 1000;    // up to twice as many values determine a scale to 3 or 4 %
 constexpr double max_delta_d_px = 5.0;
 constexpr double normal_mad = 1.4826;
 // Median of |n| for a standard normal n with |n| < 3.
@@ -155,7 +158,7 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3
   const auto across_of = [](const RoughFlowDepthData& data) { return epipolar(data, false); };
   const std::vector<float> across = across_of(points);
   if (!flow_known) {
-    const double sigma = std::max(robust_scale(across, likely(sample, which, across_of)), min_sigma_px);
+    const double sigma = std::max(robust_scale(across, likely(sample, which, across_of)), min_sigma_flow_px);
     if (!(levels.sigma_flow_u_px > 0)) levels.sigma_flow_u_px = sigma;
     if (!(levels.sigma_flow_v_px > 0)) levels.sigma_flow_v_px = sigma;
   }
@@ -169,7 +172,7 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3
     } else if (!across.empty()) {
       delta = delta_d_along(epipolar(points, true), slopes(points), sigma);
     }
-    levels.delta_d_px = std::max(delta, min_sigma_px);
+    levels.delta_d_px = std::max(delta, min_delta_d_px);
   }
   return levels;
 }
@@ -177,7 +180,7 @@ NoiseLevels estimate_noise_levels(LevelSample& sample, LevelsOf which, const SE3
 NoiseLevels estimate_reprojection_level(LevelSample& sample, LevelsOf which, const SE3& T_curr_prev) {
   const std::vector<float> errors = reprojection_errors(evaluate_measured(sample, which, T_curr_prev));
   const double scale = robust_scale(errors, likely(sample, which, reprojection_errors));
-  const double sigma = std::max(scale, min_sigma_px);
+  const double sigma = std::max(scale, min_sigma_flow_px);
   return {.sigma_flow_u_px = sigma, .sigma_flow_v_px = sigma};
 }
 

@@ -81,6 +81,20 @@ TEST(PointChoice, NoiseFarBelowTheThresholdLosesNoAccuracy) {
   }
 }
 
+TEST(PointChoice, ExactFlowWithNoisyDepthsLosesNoAccuracy) {
+  for (const double delta_d_px : {0.1, 0.2, 0.4}) {
+    const RandomProblemOptions small_body{.n_points = 400,
+                                          .flow_noise_px = 0,
+                                          .near_m = 16,
+                                          .far_m = 19,
+                                          .spread = 0.1,
+                                          .delta_d_px = delta_d_px};
+    EXPECT_LT(rms_error_m(small_body, 1, RefineOn::reselected),
+              1.05 * rms_error_m(small_body, 1, RefineOn::all))
+        << delta_d_px;
+  }
+}
+
 TEST(PointChoice, LeavesWrongFlowsOut) {
   RandomProblemOptions options = noisy;
   options.flow_noise_px = 0.3;

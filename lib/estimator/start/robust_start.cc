@@ -261,12 +261,14 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
 
 namespace {
 
-constexpr int rounds = 2;              // alternations of fit and motion
-constexpr int fit_steps = 6;           // steps of expectation maximisation per round
-constexpr size_t sample_size = 1000;   // up to twice as many residuals determine the scales to 3 %
-constexpr float window = 4;            // in standard deviations
-constexpr double min_sigma_px = 0.01;  // stored measurements are quantised; no smaller sigma is meaningful
-constexpr double huber = 1.345;        // kernel of the motion between fits, in standard deviations
+constexpr int rounds = 2;             // alternations of fit and motion
+constexpr int fit_steps = 6;          // steps of expectation maximisation per round
+constexpr size_t sample_size = 1000;  // up to twice as many residuals determine the scales to 3 %
+constexpr float window = 4;           // in standard deviations
+// No optical flow is more precise than this. Where flow is exact, residuals come from the depths and increase
+// with the flow of a point: a gate of that scale would keep the points that determine the motion worst.
+constexpr double min_sigma_px = 0.05;
+constexpr double huber = 1.345;  // kernel of the motion between fits, in standard deviations
 constexpr double distinct = 3;  // ratio of inliers to expected inliers above which they form a distinct class
 constexpr size_t min_points = 4;
 
