@@ -37,9 +37,10 @@ double best_scale(const RoughFlowDepthData& data) {
   return best > 0 ? best : 1.5;
 }
 
-/// Includes exactly the points whose q lies in the gate; returns the number of changes.
-size_t gate_points(RoughFlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double gate2,
-                   double gate3) {
+/// Includes exactly the points whose q has a chi-square probability below `gate`; returns the number of changes.
+size_t gate_points(RoughFlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double gate) {
+  const double gate2 = approximate_chi_square_quantile(gate, 2);
+  const double gate3 = approximate_chi_square_quantile(gate, 3);
   NoiseLevels without = levels;
   without.delta_d_curr_px = 0;
   const bool has_curr = levels.delta_d_curr_px > 0;
@@ -64,6 +65,20 @@ size_t gate_points(RoughFlowDepthData& data, const SE3& motion, const NoiseLevel
     changed += before[i] != point + 2 * curr;
   }
   return changed;
+}
+
+/// Excludes the points whose flow and previous depth lie outside the gate; returns their number.
+size_t drop_points(RoughFlowDepthData& data, const SE3& motion, NoiseLevels levels, double gate) {
+  levels.delta_d_curr_px = 0;
+  evaluate_distances(data, motion, levels);
+  const double gate2 = approximate_chi_square_quantile(gate, 2);
+  size_t n = 0;
+  for (size_t i = 0; i < data.size(); ++i) {
+    if (!data.used(i) || data.q(i) <= gate2) continue;
+    data.use(i, false, false);
+    ++n;
+  }
+  return n;
 }
 
 /// Returns the noise levels of the options, otherwise those declared by the problem; 0 = to be estimated.
@@ -117,12 +132,10 @@ void correct_depth_curr(const std::vector<DepthCurrReading>& readings, FlowDepth
 /// until the choice converges; and the kernel that suits them.
 void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& data, FlowDepthProblem& out) {
   const bool graduated = options.robust == Robust::geman_mcclure_gnc;
-  const double gate2 = approximate_chi_square_quantile(options.gate, 2);
-  const double gate3 = approximate_chi_square_quantile(options.gate, 3);
   for (size_t i = 0; i < data.size(); ++i) data.use(i, true, false);
   RoughFlowDepthData some = data.sample(choice_sample);
   for (int k = 0; k < 4; ++k) {
-    const size_t changed = gate_points(some, out.start, out.levels, gate2, gate3);
+    const size_t changed = gate_points(some, out.start, out.levels, options.gate);
     if (k > 0 && changed * settled_share <= some.n_used()) break;
     if (some.n_used() < min_points) break;
     if (graduated) {
@@ -134,7 +147,7 @@ void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& dat
     if (!std::isfinite(result.at_optimum.cost) || !result.T_curr_prev.is_finite()) break;
     out.start = result.T_curr_prev;
   }
-  gate_points(data, out.start, out.levels, gate2, gate3);
+  gate_points(data, out.start, out.levels, options.gate);
 }
 
 }  // namespace
@@ -182,13 +195,22 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
     }
     choose_points(options, rough, out);
   }
+  std::optional<MotionPrior> prior;
+  if (rough.n_used() >= min_points) {
+    prior = weak_directions(rough, start.T_curr_prev, levels, out.kernel);
+    // In weakly observable directions the motion at which the points were chosen may be far from the true one.
+    if (prior && prior->holds() && drop_points(rough, prior->mean, levels, options.gate) > 0)
+      prior = weak_directions(rough, prior->mean, levels, out.kernel);
+  }
   for (size_t i = 0; i < data.size(); ++i) {
     data.use(i, rough.used(i), rough.uses_depth_curr(i));
     out.inliers.push_back(data.used(i) ? 1 : 0);
   }
   if (data.n_used() < min_points) return out;
-  out.prior = weak_directions(rough, start.T_curr_prev, levels, out.kernel);
-  if (out.prior.holds()) out.start = out.prior.mean;
+  if (prior) {
+    out.prior = *prior;
+    if (prior->holds()) out.start = prior->mean;
+  }
   data.take_depths(rough);
   out.status = Status::ok;
   return out;

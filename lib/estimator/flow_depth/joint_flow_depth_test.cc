@@ -188,13 +188,13 @@ TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsConsistent) {
 
 // A distant, flat car: 120 points within +-`relief_m` of 30 m, depths with 1.8 m standard deviation, observed
 // from another car.
-RandomProblem make_far_car(unsigned seed, double relief_m, double turn_rad) {
+RandomProblem make_far_car(unsigned seed, double relief_m, double turn_rad, double flow_scale = 1) {
   std::mt19937_64 engine(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::normal_distribution<double> normal;
   RandomProblem out;
   const StereoCamera camera{{700, 700, 600, 180}, 350};
-  out.problem = {camera, {}, MeasurementNoise{0.3, 0.2, 1.8 / (30 * 30)}};
+  out.problem = {camera, {}, MeasurementNoise{0.3 * flow_scale, 0.2 * flow_scale, 1.8 / (30 * 30)}};
   const SE3 centre(Eigen::Quaterniond::Identity(), {1, 0, 30});
   out.T_curr_prev = centre * SE3(so3_exp({0, turn_rad, 0}), {0.02, 0, -0.05}) * centre.inverse();
   for (int i = 0; i < 120; ++i) {
@@ -203,7 +203,8 @@ RandomProblem make_far_car(unsigned seed, double relief_m, double turn_rad) {
     const double z = 30 + relief_m * uniform(engine);
     const Eigen::Vector2d to = camera.left.project(out.T_curr_prev * camera.left.backproject(u, v, z));
     out.problem.points.push_back(u, v, z + 1.8 * z * z / 900 * normal(engine),
-                                 to.x() - u + 0.3 * normal(engine), to.y() - v + 0.2 * normal(engine));
+                                 to.x() - u + 0.3 * flow_scale * normal(engine),
+                                 to.y() - v + 0.2 * flow_scale * normal(engine));
   }
   out.start = {out.T_curr_prev, std::vector<unsigned char>(120, 1)};
   return out;
@@ -252,6 +253,30 @@ TEST(JointFlowDepth, CovarianceOfFarFlatBodiesIsConservative) {
     EXPECT_LT(nees, 1.1) << relief_m;
   }
   EXPECT_LT(estimate_far_cars(JointFlowDepth({}), 2.5, 0.05).nees, 1.25);
+}
+
+// Without the prior, the motion at which points are first chosen may be so far off that wrong flows pass, with
+// depths that make the body look deep and the estimate certain.
+TEST(JointFlowDepth, WrongFlowsOnAFarBodyDoNotMakeItCertain) {
+  double nees = 0;
+  constexpr int n = 300;
+  for (unsigned seed = 1; seed <= n; ++seed) {
+    RandomProblem car = make_far_car(seed, 1.5, 0, 3);
+    std::mt19937_64 engine(seed);
+    car.problem.noise.reset();
+    std::uniform_real_distribution<double> wrong(-50, 50);
+    for (size_t i = 0; i < 120; i += 8) {
+      car.problem.points.flow_u[i] += wrong(engine);
+      car.problem.points.flow_v[i] += wrong(engine);
+    }
+    const RobustStart start = robust_start(car.problem, std::nullopt, {});
+    ASSERT_EQ(start.status, Status::ok) << seed;
+    const MotionEstimate estimate = JointFlowDepth({}).estimate(car.problem, start.start);
+    ASSERT_EQ(estimate.status, Status::ok) << seed;
+    const Vector6d xi = (estimate.T_curr_prev * car.T_curr_prev.inverse()).log();
+    nees += xi.dot(estimate.covariance.ldlt().solve(xi)) / n;
+  }
+  EXPECT_LT(nees, 6.6);
 }
 
 TEST(JointFlowDepth, RotationOfAFarBodyIsNotSuppressedByThePrior) {
