@@ -37,7 +37,8 @@ double best_scale(const RoughFlowDepthData& data) {
   return best > 0 ? best : 1.5;
 }
 
-/// Includes exactly the points whose q has a chi-square probability below `gate`; returns the number of changes.
+/// Includes exactly the points whose q has a chi-square probability below `gate`; returns the number of
+/// changes.
 size_t gate_points(RoughFlowDepthData& data, const SE3& motion, const NoiseLevels& levels, double gate) {
   const double gate2 = approximate_chi_square_quantile(gate, 2);
   const double gate3 = approximate_chi_square_quantile(gate, 3);
@@ -198,7 +199,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
   std::optional<MotionPrior> prior;
   if (rough.n_used() >= min_points) {
     prior = weak_directions(rough, start.T_curr_prev, levels, out.kernel);
-    // In weakly observable directions the motion at which the points were chosen may be far from the true one.
+    // In weakly observable directions the motion at which the points were chosen may be far from the truth.
     if (prior && prior->holds() && drop_points(rough, prior->mean, levels, options.gate) > 0)
       prior = weak_directions(rough, prior->mean, levels, out.kernel);
   }

@@ -255,8 +255,8 @@ TEST(JointFlowDepth, CovarianceOfFarFlatBodiesIsConservative) {
   EXPECT_LT(estimate_far_cars(JointFlowDepth({}), 2.5, 0.05).nees, 1.25);
 }
 
-// Without the prior, the motion at which points are first chosen may be so far off that wrong flows pass, with
-// depths that make the body look deep and the estimate certain.
+// Without the prior, the motion at which points are first chosen may be so far off that wrong flows pass,
+// with depths that make the body look deep and the estimate certain.
 TEST(JointFlowDepth, WrongFlowsOnAFarBodyDoNotMakeItCertain) {
   double nees = 0;
   constexpr int n = 300;

@@ -15,9 +15,9 @@
 namespace sextant {
 namespace {
 
-// Smallest standard deviations. Pixel coordinates in single precision have a resolution of 0.0001 to 0.0002 px.
-// The floor of the flow matters where flow is exact and depth is not: flow errors that are assumed larger than
-// they are make the relief of a distant body look insignificant.
+// Smallest standard deviations. Pixel coordinates in single precision have a resolution of 0.0001 to 0.0002
+// px. The floor of the flow matters where flow is exact and depth is not: flow errors that are assumed larger
+// than they are make the relief of a distant body look insignificant.
 constexpr double min_sigma_flow_px = 0.0003;
 constexpr double min_delta_d_px = 0.01;  // disparities in files are quantised
 constexpr size_t level_sample = 1000;    // up to twice as many values determine a scale to 3 or 4 %

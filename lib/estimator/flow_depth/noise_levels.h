@@ -10,11 +10,11 @@
 //                at least delta_d. Includes the error of reading the current depth at a whole pixel on
 //                slanted surfaces
 //
-// sigma_flow is at least 0.0003 px and delta_d at least 0.01 px. Robust scale: the median of the absolute values within three
-// times the scale, over 0.6728 (its value for a standard normal), iterated, so that outliers have no
-// influence. The iteration starts with the scale of the starting motion's inliers, because the scale of all
-// points would be that of the outliers if they are in the majority. At the starting motion itself only the
-// inliers are used.
+// sigma_flow is at least 0.0003 px and delta_d at least 0.01 px. Robust scale: the median of the absolute
+// values within three times the scale, over 0.6728 (its value for a standard normal), iterated, so that
+// outliers have no influence. The iteration starts with the scale of the starting motion's inliers, because
+// the scale of all points would be that of the outliers if they are in the majority. At the starting motion
+// itself only the inliers are used.
 
 #include <cstdint>
 #include <vector>
