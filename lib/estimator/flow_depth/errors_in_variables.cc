@@ -203,14 +203,14 @@ MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& inform
   return prior;
 }
 
-std::optional<MotionPrior> weak_directions(RoughFlowDepthData& data, const SE3& start,
-                                           const NoiseLevels& levels, const RobustKernel& kernel) {
-  if (!(levels.delta_d_px > 0)) return std::nullopt;
+MotionPrior weak_directions(RoughFlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                            const RobustKernel& kernel) {
+  if (!(levels.delta_d_px > 0)) return {};
   RoughFlowDepthData some = data.sample(information_sample);
   evaluate_points(some, start, levels);
-  if (!has_weak_directions(depth_information(some, start, levels, kernel))) return std::nullopt;
+  if (!has_weak_directions(depth_information(some, start, levels, kernel))) return {};
   const std::optional<SE3> mean = motion_of_measured_depths(data, start, levels, kernel);
-  if (!mean) return std::nullopt;
+  if (!mean) return {};
   const double more = static_cast<double>(data.n_used()) / static_cast<double>(some.size());
   const auto information_of = [&](const NoiseLevels& of) {
     evaluate_points(some, *mean, of);

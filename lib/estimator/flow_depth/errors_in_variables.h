@@ -68,10 +68,10 @@ MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& inform
                                  const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
                                  Scores scores);
 
-/// Returns the prior for the included points, whose errors are independent; nullopt if depths are exact, no
-/// direction is weakly observable, or motion_of_measured_depths() fails.
-std::optional<MotionPrior> weak_directions(RoughFlowDepthData& data, const SE3& start,
-                                           const NoiseLevels& levels, const RobustKernel& kernel);
+/// Returns the prior for the included points, whose errors are independent. Its precision is 0 if depths are
+/// exact, no direction is weakly observable, or motion_of_measured_depths() fails.
+MotionPrior weak_directions(RoughFlowDepthData& data, const SE3& start, const NoiseLevels& levels,
+                            const RobustKernel& kernel);
 
 /// Returns the covariance of the left twist of the optimum, from measurement errors and the possible bias;
 /// infinite if a direction is not determined.

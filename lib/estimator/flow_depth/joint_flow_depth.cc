@@ -196,22 +196,18 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
     }
     choose_points(options, rough, out);
   }
-  std::optional<MotionPrior> prior;
   if (rough.n_used() >= min_points) {
-    prior = weak_directions(rough, start.T_curr_prev, levels, out.kernel);
+    out.prior = weak_directions(rough, start.T_curr_prev, levels, out.kernel);
     // In weakly observable directions the motion at which the points were chosen may be far from the truth.
-    if (prior && prior->holds() && drop_points(rough, prior->mean, levels, options.gate) > 0)
-      prior = weak_directions(rough, prior->mean, levels, out.kernel);
+    if (out.prior.holds() && drop_points(rough, out.prior.mean, levels, options.gate) > 0)
+      out.prior = weak_directions(rough, out.prior.mean, levels, out.kernel);
   }
   for (size_t i = 0; i < data.size(); ++i) {
     data.use(i, rough.used(i), rough.uses_depth_curr(i));
     out.inliers.push_back(data.used(i) ? 1 : 0);
   }
   if (data.n_used() < min_points) return out;
-  if (prior) {
-    out.prior = *prior;
-    if (prior->holds()) out.start = prior->mean;
-  }
+  if (out.prior.holds()) out.start = out.prior.mean;
   data.take_depths(rough);
   out.status = Status::ok;
   return out;

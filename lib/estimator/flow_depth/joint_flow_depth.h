@@ -11,7 +11,8 @@
 //   2. graduated Geman-McClure from the starting motion (robust: geman_mcclure_gnc), otherwise a descent with
 //      Huber's kernel
 //   3. consistent current depths are added, with less weight in areas of relief; points are re-admitted by
-//      the chi-square gate of their own covariance
+//      the chi-square gate of their own covariance. If directions are weakly observable, points outside the
+//      gate at the mean of their prior (errors_in_variables.h) are excluded again
 //   4. refinement with the kernel of least estimated variance: the optimum for independent errors
 //   5. if errors are correlated, as declared or found in the residuals: a step of generalised least squares
 //
