@@ -129,7 +129,7 @@ void check_frame(const SequenceInfo& info, int frame, const std::string& where);
 class Sequence;
 
 /// Errors of the ground truth's own camera steps, RMS over the sequence, lateral and in rotation, if a data
-/// set allows to compute them (KITTI: kitti_truth.h). The longitudinal error is
+/// set allows to compute them (KITTI: kitti_oxts.h). The longitudinal error is
 /// SequenceTruth::camera_step_floor_m.
 struct TruthFloor {
   std::optional<double> lateral_m;            ///< error of the steps perpendicular to the heading

@@ -6,6 +6,7 @@
 #include "sextant/base/testing.h"
 #include "sextant/datasets/codec/kitti_text.h"
 #include "sextant/datasets/codec/pose_text.h"
+#include "sextant/datasets/kitti_oxts.h"
 #include "sextant/datasets/kitti_truth.h"
 #include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vdo_folder_testing.h"

@@ -1,7 +1,6 @@
 #include "sextant/eval/diagnosis/object_pose_fit.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -22,9 +21,7 @@ SE3 solve_conjugation(const std::vector<std::pair<SE3, SE3>>& pairs) {
       const Eigen::Vector3d moved = A * t - t;  // R t_B = A t - t
       sum += moved * B.translation().transpose() + so3_log(A.rotation()) * so3_log(B.rotation()).transpose();
     }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double det = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-    R = svd.matrixU() * Eigen::Vector3d(1, 1, det).asDiagonal() * svd.matrixV().transpose();
+    R = nearest_rotation(sum);
     Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     for (const auto& [A, B] : pairs) {

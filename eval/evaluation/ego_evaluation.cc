@@ -1,10 +1,10 @@
 #include "sextant/eval/evaluation/ego_evaluation.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <numeric>
 
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
@@ -12,127 +12,6 @@
 
 namespace sextant {
 namespace {
-
-std::vector<int> counted(size_t n) {
-  std::vector<int> rows(n);
-  std::iota(rows.begin(), rows.end(), 0);
-  return rows;
-}
-
-/// Returns the frame numbers of a series, or its row numbers from 0 if it has none.
-std::vector<int> frames_of(const PoseSeries& series) {
-  return series.frames.empty() ? counted(series.size()) : series.frames;
-}
-
-std::vector<double> times_of(const PoseSeries& series) {
-  if (!series.stamps_s.empty()) return series.stamps_s;
-  const std::vector<int> frames = frames_of(series);
-  return {frames.begin(), frames.end()};
-}
-
-Association restricted(Association all, const PoseSeries& reference, const AssociationOptions& options) {
-  if (!options.start_s && !options.end_s) return all;
-  Association kept;
-  for (size_t i = 0; i < all.reference.size(); ++i) {
-    const double t = reference.stamps_s[static_cast<size_t>(all.reference[i])];
-    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
-    kept.reference.push_back(all.reference[i]);
-    kept.estimate.push_back(all.estimate[i]);
-  }
-  return kept;
-}
-
-/// Associates by time. Only the part of the reference within the range can be matched, as if the rest had not
-/// been recorded.
-Association by_time(const PoseSeries& reference, const PoseSeries& estimate,
-                    const AssociationOptions& options) {
-  if (!options.start_s && !options.end_s)
-    return associate_by_time(reference.stamps_s, estimate.stamps_s, options);
-  std::vector<double> stamps;
-  std::vector<int> rows;
-  for (size_t i = 0; i < reference.size(); ++i) {
-    const double t = reference.stamps_s[i];
-    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
-    stamps.push_back(t);
-    rows.push_back(static_cast<int>(i));
-  }
-  Association found = associate_by_time(stamps, estimate.stamps_s, options);
-  for (int& row : found.reference) row = rows[static_cast<size_t>(row)];
-  return found;
-}
-
-Association associate(const PoseSeries& reference, const PoseSeries& estimate,
-                      const AssociationOptions& options, const std::string& name) {
-  const bool range = options.start_s || options.end_s;
-  if (!reference.stamps_s.empty() && !estimate.stamps_s.empty()) return by_time(reference, estimate, options);
-  const char* of_times = options.offset_s != 0 ? "--offset"
-                         : options.max_difference_s != AssociationOptions{}.max_difference_s
-                             ? "--max-difference"
-                             : nullptr;
-  if (of_times) {
-    fail("{}: {} needs time stamps in both reference and estimate: give --rate, or leave the flag out", name,
-         of_times);
-  }
-  if (!estimate.frames.empty() || !reference.frames.empty()) {
-    if (range && reference.stamps_s.empty()) {
-      fail(
-          "--t-start and --t-end need a reference with time stamps, and this one has none: give --rate, or "
-          "leave the flags out");
-    }
-    return restricted(associate_by_frame(frames_of(reference), frames_of(estimate)), reference, options);
-  }
-  if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {
-    fail(
-        "{}: only one of reference and estimate has time stamps, and neither has frame numbers: there is no "
-        "way to match them; give --rate where rows are frames, or convert one of them",
-        name);
-  }
-  if (range) {
-    fail(
-        "--t-start and --t-end need time stamps, which these files do not have: give --rate, or leave the "
-        "flags out");
-  }
-  if (reference.size() != estimate.size()) {
-    const bool steps = estimate.size() + 1 == reference.size();
-    fail(
-        "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have the same "
-        "number; put the frame number before the 12 values of each line{}",
-        name, estimate.size(), reference.size(),
-        steps ? "; a file of steps has one line less than poses: chain the steps from the identity on" : "");
-  }
-  return {counted(reference.size()), counted(estimate.size())};
-}
-
-void match(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
-           EgoResult& r) {
-  Association found = associate(reference, estimate, options, r.name);
-  r.reference = reference;
-  r.reference.keep(found.reference);
-  r.reference_rows = std::move(found.reference);
-  r.estimate = std::move(estimate);
-  r.estimate.keep(found.estimate);
-}
-
-void match_interpolated(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
-                        double max_gap_s, EgoResult& r) {
-  if (reference.stamps_s.empty() || estimate.stamps_s.empty())
-    fail("{}: --interpolate needs time stamps in both reference and estimate", r.name);
-  std::vector<double> times;
-  std::vector<int> kept;
-  for (size_t i = 0; i < estimate.size(); ++i) {
-    const double t = estimate.stamps_s[i] + options.offset_s;
-    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
-    times.push_back(t);
-    kept.push_back(static_cast<int>(i));
-  }
-  InterpolatedPoses found = interpolate_poses(reference, times, max_gap_s);
-  for (int& i : found.asked) i = kept[static_cast<size_t>(i)];
-  r.reference = std::move(found.poses);
-  r.reference_rows = std::move(found.rows);
-  r.estimate = std::move(estimate);
-  r.estimate.keep(found.asked);
-  r.interpolation = {found.largest_gap_s, found.n_outside, found.n_in_longer_gaps};
-}
 
 /// Computes PerFrameErrors::ER_float_acos_deg.
 std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<PosePair>& pairs) {
@@ -175,44 +54,6 @@ PerFrameErrors per_frame_errors(const EgoResult& r) {
   out.Et_m = relative_errors(r.estimate, r.reference, pairs, PoseRelation::trans_part);
   out.ER_deg = relative_errors(r.estimate, r.reference, pairs, PoseRelation::angle_deg);
   out.ER_float_acos_deg = float_acos_errors_deg(r, pairs);
-  return out;
-}
-
-/// Parts of both trajectories that --t-start and --t-end select: all poses without these flags.
-struct EvaluatedRange {
-  size_t n_reference = 0, n_estimate = 0;  ///< numbers of poses
-  double duration = 0;                     ///< of the reference, in the units of times_of()
-
-  size_t shorter() const { return std::min(n_reference, n_estimate); }
-};
-
-/// Returns the evaluated range. An estimate without time stamps is restricted to the frame numbers of the
-/// selected poses of the reference.
-EvaluatedRange evaluated_range(const PoseSeries& reference, const PoseSeries& estimate,
-                               const AssociationOptions& options) {
-  if (reference.empty()) return {};
-  const std::vector<double> times = times_of(reference);
-  EvaluatedRange out{reference.size(), estimate.size(), times.back() - times.front()};
-  if ((!options.start_s && !options.end_s) || reference.stamps_s.empty()) return out;
-  const auto in_range = [&](double t) {
-    return !(options.start_s && t < *options.start_s) && !(options.end_s && t > *options.end_s);
-  };
-  const auto first = std::ranges::find_if(times, in_range);
-  const auto last = std::find_if_not(first, times.end(), in_range);
-  out.n_reference = static_cast<size_t>(last - first);
-  out.duration = first == last ? 0 : last[-1] - *first;
-  if (!estimate.stamps_s.empty()) {
-    out.n_estimate = static_cast<size_t>(
-        std::ranges::count_if(estimate.stamps_s, [&](double t) { return in_range(t + options.offset_s); }));
-  } else if (first == last) {
-    out.n_estimate = 0;
-  } else {
-    const std::vector<int> all = frames_of(reference);
-    const int first_frame = all[static_cast<size_t>(first - times.begin())];
-    const int last_frame = all[static_cast<size_t>(last - times.begin()) - 1];
-    out.n_estimate = static_cast<size_t>(std::ranges::count_if(
-        frames_of(estimate), [&](int frame) { return frame >= first_frame && frame <= last_frame; }));
-  }
   return out;
 }
 
@@ -514,10 +355,12 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   const bool clock_is_reported =
       warn_of_lag(reference.poses, estimate.poses, association.offset_s, remedy, r.warnings) ||
       options.estimate_offset;
-  if (options.interpolate_max_gap_s)
-    match_interpolated(reference.poses, estimate.poses, association, *options.interpolate_max_gap_s, r);
-  else
-    match(reference.poses, estimate.poses, association, r);
+  MatchedPoses matched =
+      match_poses(reference.poses, estimate.poses, association, options.interpolate_max_gap_s, name);
+  r.reference = std::move(matched.reference);
+  r.estimate = std::move(matched.estimate);
+  r.reference_rows = std::move(matched.reference_rows);
+  r.interpolation = matched.interpolation;
   const EvaluatedRange range = evaluated_range(reference.poses, estimate.poses, association);
   check_matched(r, reference, estimate.poses, options, association, range);
   estimate.poses = {};  // `r` holds the matched poses

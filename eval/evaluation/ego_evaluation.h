@@ -7,7 +7,7 @@
 //   frames       both trajectories are converted to camera poses in opencv axes (pose_frames.h)
 //   offset       the clock of the estimate is corrected, as given and as estimated (trajectory_offset.h)
 //   association  poses are matched by time, frame or row, or the reference is interpolated
-//                (lib/geometry/trajectory.h)
+//                (trajectory_matching.h)
 //   alignment    the estimate is aligned to the reference (lib/metrics/trajectory_alignment.h)
 //   errors       absolute or relative errors, then warnings about likely causes of large errors
 
@@ -19,6 +19,7 @@
 #include "sextant/eval/evaluation/pose_frames.h"
 #include "sextant/eval/evaluation/run_statistics.h"
 #include "sextant/eval/evaluation/trajectory_consistency.h"
+#include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/trajectory_files.h"
@@ -56,12 +57,6 @@ struct EgoReference {
   std::vector<std::string> warnings;
   std::optional<double> step_floor_m;    ///< SequenceTruth::camera_step_floor_m
   std::map<std::string, double> floors;  ///< other floors of the truth, by metric key
-};
-
-/// Statistics of the interpolation of the reference.
-struct Interpolation {
-  double largest_gap_s = 0;                    ///< longest gap of the reference that was interpolated
-  size_t n_outside = 0, n_in_longer_gaps = 0;  ///< poses of the estimate that were left out
 };
 
 /// Pose change errors (lib/metrics/pair_errors.h), as the paper defines them: of consecutive frames or, if

@@ -1,7 +1,6 @@
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -169,9 +168,7 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (size_t i = 0; i < estimate.size(); ++i)
     sum += estimate.rotations[i].transpose() * pair.reference.rotations[i];
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
-  const Eigen::Matrix3d B = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const Eigen::Matrix3d B = nearest_rotation(sum);
   const double angle = rotation_angle_rad(Eigen::Quaterniond(B));
   if (is_near_axes(B, least_rad))
     return std::nullopt;  // the hypotheses about exchanged axes cover this rotation

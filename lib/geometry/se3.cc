@@ -1,5 +1,6 @@
 #include "sextant/geometry/se3.h"
 
+#include <Eigen/SVD>
 #include <cmath>
 
 namespace sextant {
@@ -69,6 +70,12 @@ Eigen::Vector3d so3_log(const Eigen::Quaterniond& q) {
 
 double rotation_angle_rad(const Eigen::Quaterniond& q) {
   return 2.0 * std::atan2(q.vec().norm(), std::abs(q.w()));
+}
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double det = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  return svd.matrixU() * Eigen::Vector3d(1, 1, det).asDiagonal() * svd.matrixV().transpose();
 }
 
 SE3 SE3::from_matrix(const Eigen::Matrix<double, 3, 4>& matrix) {

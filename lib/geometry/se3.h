@@ -28,6 +28,10 @@ Eigen::Vector3d so3_log(const Eigen::Quaterniond& q);
 /// acos(trace).
 double rotation_angle_rad(const Eigen::Quaterniond& q);
 
+/// Returns the rotation R that is nearest to a matrix in the Frobenius norm, which maximises trace(R' m).
+/// Source: Umeyama, Least-squares estimation of transformation parameters, PAMI 1991, lemma.
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
+
 class SE3 {
  public:
   SE3() = default;

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "sextant/geometry/testing.h"
@@ -161,6 +163,25 @@ TEST(SE3, IsFiniteSeesNaN) {
   EXPECT_TRUE(SE3().is_finite());
   EXPECT_FALSE(SE3(Eigen::Quaterniond::Identity(), {0, NAN, 0}).is_finite());
   EXPECT_FALSE(SE3(Eigen::Quaterniond(NAN, 0, 0, 0), {0, 0, 0}).is_finite());
+}
+
+// Davenport's q-method: the quaternion of the rotation is the eigenvector of K for the largest eigenvalue.
+TEST(NearestRotation, AgreesWithDavenportsMethodForBothSignsOfTheDeterminant) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Matrix3d m = Eigen::Matrix3d::NullaryExpr([&] { return normal(random); });
+    for (const Eigen::Matrix3d& matrix : {m, Eigen::Matrix3d(-m)}) {
+      const Eigen::Vector3d z(matrix(2, 1) - matrix(1, 2), matrix(0, 2) - matrix(2, 0),
+                              matrix(1, 0) - matrix(0, 1));
+      Eigen::Matrix4d K;
+      K << matrix.trace(), z.transpose(), z,
+          matrix + matrix.transpose() - matrix.trace() * Eigen::Matrix3d::Identity();
+      const Eigen::Vector4d q = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(K).eigenvectors().col(3);
+      const Eigen::Matrix3d expected = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+      EXPECT_THAT(nearest_rotation(matrix), EigenNear(expected, 1e-9));
+    }
+  }
 }
 
 TEST(RotationAngle, KnownValues) {

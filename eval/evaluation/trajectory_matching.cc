@@ -1,0 +1,170 @@
+#include "sextant/eval/evaluation/trajectory_matching.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "sextant/base/error.h"
+
+namespace sextant {
+namespace {
+
+std::vector<int> counted(size_t n) {
+  std::vector<int> rows(n);
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
+
+}  // namespace
+
+std::vector<int> frames_of(const PoseSeries& series) {
+  return series.frames.empty() ? counted(series.size()) : series.frames;
+}
+
+std::vector<double> times_of(const PoseSeries& series) {
+  if (!series.stamps_s.empty()) return series.stamps_s;
+  const std::vector<int> frames = frames_of(series);
+  return {frames.begin(), frames.end()};
+}
+
+namespace {
+
+Association restricted(Association all, const PoseSeries& reference, const AssociationOptions& options) {
+  if (!options.start_s && !options.end_s) return all;
+  Association kept;
+  for (size_t i = 0; i < all.reference.size(); ++i) {
+    const double t = reference.stamps_s[static_cast<size_t>(all.reference[i])];
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    kept.reference.push_back(all.reference[i]);
+    kept.estimate.push_back(all.estimate[i]);
+  }
+  return kept;
+}
+
+/// Associates by time. Only the part of the reference within the range can be matched, as if the rest had not
+/// been recorded.
+Association by_time(const PoseSeries& reference, const PoseSeries& estimate,
+                    const AssociationOptions& options) {
+  if (!options.start_s && !options.end_s)
+    return associate_by_time(reference.stamps_s, estimate.stamps_s, options);
+  std::vector<double> stamps;
+  std::vector<int> rows;
+  for (size_t i = 0; i < reference.size(); ++i) {
+    const double t = reference.stamps_s[i];
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    stamps.push_back(t);
+    rows.push_back(static_cast<int>(i));
+  }
+  Association found = associate_by_time(stamps, estimate.stamps_s, options);
+  for (int& row : found.reference) row = rows[static_cast<size_t>(row)];
+  return found;
+}
+
+Association associate(const PoseSeries& reference, const PoseSeries& estimate,
+                      const AssociationOptions& options, const std::string& name) {
+  const bool range = options.start_s || options.end_s;
+  if (!reference.stamps_s.empty() && !estimate.stamps_s.empty()) return by_time(reference, estimate, options);
+  const char* of_times = options.offset_s != 0 ? "--offset"
+                         : options.max_difference_s != AssociationOptions{}.max_difference_s
+                             ? "--max-difference"
+                             : nullptr;
+  if (of_times) {
+    fail("{}: {} needs time stamps in both reference and estimate: give --rate, or leave the flag out", name,
+         of_times);
+  }
+  if (!estimate.frames.empty() || !reference.frames.empty()) {
+    if (range && reference.stamps_s.empty()) {
+      fail(
+          "--t-start and --t-end need a reference with time stamps, and this one has none: give --rate, or "
+          "leave the flags out");
+    }
+    return restricted(associate_by_frame(frames_of(reference), frames_of(estimate)), reference, options);
+  }
+  if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {
+    fail(
+        "{}: only one of reference and estimate has time stamps, and neither has frame numbers: there is no "
+        "way to match them; give --rate where rows are frames, or convert one of them",
+        name);
+  }
+  if (range) {
+    fail(
+        "--t-start and --t-end need time stamps, which these files do not have: give --rate, or leave the "
+        "flags out");
+  }
+  if (reference.size() != estimate.size()) {
+    const bool steps = estimate.size() + 1 == reference.size();
+    fail(
+        "{}: has {} poses, the reference {}: without time stamps or frame numbers both must have the same "
+        "number; put the frame number before the 12 values of each line{}",
+        name, estimate.size(), reference.size(),
+        steps ? "; a file of steps has one line less than poses: chain the steps from the identity on" : "");
+  }
+  return {counted(reference.size()), counted(estimate.size())};
+}
+
+MatchedPoses matched_by_association(const PoseSeries& reference, PoseSeries estimate,
+                                    const AssociationOptions& options, const std::string& name) {
+  Association found = associate(reference, estimate, options, name);
+  MatchedPoses matched{reference, std::move(estimate), std::move(found.reference), {}};
+  matched.reference.keep(matched.reference_rows);
+  matched.estimate.keep(found.estimate);
+  return matched;
+}
+
+MatchedPoses matched_by_interpolation(const PoseSeries& reference, PoseSeries estimate,
+                                      const AssociationOptions& options, double max_gap_s,
+                                      const std::string& name) {
+  if (reference.stamps_s.empty() || estimate.stamps_s.empty())
+    fail("{}: --interpolate needs time stamps in both reference and estimate", name);
+  std::vector<double> times;
+  std::vector<int> kept;
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    const double t = estimate.stamps_s[i] + options.offset_s;
+    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    times.push_back(t);
+    kept.push_back(static_cast<int>(i));
+  }
+  InterpolatedPoses found = interpolate_poses(reference, times, max_gap_s);
+  for (int& i : found.asked) i = kept[static_cast<size_t>(i)];
+  estimate.keep(found.asked);
+  return {std::move(found.poses), std::move(estimate), std::move(found.rows),
+          Interpolation{found.largest_gap_s, found.n_outside, found.n_in_longer_gaps}};
+}
+
+}  // namespace
+
+MatchedPoses match_poses(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
+                         std::optional<double> interpolate_max_gap_s, const std::string& name) {
+  if (interpolate_max_gap_s)
+    return matched_by_interpolation(reference, std::move(estimate), options, *interpolate_max_gap_s, name);
+  return matched_by_association(reference, std::move(estimate), options, name);
+}
+
+EvaluatedRange evaluated_range(const PoseSeries& reference, const PoseSeries& estimate,
+                               const AssociationOptions& options) {
+  if (reference.empty()) return {};
+  const std::vector<double> times = times_of(reference);
+  EvaluatedRange out{reference.size(), estimate.size(), times.back() - times.front()};
+  if ((!options.start_s && !options.end_s) || reference.stamps_s.empty()) return out;
+  const auto in_range = [&](double t) {
+    return !(options.start_s && t < *options.start_s) && !(options.end_s && t > *options.end_s);
+  };
+  const auto first = std::ranges::find_if(times, in_range);
+  const auto last = std::find_if_not(first, times.end(), in_range);
+  out.n_reference = static_cast<size_t>(last - first);
+  out.duration = first == last ? 0 : last[-1] - *first;
+  if (!estimate.stamps_s.empty()) {
+    out.n_estimate = static_cast<size_t>(
+        std::ranges::count_if(estimate.stamps_s, [&](double t) { return in_range(t + options.offset_s); }));
+  } else if (first == last) {
+    out.n_estimate = 0;
+  } else {
+    const std::vector<int> all = frames_of(reference);
+    const int first_frame = all[static_cast<size_t>(first - times.begin())];
+    const int last_frame = all[static_cast<size_t>(last - times.begin()) - 1];
+    out.n_estimate = static_cast<size_t>(std::ranges::count_if(
+        frames_of(estimate), [&](int frame) { return frame >= first_frame && frame <= last_frame; }));
+  }
+  return out;
+}
+
+}  // namespace sextant
