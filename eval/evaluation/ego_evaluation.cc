@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "sextant/eval/evaluation/time_shift_warnings.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/geometry/trajectory.h"
@@ -96,60 +97,6 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                    without, frames.front())});
 }
 
-/// Warns if the motions determine a shift of the estimate's clock by more than half a time step, although
-/// they agree well without it.
-bool warn_of_offset(PoseSeries reference, PoseSeries estimate, const std::vector<double>& reference_times,
-                    const std::vector<double>& estimate_times, bool seconds, double offset_s,
-                    const OffsetRemedy& remedy, std::vector<TrajectoryWarning>& warnings) {
-  reference.stamps_s = reference_times;
-  estimate.stamps_s = estimate_times;
-  if (reference.size() < 2 || estimate.size() < 2) return false;
-  const double half_step = std::max(median_step(reference_times), median_step(estimate_times)) / 2;
-  try {
-    const OffsetEstimate found = estimate_offset(reference, estimate, 0, "");
-    if (found.low_s <= half_step && found.high_s >= -half_step) return false;
-    warnings.push_back(
-        {"lag", fmt::format("the estimate's motion is {} by {:.3g} {} (95 % interval {:.3g} to {:.3g}){}",
-                            found.offset_s < 0 ? "late" : "early", std::abs(found.offset_s),
-                            seconds ? "s" : "frames", std::min(std::abs(found.low_s), std::abs(found.high_s)),
-                            std::max(std::abs(found.low_s), std::abs(found.high_s)),
-                            seconds ? "; try " + remedy(offset_s + found.offset_s)
-                                    : fmt::format(": add {:.0f} to its frame numbers", found.offset_s))});
-    return true;
-  } catch (const Error&) {  // the motions do not determine the offset
-    return false;
-  }
-}
-
-/// Warns if a lag remains after the given offset; returns true if it does.
-bool warn_of_lag(const PoseSeries& reference, const PoseSeries& estimate, double offset_s,
-                 const OffsetRemedy& remedy, std::vector<TrajectoryWarning>& warnings) {
-  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
-  std::vector<double> a, b;
-  if (seconds) {
-    a = reference.stamps_s;
-    for (const double t : estimate.stamps_s) b.push_back(t + offset_s);
-  } else {
-    const std::vector<int> fa = frames_of(reference), fb = frames_of(estimate);
-    a.assign(fa.begin(), fa.end());
-    b.assign(fb.begin(), fb.end());
-  }
-  const auto lag = estimate_lag(reference, a, estimate, b);
-  constexpr size_t most_poses = 20'000;  // longer recordings are examined by estimate_lag() alone
-  if (!lag) {
-    return std::max(a.size(), b.size()) <= most_poses &&
-           warn_of_offset(reference, estimate, a, b, seconds, offset_s, remedy, warnings);
-  }
-  const std::string advice = seconds ? "; try " + remedy(offset_s - lag->lag) : "";
-  warnings.push_back(
-      {"lag",
-       fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
-                   "shift, {:.3f} without{}",
-                   lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
-                   lag->correlation, lag->correlation_0, advice)});
-  return true;
-}
-
 bool has_code(const std::vector<TrajectoryWarning>& warnings, const std::string& code) {
   return std::ranges::any_of(warnings, [&](const TrajectoryWarning& w) { return w.code == code; });
 }
@@ -177,24 +124,6 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
        options.interpolate_max_gap_s ? fmt::format("interpolate {}", *options.interpolate_max_gap_s)
                                      : fmt::format("max-difference {}", association.max_difference_s),
        explain_unmatched(reference.poses, estimate, association));
-}
-
-/// Warns of a shift by whole rows that remains after the association.
-std::optional<TrajectoryWarning> warning_of_shift(const EgoResult& r, const AlignmentChoice& choice,
-                                                  double offset_s, const OffsetRemedy& remedy) {
-  const bool stamped = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
-  const std::vector<int> frames = frames_of(r.reference);
-  for (size_t i = 1; !stamped && i < frames.size(); ++i) {
-    if (frames[i] != frames[i - 1] + 1) return std::nullopt;
-  }
-  if (!stamped)
-    return warning_of_rows_shifted(r.reference, r.estimate, choice, [](int n_rows) {
-      return fmt::format("add {} to its frame numbers (a frame number may stand before the 12 values)",
-                         n_rows);
-    });
-  const double step_s = median_step(r.reference.stamps_s);
-  return warning_of_rows_shifted(r.reference, r.estimate, choice,
-                                 [&](int n_rows) { return "give " + remedy(offset_s + n_rows * step_s); });
 }
 
 void put_errors(EgoResult& r, const EgoOptions& options) {
@@ -352,9 +281,9 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   r.offset_s = association.offset_s;
   const OffsetRemedy remedy(reference.poses.stamps_s, options.interpolate_max_gap_s.has_value());
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
-  const bool clock_is_reported =
-      warn_of_lag(reference.poses, estimate.poses, association.offset_s, remedy, r.warnings) ||
-      options.estimate_offset;
+  const auto lag = warning_of_lag(reference.poses, estimate.poses, association.offset_s, remedy);
+  if (lag) add({*lag});
+  const bool clock_is_reported = lag || options.estimate_offset;
   MatchedPoses matched =
       match_poses(reference.poses, estimate.poses, association, options.interpolate_max_gap_s, name);
   r.reference = std::move(matched.reference);
@@ -382,7 +311,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     const bool explained = r.warnings.size() > n;
     const auto shift = clock_is_reported || explained
                            ? std::nullopt
-                           : warning_of_shift(r, choice, association.offset_s, remedy);
+                           : warning_of_rows(r.reference, r.estimate, association.offset_s, choice, remedy);
     if (shift) add({*shift});
     const bool by_convention = explained && !has_code(r.warnings, "lever_arm") &&
                                !has_code(r.warnings, "yaw") && !has_code(r.warnings, "world");

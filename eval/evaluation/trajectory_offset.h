@@ -20,14 +20,10 @@
 //   interval  95 %, by the jackknife over 20 stretches of time with Student's t. It does not include errors
 //             that persist throughout the recording
 
-#include <fmt/format.h>
-
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/geometry/trajectory.h"
 
 namespace sextant {
@@ -54,23 +50,6 @@ std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
 /// steps. Needs at least two stamps.
 std::string interpolate_flag(const std::vector<double>& reference_stamps_s);
 
-/// Formats the flags that correct the estimate's clock. An estimated offset need not be a multiple of the
-/// time steps, so --estimate-offset is named with --interpolate unless the reference is interpolated already.
-class OffsetRemedy {
- public:
-  OffsetRemedy(const std::vector<double>& reference_stamps_s, bool interpolates)
-      : interpolate_(
-            interpolates || reference_stamps_s.size() < 2 ? "" : " " + interpolate_flag(reference_stamps_s)) {
-  }
-  /// Returns e.g. "--offset -0.2500, or --estimate-offset --interpolate 0.15".
-  std::string operator()(double offset_s) const {
-    return fmt::format("--offset {:.4f}, or --estimate-offset{}", offset_s, interpolate_);
-  }
-
- private:
-  std::string interpolate_;
-};
-
 /// Offset to add to the estimate's stamps, with its interval.
 struct OffsetEstimate {
   double offset_s = 0;
@@ -84,32 +63,5 @@ struct OffsetEstimate {
 /// compare, correlations below 0.8, or the best offset at the end of the range.
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name);
-
-// ---- warnings
-
-// Explanations of a trajectory's error by a shift in time, of the clock or of the frame numbers. Both have
-// the code "lag":
-//
-//   shift      remedy              warned when
-//   clock      --offset            a shift of the clock explains more than half of the squared position
-//                                  errors, and the interval of estimate_offset(), from the motions alone,
-//                                  does not contain 0
-//   rows       as given            a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the
-//                                  squared errors of the path or of its steps
-//
-// The evaluation also reports "lag" for a shift of one step or more that estimate_lag() finds, however much
-// it explains (ego_evaluation.cc).
-
-/// Warns of a shift of the clocks. Takes the whole reference and the matched estimate with its own stamps;
-/// `offset_s` is the offset that was added to these stamps for the association.
-std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
-                                                  double offset_s, const AlignmentChoice& choice,
-                                                  const OffsetRemedy& remedy);
-
-/// Warns if a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors of the
-/// path or of its steps. `remedy` formats the advice, given the number of frames to add to the estimate's.
-std::optional<TrajectoryWarning> warning_of_rows_shifted(
-    const PoseSeries& reference, const PoseSeries& estimate, const AlignmentChoice& choice,
-    const std::function<std::string(int frames)>& remedy);
 
 }  // namespace sextant

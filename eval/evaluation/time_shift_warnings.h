@@ -1,0 +1,58 @@
+#pragma once
+
+// Warnings of a shift in time between estimate and reference, of the clock or of the frame numbers. All have
+// the code "lag":
+//
+//   motions  estimate_lag() finds a shift, or the interval of estimate_offset() lies outside half a
+//            step, however much of the errors it explains
+//   clocks   a shift explains more than half of the squared position errors, and the interval of
+//            estimate_offset(), from the motions alone, does not contain 0
+//   rows     a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors
+//            of the path or of its steps
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/evaluation/trajectory_explanation.h"
+#include "sextant/eval/evaluation/trajectory_offset.h"
+#include "sextant/geometry/trajectory.h"
+
+namespace sextant {
+
+/// Formats the flags that correct the estimate's clock. An estimated offset need not be a multiple of the
+/// time steps, so --estimate-offset is named with --interpolate unless the reference is interpolated already.
+class OffsetRemedy {
+ public:
+  OffsetRemedy(const std::vector<double>& reference_stamps_s, bool interpolates)
+      : interpolate_(
+            interpolates || reference_stamps_s.size() < 2 ? "" : " " + interpolate_flag(reference_stamps_s)) {
+  }
+  /// Returns e.g. "--offset -0.2500, or --estimate-offset --interpolate 0.15".
+  std::string operator()(double offset_s) const {
+    return fmt::format("--offset {:.4f}, or --estimate-offset{}", offset_s, interpolate_);
+  }
+
+ private:
+  std::string interpolate_;
+};
+
+/// Warns of a lag of the motions that remains after `offset_s` is added to the estimate's stamps. Takes both
+/// trajectories before they are matched; times are stamps if both have them, otherwise frame numbers.
+std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
+                                                double offset_s, const OffsetRemedy& remedy);
+
+/// Warns of a shift of the clocks. Takes the whole reference and the matched estimate with its own stamps;
+/// `offset_s` is the offset that was added to these stamps for the association.
+std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
+                                                  double offset_s, const AlignmentChoice& choice,
+                                                  const OffsetRemedy& remedy);
+
+/// Warns of a shift of the matched poses by whole rows. Without stamps, the frames must be successive.
+std::optional<TrajectoryWarning> warning_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
+                                                 double offset_s, const AlignmentChoice& choice,
+                                                 const OffsetRemedy& remedy);
+
+}  // namespace sextant
