@@ -312,7 +312,10 @@ double invert(Cdf cdf, double p, double low, double high) {
 }
 
 /// Returns x^a e^-x / Gamma(a).
-double gamma_factor(double a, double x) { return std::exp(a * std::log(x) - x - std::lgamma(a)); }
+double gamma_factor(double a, double x) {
+  int sign = 0;  // std::lgamma() would write the sign to a global variable, which threads would share
+  return std::exp(a * std::log(x) - x - lgamma_r(a, &sign));
+}
 
 /// Returns P(a, x) by its power series, which converges fast for x < a + 1.
 double gamma_series(double a, double x) {
