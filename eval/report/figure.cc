@@ -250,7 +250,6 @@ OutputFiles drawn(const Figure& figure, bool svg_alone) {
   SEXTANT_CHECK(!figure.name.empty() && plain_stem(figure.name) == figure.name &&
                 figure.name.front() != '.' && figure.name.front() != '-');
   const ScratchFolder scratch("sextant-figure-");
-  const RemovedOnInterrupt on_interrupt(scratch.path());
   const std::string script = figure.name + ".gp";
   OutputFiles files = {{figure.name + ".csv", figure_csv(figure.data)},
                        {script, complete_script(figure, svg_alone)}};

@@ -31,12 +31,22 @@ struct Watch {
   std::string last_words;
   int exit_code = 0;
   std::timed_mutex mutex;
-  std::multiset<std::filesystem::path> folders;
+  std::set<std::filesystem::path> folders;
 };
 
 Watch& watch() {
   static Watch* const the_watch = new Watch;
   return *the_watch;
+}
+
+/// Removes a folder in which another thread or a child process, such as gnuplot, may still create files.
+void remove_in_use(const std::filesystem::path& folder) {
+  constexpr int most_tries = 10;
+  std::error_code error;
+  for (int i = 0; i < most_tries && std::filesystem::exists(folder, error); ++i) {
+    if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::filesystem::remove_all(folder, error);
+  }
 }
 
 void* end_after_signal(void*) {
@@ -46,8 +56,7 @@ void* end_after_signal(void*) {
   Watch& w = watch();
   // The mutex is never unlocked, so that no folder is added from here on.
   if (w.mutex.try_lock_for(std::chrono::milliseconds(100))) {
-    std::error_code ignored;
-    for (const std::filesystem::path& folder : w.folders) std::filesystem::remove_all(folder, ignored);
+    for (const std::filesystem::path& folder : w.folders) remove_in_use(folder);
   }
   // A write to a closed standard error fails, which needs no handling.
   if (::write(STDERR_FILENO, w.last_words.data(), w.last_words.size()) < 0) {
@@ -91,14 +100,17 @@ void check_interrupt() {
   if (interrupted) throw Interrupted();
 }
 
-RemovedOnInterrupt::RemovedOnInterrupt(std::filesystem::path folder) : folder_(std::move(folder)) {
+std::filesystem::path create_watched_folder(const std::function<std::filesystem::path()>& create) {
   const std::scoped_lock lock(watch().mutex);
-  watch().folders.insert(folder_);
+  return *watch().folders.insert(create()).first;
 }
 
-RemovedOnInterrupt::~RemovedOnInterrupt() {
+void remove_watched_folder(const std::filesystem::path& folder) {
+  // Unregistered last: the watcher removes the rest of a folder whose removal it interrupts.
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
   const std::scoped_lock lock(watch().mutex);
-  watch().folders.erase(watch().folders.find(folder_));
+  watch().folders.erase(folder);
 }
 
 }  // namespace sextant

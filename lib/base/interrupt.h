@@ -6,10 +6,11 @@
 //
 // Code that does not reach check_interrupt() in time, such as a decoder in a library, cannot delay the end: a
 // watcher thread ends the program interrupt_grace_s after the signal, as kill -9 would, after removing the
-// folders that RemovedOnInterrupt names. All outputs are written so that they survive this
+// temporary folders (ScratchFolder in base/new_file.h). All outputs are written so that they survive this
 // (docs/security.md). A second signal ends the program at once.
 
 #include <filesystem>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -31,17 +32,11 @@ void check_interrupt();
 /// Time from the signal until the watcher ends the program.
 inline constexpr double interrupt_grace_s = 0.6;
 
-/// Registers a temporary folder that the watcher removes when it ends the program; the destructor unregisters
-/// it.
-class RemovedOnInterrupt {
- public:
-  explicit RemovedOnInterrupt(std::filesystem::path folder);
-  ~RemovedOnInterrupt();
-  RemovedOnInterrupt(const RemovedOnInterrupt&) = delete;
-  RemovedOnInterrupt& operator=(const RemovedOnInterrupt&) = delete;
-
- private:
-  std::filesystem::path folder_;
-};
+/// Calls `create`, which creates a temporary folder and returns its path, and registers the folder, so that
+/// the watcher removes it when it ends the program. Once the watcher has begun to remove folders, no further
+/// one is created: the call does not return.
+std::filesystem::path create_watched_folder(const std::function<std::filesystem::path()>& create);
+/// Removes such a folder with its content.
+void remove_watched_folder(const std::filesystem::path& folder);
 
 }  // namespace sextant

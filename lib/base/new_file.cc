@@ -8,11 +8,13 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/interrupt.h"
 
 namespace sextant {
 
@@ -36,6 +38,19 @@ bool write_all(int file, std::string_view bytes) {
   }
   return true;
 }
+
+ScratchFolder::ScratchFolder(const std::string& prefix)
+    : path_(create_watched_folder([&]() -> std::filesystem::path {
+        std::string name = (std::filesystem::temp_directory_path() / (prefix + "XXXXXX")).string();
+        if (::mkdtemp(name.data()) == nullptr)
+          fail(
+              "{}: cannot create this temporary folder: set TMPDIR to a folder with free space in which you "
+              "may create files",
+              name);
+        return name;
+      })) {}
+
+ScratchFolder::~ScratchFolder() { remove_watched_folder(path_); }
 
 NewFile::NewFile(std::filesystem::path path) : path_(std::move(path)) {
   struct stat info {};

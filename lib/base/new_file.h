@@ -37,23 +37,13 @@ class Descriptor {
 
 // A new folder in the system's temporary folder. Its name is `prefix` and six random letters and digits, so
 // that it differs from every existing folder, also from one left by a killed process. The destructor removes
-// the folder with its content. The constructor throws Error if the folder cannot be created.
+// the folder with its content, and so does the end of the program after Ctrl-C (base/interrupt.h). The
+// constructor throws Error if the folder cannot be created.
 
 class ScratchFolder {
  public:
-  explicit ScratchFolder(const std::string& prefix) {
-    std::string name = (std::filesystem::temp_directory_path() / (prefix + "XXXXXX")).string();
-    if (::mkdtemp(name.data()) == nullptr)
-      fail(
-          "{}: cannot create this temporary folder: set TMPDIR to a folder with free space in which you may "
-          "create files",
-          name);
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
+  explicit ScratchFolder(const std::string& prefix);
+  ~ScratchFolder();
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;
 

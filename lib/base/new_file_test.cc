@@ -1,10 +1,15 @@
 #include "sextant/base/new_file.h"
 
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
+#include <fstream>
 #include <set>
 
 #include "sextant/base/files.h"
+#include "sextant/base/interrupt.h"
 #include "sextant/base/testing.h"
 
 namespace sextant {
@@ -28,6 +33,38 @@ TEST(NewFile, TemporaryNamesAreUnpredictable) {
   std::set<fs::path> names;
   for (int i = 0; i < 100; ++i) names.insert(NewFile(folder / "a").temporary());
   EXPECT_EQ(names.size(), 100U);
+}
+
+// The program does not reach check_interrupt(), and a child that it has started, as gnuplot, goes on writing.
+TEST(ScratchFolder, IsRemovedWhenASignalEndsTheProgramWhileAChildWritesInIt) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const pid_t program = ::fork();
+  if (program == 0) {
+    install_interrupt_handler("", 130);
+    const ScratchFolder scratch("sextant-interrupted-");
+    if (::fork() == 0) {
+      for (int i = 0; std::ofstream(scratch.path() / std::to_string(i % 1000)); ++i) {
+      }
+      ::_exit(0);
+    }
+    const std::string path = scratch.path().string();
+    while (!fs::exists(scratch.path() / "100")) ::usleep(1000);
+    if (!write_all(ends[1], path)) ::_exit(1);
+    while (true) ::pause();
+  }
+  ::close(ends[1]);
+  std::string path(4096, '\0');
+  const ssize_t n = ::read(ends[0], path.data(), path.size());
+  ::close(ends[0]);
+  ASSERT_GT(n, 0);
+  path.resize(static_cast<size_t>(n));
+  EXPECT_TRUE(fs::exists(path));
+  ::kill(program, SIGTERM);
+  int status = 0;
+  ASSERT_EQ(::waitpid(program, &status, 0), program);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 130) << status;
+  EXPECT_FALSE(fs::exists(path));
 }
 
 TEST(NewFile, ReplacesALinkAndKeepsItsTarget) {

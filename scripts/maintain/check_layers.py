@@ -52,7 +52,7 @@ ENTRY_POINTS = {
                        ["eval/cli/help_command.cc", "eval/report/figure.cc", "eval/external/process.cc", "eval/external/supervisor.cc"]),
     "makes a folder for temporary files: use base/new_file.h": (
         re.compile(r"\b(?:temp_directory_path|mkdtemp|mkstemp|tmpfile|tmpnam)\b"),
-        ["base/new_file.h", "datasets/layout.cc", "eval/external/external_case.cc", "eval/experiment/pack.cc"]),
+        ["base/new_file.cc", "base/new_file.h", "datasets/layout.cc", "eval/external/external_case.cc", "eval/experiment/pack.cc"]),
     "creates a file: use base/new_file.h or write_file()": (
         re.compile(r"\bO_CREAT\b|\bstd::ofstream\b|\bfopen(?:64)?\("),
         ["base/new_file.cc", "base/files.cc", "base/file_lock.cc", "eval/records/journal.cc", "eval/report/figure.cc",
