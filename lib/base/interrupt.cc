@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 #include <semaphore.h>
+#include <sys/types.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -9,8 +10,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <map>
 #include <mutex>
-#include <set>
 #include <thread>
 
 namespace sextant {
@@ -31,7 +32,7 @@ struct Watch {
   std::string last_words;
   int exit_code = 0;
   std::timed_mutex mutex;
-  std::set<std::filesystem::path> folders;
+  std::map<std::filesystem::path, pid_t> folders;  ///< with the process that created each
 };
 
 Watch& watch() {
@@ -56,7 +57,9 @@ void* end_after_signal(void*) {
   Watch& w = watch();
   // The mutex is never unlocked, so that no folder is added from here on.
   if (w.mutex.try_lock_for(std::chrono::milliseconds(100))) {
-    for (const std::filesystem::path& folder : w.folders) remove_in_use(folder);
+    for (const auto& [folder, creator] : w.folders) {
+      if (creator == ::getpid()) remove_in_use(folder);  // not that of the process that forked this one
+    }
   }
   // A write to a closed standard error fails, which needs no handling.
   if (::write(STDERR_FILENO, w.last_words.data(), w.last_words.size()) < 0) {
@@ -102,10 +105,14 @@ void check_interrupt() {
 
 std::filesystem::path create_watched_folder(const std::function<std::filesystem::path()>& create) {
   const std::scoped_lock lock(watch().mutex);
-  return *watch().folders.insert(create()).first;
+  return watch().folders.emplace(create(), ::getpid()).first->first;
 }
 
 void remove_watched_folder(const std::filesystem::path& folder) {
+  {
+    const std::scoped_lock lock(watch().mutex);
+    if (watch().folders.at(folder) != ::getpid()) return;
+  }
   // Unregistered last: the watcher removes the rest of a folder whose removal it interrupts.
   std::error_code ignored;
   std::filesystem::remove_all(folder, ignored);

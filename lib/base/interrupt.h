@@ -36,7 +36,8 @@ inline constexpr double interrupt_grace_s = 0.6;
 /// the watcher removes it when it ends the program. Once the watcher has begun to remove folders, no further
 /// one is created: the call does not return.
 std::filesystem::path create_watched_folder(const std::function<std::filesystem::path()>& create);
-/// Removes such a folder with its content.
+/// Removes such a folder with its content. In a process that was forked after its creation, the folder stays
+/// with the process that created it, here as after a signal.
 void remove_watched_folder(const std::filesystem::path& folder);
 
 }  // namespace sextant
