@@ -459,8 +459,8 @@ std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   }
   if (out.empty()) {
     if (const auto shift = explain_hidden_shift(data)) {
-      const std::set<int> ids = ids_with_reference(data);
-      out.push_back({{ids.begin(), ids.end()}, true, *shift});
+      const std::set<int> all = ids_with_reference(data);
+      out.push_back({{all.begin(), all.end()}, true, *shift});
     }
   }
   return out;

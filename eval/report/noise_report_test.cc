@@ -410,7 +410,9 @@ TEST(PooledFolders, MissingShardsAreNamed) {
     warnings.clear();
     read_noise_sweeps(shards, &warnings);
     EXPECT_EQ(warnings.size(), i < 3 ? 1U : 0U);
-    if (i == 2) EXPECT_THAT(warnings.at(0), HasSubstr("shards 1, 2 of 3"));
+    if (i == 2) {
+      EXPECT_THAT(warnings.at(0), HasSubstr("shards 1, 2 of 3"));
+    }
   }
 }
 
