@@ -223,7 +223,7 @@ class Hostile:
         streams = dice.choice([(0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)])
         run = lambda close: subprocess.run([self.program.file, *map(str, words)], preexec_fn=lambda: [os.close(n) for n in close],
             env=self.program.environment, cwd=self.work, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL, timeout=CASE_TIME_S, check=False).returncode
+            stderr=subprocess.DEVNULL, timeout=20 * CASE_TIME_S, check=False).returncode
         wanted = run(())
         shutil.rmtree(out)
         out.mkdir()
