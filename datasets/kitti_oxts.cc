@@ -18,10 +18,6 @@ constexpr double fault_deviations = 10;
 constexpr double deg = 180 / std::numbers::pi;
 constexpr size_t turn_rates = 6;  // wx, wy, wz among KittiOxts::rest
 
-double mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
-  return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
-}
-
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
 Eigen::Vector3d turn_rate(const KittiOxts& sample) {
@@ -77,7 +73,7 @@ OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples, const std::vector<
   std::vector<double> speeds, times, scatter;
   for (size_t i = 0; i + 1 < poses.size(); ++i) {
     const double length_m = (poses[i + 1].translation() - poses[i].translation()).norm();
-    speeds.push_back(mean_speed_mps(samples, i));
+    speeds.push_back(kitti_mean_speed_mps(samples, i));
     steps.push_back({i, length_m, 0});
     if (speeds[i] > kitti_slow_mps && length_m > 0) times.push_back(length_m / speeds[i]);
   }
@@ -95,6 +91,10 @@ OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples, const std::vector<
 }
 
 }  // namespace
+
+double kitti_mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i) {
+  return (samples[i].velocity_mps.norm() + samples[i + 1].velocity_mps.norm()) / 2;
+}
 
 std::vector<SE3> kitti_imu_poses(const std::vector<KittiOxts>& samples) {
   const double scale = mercator_scale(samples.front().latitude_deg);
@@ -116,7 +116,7 @@ std::optional<StepFloor> kitti_step_floor(const std::vector<KittiOxts>& samples)
   double sum_s = 0;
   double sum_across = 0;
   for (size_t i = 0; i + 1 < poses.size(); ++i) {
-    const double speed = mean_speed_mps(samples, i);
+    const double speed = kitti_mean_speed_mps(samples, i);
     if (!(speed > kitti_slow_mps)) continue;
     const Eigen::Vector3d step = poses[i + 1].translation() - poses[i].translation();
     const Eigen::Vector3d velocity = (samples[i].map_velocity_mps() + samples[i + 1].map_velocity_mps()) / 2;
@@ -179,7 +179,7 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
     apart += differs.squaredNorm() / n;
     by_axis += differs.cwiseAbs() / n;
     rates += rate.squaredNorm();
-    const double speed = mean_speed_mps(samples, i);
+    const double speed = kitti_mean_speed_mps(samples, i);
     if (!(speed > kitti_slow_mps)) continue;
     const double length_m = (raw[i + 1].translation() - raw[i].translation()).norm();
     timing += turned.squaredNorm() * std::pow(length_m / (steps.mean_s * speed) - 1, 2) / n;
@@ -202,7 +202,7 @@ TruthFloor kitti_pose_floor(const std::vector<SE3>& imu, const std::vector<Kitti
 
 bool kitti_moves(const std::vector<KittiOxts>& samples) {
   for (size_t i = 0; i + 1 < samples.size(); ++i) {
-    if (mean_speed_mps(samples, i) > kitti_slow_mps) return true;
+    if (kitti_mean_speed_mps(samples, i) > kitti_slow_mps) return true;
   }
   return false;
 }

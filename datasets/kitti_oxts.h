@@ -44,6 +44,9 @@ namespace sextant {
 inline constexpr double kitti_slow_mps =
     1.0;  ///< slower samples are left out: their speed determines the step too inaccurately
 
+/// Returns v of the step from sample i to sample i + 1.
+double kitti_mean_speed_mps(const std::vector<KittiOxts>& samples, size_t i);
+
 /// Returns the poses of the GPS/IMU unit in map axes (x east, y north, z up); `samples` must not be empty.
 /// Longitudes that differ from the first one by more than 180 degrees are continued across +-180 degrees.
 std::vector<SE3> kitti_imu_poses(const std::vector<KittiOxts>& samples);

@@ -58,7 +58,7 @@ class ImuTruth {
 
  private:
   Eigen::Vector3d step(size_t i, const Eigen::Vector3d& raw) const {
-    const double speed = (samples_[i].velocity_mps.norm() + samples_[i + 1].velocity_mps.norm()) / 2;
+    const double speed = kitti_mean_speed_mps(samples_, i);
     if (!(speed > kitti_slow_mps)) return raw;
     switch (options_.velocity) {
       case KittiVelocity::raw:

@@ -28,12 +28,17 @@ std::vector<double> times_of(const PoseSeries& series) {
 
 namespace {
 
+/// Returns true if a time on the reference's clock lies in the range of --t-start and --t-end.
+bool in_range(double t, const AssociationOptions& options) {
+  return !(options.start_s && t < *options.start_s) && !(options.end_s && t > *options.end_s);
+}
+
 Association restricted(Association all, const PoseSeries& reference, const AssociationOptions& options) {
   if (!options.start_s && !options.end_s) return all;
   Association kept;
   for (size_t i = 0; i < all.reference.size(); ++i) {
     const double t = reference.stamps_s[static_cast<size_t>(all.reference[i])];
-    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    if (!in_range(t, options)) continue;
     kept.reference.push_back(all.reference[i]);
     kept.estimate.push_back(all.estimate[i]);
   }
@@ -50,7 +55,7 @@ Association by_time(const PoseSeries& reference, const PoseSeries& estimate,
   std::vector<int> rows;
   for (size_t i = 0; i < reference.size(); ++i) {
     const double t = reference.stamps_s[i];
-    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    if (!in_range(t, options)) continue;
     stamps.push_back(t);
     rows.push_back(static_cast<int>(i));
   }
@@ -119,7 +124,7 @@ MatchedPoses matched_by_interpolation(const PoseSeries& reference, PoseSeries es
   std::vector<int> kept;
   for (size_t i = 0; i < estimate.size(); ++i) {
     const double t = estimate.stamps_s[i] + options.offset_s;
-    if ((options.start_s && t < *options.start_s) || (options.end_s && t > *options.end_s)) continue;
+    if (!in_range(t, options)) continue;
     times.push_back(t);
     kept.push_back(static_cast<int>(i));
   }
@@ -145,16 +150,14 @@ EvaluatedRange evaluated_range(const PoseSeries& reference, const PoseSeries& es
   const std::vector<double> times = times_of(reference);
   EvaluatedRange out{reference.size(), estimate.size(), times.back() - times.front()};
   if ((!options.start_s && !options.end_s) || reference.stamps_s.empty()) return out;
-  const auto in_range = [&](double t) {
-    return !(options.start_s && t < *options.start_s) && !(options.end_s && t > *options.end_s);
-  };
-  const auto first = std::ranges::find_if(times, in_range);
-  const auto last = std::find_if_not(first, times.end(), in_range);
+  const auto is_evaluated = [&](double t) { return in_range(t, options); };
+  const auto first = std::ranges::find_if(times, is_evaluated);
+  const auto last = std::find_if_not(first, times.end(), is_evaluated);
   out.n_reference = static_cast<size_t>(last - first);
   out.duration = first == last ? 0 : last[-1] - *first;
   if (!estimate.stamps_s.empty()) {
-    out.n_estimate = static_cast<size_t>(
-        std::ranges::count_if(estimate.stamps_s, [&](double t) { return in_range(t + options.offset_s); }));
+    out.n_estimate = static_cast<size_t>(std::ranges::count_if(
+        estimate.stamps_s, [&](double t) { return is_evaluated(t + options.offset_s); }));
   } else if (first == last) {
     out.n_estimate = 0;
   } else {

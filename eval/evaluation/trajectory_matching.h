@@ -1,6 +1,6 @@
 #pragma once
 
-// Matches the poses of an estimate with those of a reference trajectory:
+// Matches the poses of an estimate with the poses of a reference trajectory:
 //
 //   by time    if both have time stamps: the nearest stamp within a largest difference (lib/metrics/
 //              trajectory_alignment.h), or the reference interpolated at the estimate's stamps

@@ -36,7 +36,7 @@ import sys
 import time
 
 import hostile_files_testing as files
-from program_testing import REFUSED_MB, SANITIZED, Program, contents, options, printed_faults, working_folder
+from program_testing import BUSY, REFUSED_MB, SANITIZED, Program, contents, options, printed_faults, working_folder
 
 PLAN = {"name": "hostile", "sources": ["synthetic:s18@0-1"], "estimators": ["motion_only", "joint_flow"],
         "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2,
@@ -223,7 +223,7 @@ class Hostile:
         streams = dice.choice([(0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)])
         run = lambda close: subprocess.run([self.program.file, *map(str, words)], preexec_fn=lambda: [os.close(n) for n in close],
             env=self.program.environment, cwd=self.work, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL, timeout=20 * CASE_TIME_S, check=False).returncode
+            stderr=subprocess.DEVNULL, timeout=BUSY * CASE_TIME_S, check=False).returncode
         wanted = run(())
         shutil.rmtree(out)
         out.mkdir()

@@ -20,7 +20,7 @@ import time
 import unittest
 
 import hostile_files_testing as files
-from program_testing import REFUSED_MB, SANITIZED, Program, printed_faults
+from program_testing import BUSY, REFUSED_MB, SANITIZED, Program, printed_faults
 
 MB = 1e6
 TEXT_RATIO = 20
@@ -283,7 +283,7 @@ class Streams(Limits):
         environment = {**self.program.environment, **({"LD_PRELOAD": preload} if preload else {})}
         return subprocess.run([self.program.file, *map(str, words)], preexec_fn=lambda: [os.close(int(n)) for n in closed],
                               stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment,
-                              cwd=self.here, check=False, timeout=2400).returncode
+                              cwd=self.here, check=False, timeout=BUSY * 120).returncode
 
     def test_closed_streams_of_every_command(self):
         run = self.records([files.record(seed=seed) for seed in range(3)])

@@ -23,6 +23,8 @@ DOCUMENTED = (0, 1, 2, 3, 130)
 #: The program is built with sanitizers, whose own memory has no limit.
 SANITIZED = bool(os.environ.get("SEXTANT_SANITIZE"))
 REFUSED_MB = 64
+#: Wall-clock time that a command may take on a busy machine, as a multiple of the time that it needs.
+BUSY = 20
 #: U+202A to U+202E and U+2066 to U+2069.
 DIRECTIONS = re.compile("[\u202a-\u202e\u2066-\u2069]")
 NUMBER = re.compile(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?$")
@@ -90,13 +92,13 @@ class Program:
                                 preexec_fn=prepare if limits else None, stdin=subprocess.DEVNULL, **streams)
 
     def run(self, *words, time_limit_s=600 if SANITIZED else 120, limits=None, environment=None):
-        """Runs a command, which may use `time_limit_s` of processor time and, on a busy machine, 20 times as long. The system counts
+        """Runs a command, which may use `time_limit_s` of processor time and, on a busy machine, BUSY times as long. The system counts
         the memory of the starting process as that of a new one at first, so keep this process small."""
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             start = time.monotonic()
             process = self.start(*words, limits=[(resource.RLIMIT_CPU, time_limit_s), *(limits or ())], environment=environment,
                                  stdout=out, stderr=err)
-            status, used = self._wait(process, start + 20 * time_limit_s)
+            status, used = self._wait(process, start + BUSY * time_limit_s)
             seconds = time.monotonic() - start
             out.seek(0)
             err.seek(0)
