@@ -50,9 +50,8 @@ std::string message(const Explanation& explanation, const std::string& subject, 
   return text;
 }
 
-bool ObjectExplanation::allows(const std::string& code) const {
-  return this->code() == code ||
-         std::ranges::any_of(explanation.alike, [&](const Reading& reading) { return reading.code == code; });
+bool Explanation::allows(const std::string& code) const {
+  return best.code == code || std::ranges::find(alike, code, &Reading::code) != alike.end();
 }
 
 std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_object, size_t n_all) {
@@ -68,7 +67,7 @@ std::vector<ObjectExplanation> group_by_reading(std::map<int, Explanation> of_ob
     const auto most = std::ranges::max_element(of_object, {}, n_explained);
     ObjectExplanation group{{}, false, most->second};
     for (const auto& [id, explanation] : of_object) {
-      if (ObjectExplanation{{}, false, explanation}.allows(group.code())) group.objects.push_back(id);
+      if (explanation.allows(group.code())) group.objects.push_back(id);
     }
     for (const int id : group.objects) of_object.erase(id);
     group.of_all = group.objects.size() == n_all;
@@ -128,7 +127,7 @@ struct ShiftFit {
   std::optional<FrameShift> fit(const std::map<int, size_t>& stretch_of_frame, size_t n_stretches) const {
     constexpr double huber = 2;
     constexpr int n_rounds = 8;
-    double share = cost(1) < cost(0) ? 1 : 0;
+    double share = cost(1) < cost(0) ? 1 : 0, d_e = 0, d_d = 0;
     std::vector<double> along, across;
     for (int round = 0; round < n_rounds; ++round) {
       const std::map<int, Vector6d> scale = scatter(share);
@@ -145,7 +144,7 @@ struct ShiftFit {
           across[stretch] += weight * d * d;
         }
       }
-      double d_e = 0, d_d = 0;
+      d_e = d_d = 0;
       for (size_t s = 0; s < n_stretches; ++s) {
         d_e += along[s];
         d_d += across[s];
@@ -153,11 +152,7 @@ struct ShiftFit {
       if (!(d_d > 0)) return std::nullopt;
       share = d_e / d_d;
     }
-    double d_e = 0, d_d = 0, squares = 0;
-    for (size_t s = 0; s < n_stretches; ++s) {
-      d_e += along[s];
-      d_d += across[s];
-    }
+    double squares = 0;
     for (size_t s = 0; s < n_stretches; ++s) {
       if (!(d_d - across[s] > 0)) return std::nullopt;
       const double without = (d_e - along[s]) / (d_d - across[s]);

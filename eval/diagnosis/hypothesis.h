@@ -68,8 +68,8 @@ struct Explanation {
   std::vector<Reading> alike;  ///< residuals at most twice the lowest one, lowest price first
   double declared = 0;         ///< residual of the declared reading
 
-  /// Ratio of the declared residual to the best one; infinity if the best residual is 0.
-  double times() const { return declared / best.residual; }
+  /// Returns true for the code of the reported reading and of those that explain the data as well.
+  bool allows(const std::string& code) const;
 };
 
 /// Applies every hypothesis to a copy of `data`, and returns the readings of those that apply and have a
@@ -117,8 +117,6 @@ struct ObjectExplanation {
   Explanation explanation;
 
   const std::string& code() const { return explanation.best.code; }
-  /// Returns true for the reported reading and for those that explain the data as well.
-  bool allows(const std::string& code) const;
   /// Formats message() as "SUBJECT of objects 1, 2: ...", or as "SUBJECT: ..." if all objects are concerned.
   std::string text(const std::string& subject) const;
 };
@@ -136,19 +134,22 @@ std::vector<ObjectExplanation> explain_objects(const std::set<int>& ids, const E
   std::vector<ObjectExplanation> out;
   std::map<int, Explanation> open;
   std::optional<Explanation> all = explain_of(ids);
+  const auto agrees = [&](const std::optional<Explanation>& own) {
+    return all && own && own->allows(all->best.code);
+  };
   std::map<int, std::optional<Explanation>> single;
   size_t n_explained = 0, n_agree = 0;
   for (const int id : ids) {
     const auto& own = single[id] = explain_of({id});
     n_explained += own.has_value();
-    n_agree += all && own && ObjectExplanation{{}, false, *own}.allows(all->best.code);
+    n_agree += agrees(own);
   }
   // A few objects with mistakes of their own can make another reading of all objects look better.
   if (n_explained > 0 && 2 * n_agree < ids.size()) all.reset();
   ObjectExplanation of_log{{}, false, all.value_or(Explanation{})};
   for (const int id : ids) {
     const std::optional<Explanation>& own = single.at(id);
-    if (all && (!own || ObjectExplanation{{}, false, *own}.allows(all->best.code))) {
+    if (all && (!own || agrees(own))) {
       of_log.objects.push_back(id);
     } else if (own) {
       open.emplace(id, *own);

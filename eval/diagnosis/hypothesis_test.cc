@@ -14,7 +14,7 @@ TEST(Hypothesis, IsReportedFromFiveTimesOn) {
   const auto found = explain(1, {reading("a", 0.2), reading("b", 0.9)});
   ASSERT_TRUE(found);
   EXPECT_EQ(found->best.code, "a");
-  EXPECT_DOUBLE_EQ(found->times(), 5);
+  EXPECT_DOUBLE_EQ(found->declared / found->best.residual, 5);
 }
 
 TEST(Hypothesis, MustAlsoBeatTheNullReading) {

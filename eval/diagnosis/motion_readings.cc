@@ -5,8 +5,6 @@
 #include <iterator>
 #include <set>
 
-#include "sextant/eval/diagnosis/object_pose_fit.h"
-
 namespace sextant {
 namespace {
 
@@ -36,9 +34,6 @@ auto change_motions(Change change) {
     return most;
   };
 }
-
-Eigen::Quaterniond w_first(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
-Eigen::Quaterniond w_last(const Eigen::Quaterniond& q) { return {q.z(), q.w(), q.x(), q.y()}; }
 
 const char* words(MotionFrame frame) {
   switch (frame) {
@@ -224,6 +219,33 @@ std::function<bool(MotionData&, double&)> undo_shift(ShiftedMotion motion, int l
 
 }  // namespace
 
+std::vector<NumberReading> unit_readings(const std::string& translations) {
+  const auto times = [](double factor) {
+    return [factor](const SE3& T) { return SE3(T.rotation(), factor * T.translation()); };
+  };
+  const std::string look_like = "the " + translations + " look like ", are = "the " + translations + " are ";
+  return {
+      {"centimetres", look_like + "centimetres, not metres", "divide them by 100", times(0.01)},
+      {"millimetres", look_like + "millimetres, not metres", "divide them by 1000", times(0.001)},
+      {"too_small_100", are + "100 times too small", "multiply them by 100", times(100)},
+      {"too_small_1000", are + "1000 times too small (kilometres?)", "multiply them by 1000", times(1000)}};
+}
+
+std::vector<NumberReading> rotation_readings(const std::string& translations) {
+  using Q = Eigen::Quaterniond;
+  const auto turned = [](Q (*change)(const Q&)) {
+    return [change](const SE3& T) { return SE3(change(T.rotation()), T.translation()); };
+  };
+  return {
+      {"quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
+       "reorder the columns to qx,qy,qz,qw",
+       turned([](const Q& q) { return Q(q.x(), q.y(), q.z(), q.w()); })},
+      {"quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
+       "reorder the columns", turned([](const Q& q) { return Q(q.z(), q.w(), q.x(), q.y()); })},
+      {"transposed", "the rotations look transposed (inverse rotations with the right " + translations + ")",
+       "transpose each rotation", turned([](const Q& q) { return Q(q.conjugate()); })}};
+}
+
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   std::vector<Hypothesis<MotionData>> table;
   const auto add = [&](std::string code, std::string cause, std::string remedy, auto change,
@@ -283,25 +305,10 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
         fmt::format("invert each motion and give --frame {}", to_string(frame)),
         [=](const SE3& m, S s) { return change_frame(m.inverse(), frame, declared, s); }, price_of_two);
   }
-  const auto scaled = [](double factor) {
-    return [factor](const SE3& m, S) { return Result(SE3(m.rotation(), factor * m.translation())); };
-  };
-  add("centimetres", "the translations look like centimetres, not metres", "divide them by 100",
-      scaled(0.01));
-  add("millimetres", "the translations look like millimetres, not metres", "divide them by 1000",
-      scaled(0.001));
-  add("too_small_100", "the translations are 100 times too small", "multiply them by 100", scaled(100));
-  add("too_small_1000", "the translations are 1000 times too small (kilometres?)", "multiply them by 1000",
-      scaled(1000));
-  const auto turned = [](auto change) {
-    return [change](const SE3& m, S) { return Result(SE3(change(m.rotation()), m.translation())); };
-  };
-  add("quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
-      "reorder the columns to qx,qy,qz,qw", turned(w_first));
-  add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
-      "reorder the columns", turned(w_last));
-  add("transposed", "the rotations look transposed (inverse rotations with the right translations)",
-      "transpose each rotation", turned([](const Eigen::Quaterniond& q) { return q.conjugate(); }));
+  for (const auto& readings : {unit_readings("translations"), rotation_readings("translations")}) {
+    for (const auto& [code, cause, remedy, read] : readings)
+      add(code, cause, remedy, [read = read](const SE3& m, S) { return Result(read(m)); });
+  }
   table.push_back({"absolute",
                    "the values look like poses or motions since the first frame, not from frame k-1 to k",
                    "write the motion of each step", [declared](MotionData& data, double& ignored) {
@@ -473,19 +480,15 @@ std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& m
       squares.push_back(squared_residual(SE3(motion.rotation(), {0, 0, 0}), {}));
     return trimmed_mean(std::move(squares), fewest_steps);
   };
-  const auto turned = [](auto change) {
-    return [change](std::map<ObjectFrame, SE3>& read, double&) {
-      for (auto& [key, motion] : read) motion = SE3(change(motion.rotation()), motion.translation());
-      return true;
-    };
-  };
   const auto declared = mean_square(motions);
   if (!declared) return std::nullopt;
-  const std::vector<Hypothesis<std::map<ObjectFrame, SE3>>> table = {
-      {"quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
-       "reorder the columns to qx,qy,qz,qw", turned(w_first)},
-      {"quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
-       "reorder the columns", turned(w_last)}};
+  std::vector<Hypothesis<std::map<ObjectFrame, SE3>>> table;
+  for (const auto& [code, cause, remedy, read] : rotation_readings("translations")) {
+    table.push_back({code, cause, remedy, [read = read](std::map<ObjectFrame, SE3>& changed, double&) {
+                       for (auto& [key, motion] : changed) motion = read(motion);
+                       return true;
+                     }});
+  }
   // Residual of a rotation by 60 degrees.
   constexpr double large = rms_radius_m * rms_radius_m;
   return explain(*declared, read_as(table, motions, mean_square), {.negligible = large});

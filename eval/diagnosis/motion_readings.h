@@ -20,6 +20,7 @@
 // outliers do not depend on conventions. The rule of hypothesis.h applies to each object and to all together;
 // in the null reading no object moves.
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -118,6 +119,17 @@ std::optional<double> stillness_residual(MotionData data);
 /// looks like one that follows the camera. If `still` is not known, every reading is plausible.
 bool is_plausible(const Reading& reading, std::optional<double> still, double times);
 
+/// A reading of the numbers of a single motion or pose.
+struct NumberReading {
+  std::string code, cause, remedy;
+  std::function<SE3(const SE3&)> read;
+};
+/// Return the readings centimetres, millimetres, too_small_100 and too_small_1000, and those of rotations in
+/// another order: quaternion_w_first, quaternion_w_last and transposed. `translations` names the translations
+/// in the texts: "positions".
+std::vector<NumberReading> unit_readings(const std::string& translations);
+std::vector<NumberReading> rotation_readings(const std::string& translations);
+
 /// Every hypothesis about logged motions, for motions declared in `declared`:
 ///
 ///   frame_world, frame_body, frame_camera, frame_camera_axes   another frame than the declared one
@@ -162,5 +174,23 @@ std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& m
 /// if a body with ten such steps does not seem to do so.
 std::vector<int> bodies_that_reverse(const std::map<ObjectFrame, SE3>& body_motions,
                                      const std::vector<Eigen::Vector3d>& forward);
+
+// ---- Poses T_world_object of the objects of a log that contains motions only (object_pose_fit.cc), estimated
+// from two descriptions of the same motions. For each stretch of eight or more successive steps of one object,
+// the first pose L_0 minimises in least squares the error of
+//
+//   H_k L_{k-1} = L_{k-1} B_k
+//
+// with H_k the motion in the world and B_k that in the body frame. The reference motions then give the other
+// poses of the stretch. Samples of shorter stretches get no pose.
+
+/// Function that returns the motion of a sample in the world frame; empty if a pose that this needs is not
+/// known.
+using WorldMotion = std::function<std::optional<SE3>(const MotionSample&)>;
+
+/// Fits the poses with B_k the reference and H_k = in_world(), so that L_k = L_{k-1} B_k.
+void fit_poses_to_body_reference(MotionData& data, const WorldMotion& in_world);
+/// Fits the poses with H_k the reference and B_k the given motion, so that L_k = H_k L_{k-1}.
+void fit_poses_to_world_reference(MotionData& data);
 
 }  // namespace sextant

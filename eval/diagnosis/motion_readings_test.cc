@@ -102,7 +102,7 @@ TEST_P(MotionPlants, AreNamedInShortLogsOfSlowNoisyObjects) {
       plant(data, change);
       const auto found = explain_motions(data);
       ASSERT_FALSE(found.empty()) << code << ", " << n_frames << " frames";
-      EXPECT_TRUE(found[0].allows(code)) << code << " is called " << found[0].text("log");
+      EXPECT_TRUE(found[0].explanation.allows(code)) << code << " is called " << found[0].text("log");
     }
   }
 }
@@ -114,7 +114,7 @@ TEST_P(MotionPlants, OfOneObjectOfSeveralAreReportedOfItAlone) {
     plant(data, change, 2);
     const auto found = explain_motions(data);
     ASSERT_EQ(found.size(), 1u) << code;
-    EXPECT_TRUE(found[0].allows(code)) << code << " is called " << found[0].text("log");
+    EXPECT_TRUE(found[0].explanation.allows(code)) << code << " is called " << found[0].text("log");
     EXPECT_EQ(found[0].objects, std::vector<int>{2}) << code;
     EXPECT_FALSE(found[0].of_all);
   }
@@ -356,7 +356,7 @@ TEST(MotionReadings, OtherFramesAreNamedWithoutPosesOfObjects) {
     ASSERT_FALSE(of_body.empty()) << seed;
     EXPECT_EQ(of_body[0].code(), "frame_body") << of_body[0].text("log");
     ASSERT_FALSE(of_axes.empty()) << seed;
-    EXPECT_TRUE(of_axes[0].allows("frame_camera_axes")) << of_axes[0].text("log");
+    EXPECT_TRUE(of_axes[0].explanation.allows("frame_camera_axes")) << of_axes[0].text("log");
   }
 }
 
@@ -477,7 +477,7 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
       for (auto& [key, pose] : data.given) pose = change(pose, key.second);
       const auto found = explain_poses(data);
       ASSERT_FALSE(found.empty()) << code;
-      EXPECT_TRUE(found[0].allows(code)) << code << " is called " << found[0].text("log");
+      EXPECT_TRUE(found[0].explanation.allows(code)) << code << " is called " << found[0].text("log");
     }
     PoseData steps = right;
     for (auto& [key, pose] : steps.given) {
@@ -488,7 +488,7 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     }
     const auto found = explain_poses(steps);
     ASSERT_FALSE(found.empty());
-    EXPECT_TRUE(found[0].allows("per_step")) << found[0].text("log");
+    EXPECT_TRUE(found[0].explanation.allows("per_step")) << found[0].text("log");
     PoseData inverse = right;
     for (auto& [key, pose] : inverse.given) {
       const auto before = right.given.find(previous(key));
@@ -498,7 +498,7 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     }
     const auto inverted = explain_poses(inverse);
     ASSERT_FALSE(inverted.empty());
-    EXPECT_TRUE(inverted[0].allows("inverse_steps")) << inverted[0].text("log");
+    EXPECT_TRUE(inverted[0].explanation.allows("inverse_steps")) << inverted[0].text("log");
   }
 }
 

@@ -1,11 +1,10 @@
-#include "sextant/eval/diagnosis/object_pose_fit.h"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "sextant/base/quantile.h"
+#include "sextant/eval/diagnosis/motion_readings.h"
 
 namespace sextant {
 namespace {

@@ -90,14 +90,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
   };
   add("inverse", "the poses look inverted (world to body)", "invert each pose",
       [](const SE3& pose) { return pose.inverse(); });
-  const auto scaled = [](double factor) {
-    return [factor](const SE3& pose) { return SE3(pose.rotation(), factor * pose.translation()); };
-  };
-  add("centimetres", "the positions look like centimetres, not metres", "divide them by 100", scaled(0.01));
-  add("millimetres", "the positions look like millimetres, not metres", "divide them by 1000", scaled(0.001));
-  add("too_small_100", "the positions are 100 times too small", "multiply them by 100", scaled(100));
-  add("too_small_1000", "the positions are 1000 times too small (kilometres?)", "multiply them by 1000",
-      scaled(1000));
+  for (const auto& [code, cause, remedy, read] : unit_readings("positions")) add(code, cause, remedy, read);
   constexpr double price_of_scale = 0.6;
   table.push_back({"scale", "the positions look scaled: they agree when they are multiplied by {:.4g}",
                    "multiply them by this factor", fit_scale, price_of_scale, true});
@@ -109,16 +102,8 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
         "write C P inverse(C) with the rotation C from these axes to opencv's",
         [T_opencv_axes](const SE3& pose) { return T_opencv_axes * pose * T_opencv_axes.inverse(); });
   }
-  const auto turned = [](auto change) {
-    return [change](const SE3& pose) { return SE3(change(pose.rotation()), pose.translation()); };
-  };
-  using Q = Eigen::Quaterniond;
-  add("quaternion_w_first", "the quaternions look written w first (w x y z), read as x y z w",
-      "reorder the columns to qx,qy,qz,qw", turned([](const Q& q) { return Q(q.x(), q.y(), q.z(), q.w()); }));
-  add("quaternion_w_last", "the quaternions look written w last (x y z w), read as w x y z",
-      "reorder the columns", turned([](const Q& q) { return Q(q.z(), q.w(), q.x(), q.y()); }));
-  add("transposed", "the rotations look transposed (inverse rotations with the right positions)",
-      "transpose each rotation", turned([](const Q& q) { return q.conjugate(); }));
+  for (const auto& [code, cause, remedy, read] : rotation_readings("positions"))
+    add(code, cause, remedy, read);
   table.push_back({"per_step", "the values look like motions from frame to frame, not poses",
                    "chain them to poses",
                    [](PoseData& data, double&) {
@@ -176,8 +161,7 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
 }
 
 std::vector<ObjectExplanation> explain_poses(const PoseData& data) {
-  std::set<int> ids;
-  for (const auto& [key, pose] : data.given) ids.insert(key.first);
+  const std::set<int> ids = ids_of(data.given);
   const std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
   std::vector<ObjectExplanation> out =
       explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {

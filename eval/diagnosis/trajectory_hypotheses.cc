@@ -63,29 +63,25 @@ struct Side {
   double price;  ///< the estimate is cheaper, so that it is reported if both sides would explain the data
 };
 
-/// Adds hypotheses about one side; `change` returns false if the hypothesis does not apply.
-class Table {
- public:
-  explicit Table(const Side& side) : side_(side) {}
+/// Adds hypotheses about one side to a list; `change` returns false if the hypothesis does not apply.
+struct Table {
+  const Side& side;
+  std::vector<Hypothesis<TrajectoryPair>>& list;
 
+  /// `cause` follows the name of the side: "is mirrored", or "'s positions are mirrored".
   template <typename Change>
-  void add_of_pair(std::string code, std::string cause, std::string remedy, double price,
+  void add_of_pair(const std::string& code, const std::string& cause, const std::string& remedy, double price,
                    const Change& change) {
-    list_.push_back({std::move(code), "the " + side_.name + " " + std::move(cause), std::move(remedy),
-                     [change](TrajectoryPair& pair, double&) { return change(pair); }, price + side_.price,
-                     false});
+    const char* blank = cause.starts_with('\'') ? "" : " ";
+    list.push_back({code, "the " + side.name + blank + cause, remedy,
+                    [change](TrajectoryPair& pair, double&) { return change(pair); }, price + side.price});
   }
   template <typename Change>
-  void add(std::string code, std::string cause, std::string remedy, double price, const Change& change) {
-    const auto poses = side_.poses;
-    add_of_pair(std::move(code), std::move(cause), std::move(remedy), price,
-                [poses, change](TrajectoryPair& pair) { return change(pair.*poses); });
+  void add(const std::string& code, const std::string& cause, const std::string& remedy, double price,
+           const Change& change) {
+    add_of_pair(code, cause, remedy, price,
+                [poses = side.poses, change](TrajectoryPair& pair) { return change(pair.*poses); });
   }
-  std::vector<Hypothesis<TrajectoryPair>> take() { return std::move(list_); }
-
- private:
-  const Side& side_;
-  std::vector<Hypothesis<TrajectoryPair>> list_;
 };
 
 /// Wraps `change` so that it applies only to poses that have rotations.
@@ -122,7 +118,7 @@ std::string directions(const Eigen::Matrix3d& opencv_from_named) {
 void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOptions& options,
                  std::vector<Hypothesis<TrajectoryPair>>& out) {
   constexpr double mirrored_price = 0.15;
-  Table table(side);
+  Table table{side, out};
   table.add("inverse", "holds inverse poses, T_camera_world instead of T_world_camera",
             "give --" + side.prefix + "inverse", 0, of_rotations([](PoseSeries& poses) { invert(poses); }));
   for (const bool w_first : {true, false}) {
@@ -198,11 +194,6 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
                   return true;
                 });
     }
-  }
-  for (Hypothesis<TrajectoryPair>& hypothesis : table.take()) {
-    const size_t at = hypothesis.cause.find(" '");  // "the estimate 's positions"
-    if (at != std::string::npos) hypothesis.cause.erase(at, 1);
-    out.push_back(std::move(hypothesis));
   }
 }
 
@@ -298,17 +289,13 @@ void invert(PoseSeries& poses) {
 
 double path_in_pieces_m(const PoseSeries& poses) { return length_m(poses, pieces_of(poses)); }
 
-std::optional<double> direction_scatter_deg(const PoseSeries& poses) {
-  if (!poses.has_rotations()) return std::nullopt;
-  return scatter_deg(poses, pieces_of(poses));
-}
-
 std::optional<Explanation> explain_alone(const PoseSeries& poses) {
   constexpr double least_deg = 20, most_deg = 10;
   if (!poses.has_rotations() || poses.size() < 20) return std::nullopt;
-  const auto declared = direction_scatter_deg(poses);
+  const auto declared_pieces = pieces_of(poses);
+  const auto declared = scatter_deg(poses, declared_pieces);
   if (!declared || *declared < least_deg) return std::nullopt;
-  const double path_m = length_m(poses, pieces_of(poses));
+  const double path_m = length_m(poses, declared_pieces);
   std::vector<Reading> readings;
   for (const Hypothesis<TrajectoryPair>& hypothesis : trajectory_hypotheses({})) {
     if (hypothesis.code != "inverse" && hypothesis.code != "columns" && hypothesis.code != "transposed")

@@ -51,9 +51,6 @@ PoseSeries chained(const PoseSeries& steps, bool inverse);
 /// Replaces T_world_camera by T_camera_world or back, with the covariances.
 void invert(PoseSeries& poses);
 
-/// Scatter of "each alone" above, deg; empty without rotations, or for a path of fewer than 20 pieces.
-std::optional<double> direction_scatter_deg(const PoseSeries& poses);
-
 /// Returns the reading "inverse", "columns" or "transposed" that explains the poses alone; nullopt if none
 /// does. The declared reading must have a scatter of at least 20 deg. The returned one has at most 10 deg, a
 /// square that is at least five times smaller, and a path that is at most 1 % longer.

@@ -84,7 +84,7 @@ std::vector<LogDiagnosis> diagnoses_of(const std::vector<ObjectExplanation>& fou
 }
 
 bool any_allows(const std::vector<ObjectExplanation>& found, const std::string& code) {
-  return std::ranges::any_of(found, [&](const ObjectExplanation& e) { return e.allows(code); });
+  return std::ranges::any_of(found, [&](const ObjectExplanation& e) { return e.explanation.allows(code); });
 }
 
 void append(std::vector<LogDiagnosis>& all, std::vector<LogDiagnosis> more) {
