@@ -175,9 +175,9 @@ std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& m
 std::vector<int> bodies_that_reverse(const std::map<ObjectFrame, SE3>& body_motions,
                                      const std::vector<Eigen::Vector3d>& forward);
 
-// ---- Poses T_world_object of the objects of a log that contains motions only (object_pose_fit.cc), estimated
-// from two descriptions of the same motions. For each stretch of eight or more successive steps of one object,
-// the first pose L_0 minimises in least squares the error of
+// ---- Poses T_world_object of the objects of a log that contains motions only (object_pose_fit.cc),
+// estimated from two descriptions of the same motions. For each stretch of eight or more successive steps of
+// one object, the first pose L_0 minimises in least squares the error of
 //
 //   H_k L_{k-1} = L_{k-1} B_k
 //
