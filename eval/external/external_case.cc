@@ -3,24 +3,19 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
-#include "sextant/base/new_file.h"
 #include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/geometry/object_motion.h"
 
 namespace sextant {
 
-CaseFolder::CaseFolder(const fs::path& folder, Keep keep)
-    : keep_(folder.empty() ? std::nullopt : std::optional(keep)) {
+CaseFolder::CaseFolder(const fs::path& folder, Keep keep) : keep_(keep) {
   if (folder.empty()) {
-    std::string name = (fs::temp_directory_path() / "sextant_case_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) fail("{}: cannot create this folder", name);
-    path_ = name;
+    path_ = scratch_.emplace("sextant_case_").path();
   } else {
     path_ = fs::absolute(folder).lexically_normal();
     fs::remove_all(path_);  // left by an interrupted run
@@ -36,7 +31,6 @@ CaseFolder::~CaseFolder() {
   std::error_code ignored;
   if (keep_ != Keep::all) fs::remove_all(input(), ignored);
   if (keep_ != Keep::all && keep_ != Keep::output) fs::remove_all(output(), ignored);
-  if (!keep_) fs::remove_all(path_, ignored);
 }
 
 void write_case(const ProcessOutcome& outcome, const fs::path& folder) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/base/new_file.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/external/external_config.h"
 #include "sextant/eval/external/process.h"
@@ -24,7 +25,7 @@ namespace sextant {
 /// an exception.
 class CaseFolder {
  public:
-  /// With an empty `folder`, a temporary one is used and removed completely.
+  /// With an empty `folder`, a temporary one is used and removed completely, also after Ctrl-C.
   CaseFolder(const std::filesystem::path& folder, Keep keep);
   ~CaseFolder();
   CaseFolder(const CaseFolder&) = delete;
@@ -36,8 +37,9 @@ class CaseFolder {
   std::filesystem::path file(const std::string& name) const { return path_ / name; }
 
  private:
+  std::optional<ScratchFolder> scratch_;  ///< the temporary folder
   std::filesystem::path path_;
-  std::optional<Keep> keep_;  ///< nullopt: keep nothing
+  Keep keep_;
 };
 
 /// Writes case.json: how the program ended, for reading its output again.

@@ -288,32 +288,31 @@ class ExternalEstimator final : public CaseEstimator {
                                  const ProcessRequest* request) const {
     const int n_frames = numbers.last - numbers.first + 1;
     const ResultFolder output{folder / "output", numbers, outcome.ok()};
-    std::vector<std::vector<std::string>> problems(1);  // of the run, then of each set
+    std::vector<std::string> problems;  // of the run, then of each set
     if (!outcome.ok()) {
       const std::string last = last_line(folder / "stderr.txt");
-      problems[0].push_back(outcome.text() + (last.empty() ? "" : fmt::format(", stderr ends \"{}\"", last)));
+      problems.push_back(outcome.text() + (last.empty() ? "" : fmt::format(", stderr ends \"{}\"", last)));
     }
-    if (outcome.survivors) problems[0].emplace_back("some of its processes could not be killed");
+    if (outcome.survivors) problems.emplace_back("some of its processes could not be killed");
     FrameTimes times = read_frame_times(config_.times, output);
-    std::ranges::move(times.problems, std::back_inserter(problems[0]));
+    std::ranges::move(times.problems, std::back_inserter(problems));
+    const bool has_run_well = problems.empty();
     std::vector<ScoredSet> scored;
     std::map<std::string, ExternalResultSet> sets = config_.results;
     if (sets.empty()) sets[""] = config_.set;
     for (const auto& [name, set] : sets) {
       scored.push_back({name, read_external_results(set, output, context.sequence.truth())});
       const ExternalResults& results = scored.back().results;
-      problems.push_back(results.problems);
+      std::vector<std::string> of_set = results.problems;
       const auto n_poses = static_cast<int>(results.camera.poses().size());
-      if (problems[0].empty() && results.problems.empty() && n_poses < n_frames)
-        problems.back().push_back(fmt::format("camera poses of {} of {} frames", n_poses, n_frames));
-      if (name.empty()) continue;
-      for (std::string& problem : problems.back()) problem = fmt::format("results {}: {}", name, problem);
+      if (has_run_well && of_set.empty() && n_poses < n_frames)
+        of_set.push_back(fmt::format("camera poses of {} of {} frames", n_poses, n_frames));
+      for (const std::string& problem : of_set)
+        problems.push_back(name.empty() ? problem : fmt::format("results {}: {}", name, problem));
     }
-    std::vector<std::string> all;
-    for (const std::vector<std::string>& some : problems) all.insert(all.end(), some.begin(), some.end());
     if (request != nullptr)
-      write_file(folder / "log.txt", log_text(*request, outcome, scored, n_frames, times.notes, all));
-    for (std::string& problem : all) {
+      write_file(folder / "log.txt", log_text(*request, outcome, scored, n_frames, times.notes, problems));
+    for (std::string& problem : problems) {
       problem = fmt::format("{}: {} ({})", config_.name, problem,
                             context.folder.empty() ? "no logs are kept" : (folder / "log.txt").string());
     }
@@ -322,8 +321,8 @@ class ExternalEstimator final : public CaseEstimator {
     std::vector<NamedSolver> solvers;
     for (ScoredSet& set : scored) {
       solvers.push_back(
-          {set.name, std::make_unique<ExternalSolver>(std::move(set.results), std::exchange(all, {}), costs,
-                                                      context.pipeline.max_object_distance_m)});
+          {set.name, std::make_unique<ExternalSolver>(std::move(set.results), std::exchange(problems, {}),
+                                                      costs, context.pipeline.max_object_distance_m)});
     }
     return solvers;
   }

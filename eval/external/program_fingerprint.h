@@ -21,9 +21,6 @@
 // restricted to the folder itself.
 
 #include <filesystem>
-#include <set>
-#include <string>
-#include <vector>
 
 #include "sextant/eval/external/external_config.h"
 #include "sextant/eval/records/provenance.h"
@@ -37,16 +34,5 @@ inline constexpr size_t most_files_beside = 2000;
 /// if a pattern of `depends` matches no file, or a file cannot be read. A program that does not exist is left
 /// out, since starting it reports the error.
 Fingerprint program_fingerprint(const ExternalConfig& config, const std::filesystem::path& file);
-
-// ---- The files that match the patterns of "depends", see above.
-
-struct Dependencies {
-  std::set<std::filesystem::path> files;  ///< absolute, without "." and ".."
-  std::vector<std::string> not_seen;
-};
-
-/// Finds the files; patterns are relative to `folder`. Throws Error if a pattern other than the default
-/// matches no file.
-Dependencies find_dependencies(const FilePatterns& patterns, const std::filesystem::path& folder);
 
 }  // namespace sextant
