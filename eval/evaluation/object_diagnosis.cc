@@ -91,12 +91,6 @@ void append(std::vector<LogDiagnosis>& all, std::vector<LogDiagnosis> more) {
   std::ranges::move(more, std::back_inserter(all));
 }
 
-bool holds_poses(const Trajectory& camera) {
-  return std::ranges::any_of(camera.poses(), [](const auto& at) {
-    return !at.second.translation().isZero(0) || std::abs(at.second.rotation().w()) != 1;
-  });
-}
-
 PoseSeries series_of(const Motions& poses, int id) {
   PoseSeries series;
   for (auto it = poses.lower_bound({id, 0}); it != poses.end() && it->first.first == id; ++it) {

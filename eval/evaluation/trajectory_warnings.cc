@@ -11,6 +11,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
+#include "sextant/eval/logs/number_file.h"
 
 namespace sextant {
 
@@ -19,12 +20,6 @@ namespace {
 bool has_any(const std::string& text, std::initializer_list<std::string_view> words) {
   return std::any_of(words.begin(), words.end(),
                      [&](std::string_view word) { return text.find(word) != std::string::npos; });
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 /// Returns true if `word` stands in a file name separately, not within a longer word.
@@ -38,13 +33,13 @@ bool has_word(const std::string& name, std::string_view word) {
 }
 
 bool claims_truth(const TrajectorySide& side) {
-  const std::string name = lower(std::filesystem::path(side.name).filename());
+  const std::string name = lower_case(std::filesystem::path(side.name).filename().string());
   return has_any(name, {"groundtruth", "ground_truth", "ground-truth"}) || has_word(name, "gt") ||
          has_any(side.comments, {"ground truth", "groundtruth"});
 }
 
 bool claims_estimate(const TrajectorySide& side) {
-  const std::string name = lower(std::filesystem::path(side.name).filename());
+  const std::string name = lower_case(std::filesystem::path(side.name).filename().string());
   return !claims_truth(side) &&
          (has_word(name, "est") || has_any(name, {"estimate", "slam", "odometry", "keyframetrajectory"}));
 }

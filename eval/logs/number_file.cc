@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <vector>
@@ -29,6 +28,12 @@ std::string shown(std::string_view field) {
 }
 
 }  // namespace
+
+std::string lower_case(std::string_view text) {
+  std::string lower;
+  for (const char c : text) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return lower;
+}
 
 NumberFile::NumberFile(const std::string& path, char separator, const ReadRules& rules)
     : lines_(path, rules.kind.value_or(data_file), rules.whole_lines), separator_(separator) {}
@@ -72,6 +77,13 @@ std::optional<int64_t> NumberFile::integer(size_t i) const {
   return is_whole ? std::optional(value) : std::nullopt;
 }
 
+int NumberFile::whole(size_t i, const char* what) const {
+  const double value = values_[i];
+  if (value != std::trunc(value) || value < 0 || value > 1e9)
+    fail_here("expected {} for value {}, got {}", what, i + 1, value);
+  return static_cast<int>(value);
+}
+
 double NumberFile::parse(std::string_view field) const {
   const std::optional<double> value = number_in(field);
   const size_t column = values_.size() + 1;
@@ -112,8 +124,7 @@ std::vector<Name> names_of(std::string_view header) {
     if (!word.empty()) names.back().words.push_back(std::move(word));
     word.clear();
   };
-  for (const char raw : header) {
-    const char c = static_cast<char>(std::tolower(static_cast<unsigned char>(raw)));
+  for (const char c : lower_case(header)) {
     if (open) {
       if (c == ']' || c == ')') {
         open = false;
@@ -264,9 +275,8 @@ std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns,
 
 bool header_contradicts(std::string_view header, std::string_view names) {
   std::string plain;
-  for (const char c : header) {
-    if (!is_blank(c) && c != '"' && c != '#')
-      plain.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+  for (const char c : lower_case(header)) {
+    if (!is_blank(c) && c != '"' && c != '#') plain.push_back(c);
   }
   while (plain.ends_with(',')) plain.pop_back();
   return plain != names && std::ranges::count(plain, ',') == std::ranges::count(names, ',');
@@ -275,11 +285,11 @@ bool header_contradicts(std::string_view header, std::string_view names) {
 bool header_reorders(std::string_view header, std::string_view names) {
   const auto words_of = [](std::string_view text) {
     std::vector<std::string> words(1);
-    for (const char c : text) {
+    for (const char c : lower_case(text)) {
       if (c == ',' || is_blank(c) || c == '#' || c == '"') {
         if (!words.back().empty()) words.emplace_back();
       } else {
-        words.back().push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+        words.back().push_back(c);
       }
     }
     if (words.back().empty()) words.pop_back();

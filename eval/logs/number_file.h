@@ -23,6 +23,9 @@
 
 namespace sextant {
 
+/// Returns `text` with the letters A to Z in lower case.
+std::string lower_case(std::string_view text);
+
 // ---- Conventions of recorded covariances, with R = R_world_body:
 //
 //   convention  order               position error in   rotation error
@@ -58,6 +61,9 @@ class NumberFile {
   /// Returns value i of the record exactly if it is written as an integer that fits; otherwise nullopt. A
   /// double holds the ns since 1970 in steps of 256 only.
   std::optional<int64_t> integer(size_t i) const;
+  /// Returns value i, a frame number or an id. Throws Error that calls it `what` unless it is a whole number
+  /// from 0 to 1e9.
+  int whole(size_t i, const char* what = "a frame number") const;
   int64_t line() const { return lines_.number(); }  ///< from 1
   bool is_cut() const { return lines_.is_cut(); }   ///< at the end: true if the last line was left out
   /// Returns the approximate number of records, judged by the first one; at most 2^20, since later ones may

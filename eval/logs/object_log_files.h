@@ -15,13 +15,6 @@ namespace sextant {
 
 inline bool is_identity(const SE3& T) { return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1; }
 
-inline int whole(const NumberFile& file, size_t i, const char* what) {
-  const double value = file.values()[i];
-  if (value != std::trunc(value) || value < 0 || value > 1e9)
-    file.fail_here("expected {} for value {}, got {}", what, i + 1, value);
-  return static_cast<int>(value);
-}
-
 inline SE3 quaternion_pose(const NumberFile& file, size_t first, RepairLog& log) {
   return {Eigen::Quaterniond(quaternion_at(file, first + 3, false, log)), position_at(file, first)};
 }

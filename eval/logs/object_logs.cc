@@ -29,7 +29,7 @@ void read_dynosam_objects(const LogFolder& folder, const std::string& name, Obje
   FrameOrder order;
   for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 16, dynosam_object);
-    const ObjectFrame key = {whole(file, 1, "an object id"), whole(file, 0, "a frame number")};
+    const ObjectFrame key = {file.whole(1, "an object id"), file.whole(0)};
     const SE3 estimate = quaternion_pose(file, 2, repairs), truth = quaternion_pose(file, 9, repairs);
     if (is_identity(truth))
       repairs.note("the truth is exactly the identity: treated as missing", file.line());
@@ -42,7 +42,7 @@ void read_dynosam_cameras(const LogFolder& folder, const std::string& name, Obje
   FrameOrder order;
   for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 15, "frame_id,tx,ty,tz,qx,qy,qz,qw,gt_tx,gt_ty,gt_tz,gt_qx,gt_qy,gt_qz,gt_qw");
-    const int frame = whole(file, 0, "a frame number");
+    const int frame = file.whole(0);
     order.check(file, {0, frame}, "camera", &out.camera_lines);
     out.camera.set(frame, quaternion_pose(file, 1, repairs));
     out.true_camera.set(frame, quaternion_pose(file, 8, repairs));
@@ -68,7 +68,7 @@ void read_dynosam_times(const LogFolder& folder, const std::string& name, Object
   std::optional<StampedFrame> last;
   for_each_record(folder, name, ',', out, [&](const NumberFile& file, RepairLog&) {
     if (file.values().size() != 2) file.fail_here("expected frame_id,timestamp [ns]");
-    const StampedFrame now{whole(file, 0, "a frame number"), file.integer(1), file.values()[1]};
+    const StampedFrame now{file.whole(0), file.integer(1), file.values()[1]};
     if (last && now.frame > last->frame)
       steps_s.push_back(now.ns_since(*last) / 1e9 / (now.frame - last->frame));
     last = now;
@@ -117,7 +117,7 @@ std::map<ObjectFrame, SE3> read_vdo_motions(const LogFolder& folder, const std::
   FrameOrder order;
   for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 18, "frame, label and 16 values of a 4x4 motion");
-    const ObjectFrame key = {whole(file, 1, "a label"), whole(file, 0, "a frame number")};
+    const ObjectFrame key = {file.whole(1, "a label"), file.whole(0)};
     order.check(file, key, "label", lines);
     motions.emplace(key, matrix_pose(file, 2, repairs));
   });
@@ -129,7 +129,7 @@ void read_vdo_cameras(const LogFolder& folder, const std::string& name, Trajecto
   FrameOrder order;
   for_each_record(folder, name, ' ', out, [&](const NumberFile& file, RepairLog& repairs) {
     expect(file, 17, "a frame number and 16 values of a 4x4 pose");
-    const int frame = whole(file, 0, "a frame number");
+    const int frame = file.whole(0);
     order.check(file, {0, frame}, "camera", lines);
     camera.set(frame, matrix_pose(file, 1, repairs));
   });
@@ -346,11 +346,12 @@ std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log) {
   return poses;
 }
 
+bool holds_poses(const Trajectory& camera) {
+  return std::ranges::any_of(camera.poses(), [](const auto& at) { return !is_identity(at.second); });
+}
+
 void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
-  const auto& recorded = log.true_camera.poses();
-  const bool truth_is_logged =
-      std::any_of(recorded.begin(), recorded.end(), [](const auto& at) { return !is_identity(at.second); });
-  for (const auto& [frame, pose] : (truth_is_logged ? log.true_camera : log.camera).poses()) {
+  for (const auto& [frame, pose] : (holds_poses(log.true_camera) ? log.true_camera : log.camera).poses()) {
     const auto here = camera.pose(frame);
     if (!here) continue;
     const SE3 T = *here * pose.inverse();

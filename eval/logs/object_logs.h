@@ -121,6 +121,9 @@ void camera_motions_to_world(ObjectLog& log, const Trajectory& truth = {});
 /// successive steps is chained from the first of its frames that has a true pose; earlier steps are left out.
 std::map<ObjectFrame, SE3> chained_poses(const ObjectLog& log);
 
+/// Returns false if all poses are exactly the identity, which stands for missing poses.
+bool holds_poses(const Trajectory& camera);
+
 /// Moves the estimates of the log (camera, poses, motions and their covariances) into the world of `camera`,
 /// so that both agree in their first common camera pose. The log's true camera is used for this if it is
 /// known, otherwise the estimated one. A log without cameras must already be in that world.

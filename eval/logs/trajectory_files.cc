@@ -18,13 +18,6 @@
 namespace sextant {
 namespace {
 
-int frame_number(const NumberFile& file, size_t i) {
-  const double value = file.values()[i];
-  if (value != std::trunc(value) || value < 0 || value > 1e9)
-    file.fail_here("expected a frame number for value {}, got {}", i + 1, value);
-  return static_cast<int>(value);
-}
-
 /// Reader of all text formats: `add` appends one record of `n` values to the file's series.
 class TextReader {
  public:
@@ -56,9 +49,7 @@ class TextReader {
     finish_covariances(result_.poses, file_.path(), log_);
     check_order(result_.poses, file_.path());
     result_.warnings = log_.warnings(file_.path());
-    result_.comments = file_.comments() + file_.header();
-    std::transform(result_.comments.begin(), result_.comments.end(), result_.comments.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    result_.comments = lower_case(file_.comments() + file_.header());
     return std::move(result_);
   }
 
@@ -208,7 +199,7 @@ TrajectoryFile read_kitti(const std::string& path, const ReadRules& rules) {
           [](size_t n, char) { return n == 12 || n == 13; },
           [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
             const size_t first = file.values().size() - 12;
-            if (first == 1) out.poses.frames.push_back(frame_number(file, 0));
+            if (first == 1) out.poses.frames.push_back(file.whole(0));
             add_matrix(out.poses, file, first, log);
           });
 }
@@ -235,7 +226,7 @@ TrajectoryFile read_vdo(const std::string& path, const ReadRules& rules) {
             if (v[13] != 0 || v[14] != 0 || v[15] != 0 || v[16] != 1)
               file.fail_here("expected 0 0 0 1 as the last row of the pose, got {} {} {} {}", v[13], v[14],
                              v[15], v[16]);
-            out.poses.frames.push_back(frame_number(file, 0));
+            out.poses.frames.push_back(file.whole(0));
             add_matrix(out.poses, file, 1, log);
           });
 }
@@ -254,7 +245,7 @@ TrajectoryFile read_dynosam(const std::string& path, const ReadRules& rules) {
             }
             for (PoseSeries* series : {&out.poses, &*out.truth}) {
               const size_t first = series == &out.poses ? 1 : 8;
-              series->frames.push_back(frame_number(file, 0));
+              series->frames.push_back(file.whole(0));
               series->add(quaternion_at(file, first + 3, false, log), position_at(file, first));
             }
           });

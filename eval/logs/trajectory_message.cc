@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <filesystem>
 
 #include "sextant/base/json.h"
@@ -274,16 +273,6 @@ std::string TopicPoses::list(bool readable) const {
   }
   return n > 0 ? out : "none";
 }
-
-namespace {
-
-std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-}  // namespace
 
 TrajectoryFile TopicPoses::finish_transforms() {
   const std::string where = fmt::format("{}:{}:{}", file_, wanted_, frames_);
