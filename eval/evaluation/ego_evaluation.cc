@@ -279,7 +279,14 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     association.offset_s = r.offset->offset_s;
   }
   r.offset_s = association.offset_s;
-  const OffsetRemedy remedy(reference.poses.stamps_s, options.interpolate_max_gap_s.has_value());
+  // An estimated offset need not be a multiple of the time steps, so that few stamps may match without
+  // interpolation.
+  const std::vector<double>& stamps_s = reference.poses.stamps_s;
+  const bool advises_interpolation = !options.interpolate_max_gap_s && stamps_s.size() >= 2;
+  const std::string interpolate = advises_interpolation ? " " + interpolate_flag(stamps_s) : "";
+  const auto remedy = [&](double offset_s) {
+    return fmt::format("--offset {:.4f}, or --estimate-offset{}", offset_s, interpolate);
+  };
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
   const auto lag = warning_of_lag(reference.poses, estimate.poses, association.offset_s, remedy);
   if (lag) add({*lag});

@@ -13,15 +13,8 @@ namespace {
 
 constexpr const char* not_drawn = "NaN";  // gnuplot interrupts the line here
 
-struct StateStyle {
-  StepState state;
-  const char* colour;
-};
-constexpr std::array<StateStyle, 5> state_styles = {{{StepState::estimated, "#009E73"},
-                                                     {StepState::without_truth, "#56B4E9"},
-                                                     {StepState::gap, "#D55E00"},
-                                                     {StepState::missed, "#E69F00"},
-                                                     {StepState::gated, "#B9BDC4"}}};
+/// Colours of the states, in the order of StepState.
+constexpr std::array<const char*, 5> state_colours = {"#009E73", "#56B4E9", "#D55E00", "#E69F00", "#B9BDC4"};
 
 /// Returns the records of the first run of each system, in order of first appearance.
 std::vector<std::pair<std::string, RecordRefs>> first_runs(const std::vector<Record>& records) {
@@ -194,9 +187,10 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
           first - 0.5, last + 0.5, static_cast<double>(rows.size()) - 0.3, tics),
       {}};
   std::vector<LegendEntry> legend;
-  for (const auto& [state, colour] : state_styles) {
+  for (size_t i = 0; i < state_colours.size(); ++i) {
+    const auto state = static_cast<StepState>(i);
     if (std::ranges::count(spans, state, &StateSpan::state) == 0) continue;
-    const std::string fill = fmt::format("fc rgb \"{}\" fs solid 1 noborder", colour);
+    const std::string fill = fmt::format("fc rgb \"{}\" fs solid 1 noborder", state_colours[i]);
     panel.plots.push_back(
         fmt::format("data using {}:(column(\"row\")):(column(\"first\")-0.5):(column(\"last\")+0.5):"
                     "(column(\"row\")-0.38):(column("

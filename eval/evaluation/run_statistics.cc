@@ -29,12 +29,18 @@ std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
   for (const RunErrors& run : runs) {
     SEXTANT_CHECK(run.steps.size() == run.errors.size());
     if (run.errors.empty()) continue;
-    auto known =
-        std::find_if(systems.begin(), systems.end(), [&](const System& s) { return s.name == run.system; });
+    auto known = std::ranges::find(systems, run.system, &System::name);
     if (known == systems.end()) known = systems.insert(systems.end(), System{run.system, {}});
     known->runs.push_back(&run);
   }
   return systems;
+}
+
+std::vector<double> pooled_errors(const System& system) {
+  std::vector<double> errors;
+  for (const RunErrors* run : system.runs)
+    errors.insert(errors.end(), run->errors.begin(), run->errors.end());
+  return errors;
 }
 
 /// Bootstrap interval of a statistic that depends on the sums of 1, e and e^2 over the runs.
@@ -163,11 +169,10 @@ std::optional<SystemComparison> compare(const System& a, const System& b, Indepe
 std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs) {
   std::vector<SystemSummary> summaries;
   for (const System& system : systems_of(runs)) {
-    std::vector<double> errors;
+    const std::vector<double> errors = pooled_errors(system);
     std::vector<ErrorStatistics> of_runs;
     std::vector<size_t> counts;
     for (const RunErrors* run : system.runs) {
-      errors.insert(errors.end(), run->errors.begin(), run->errors.end());
       of_runs.push_back(error_statistics(run->errors));
       counts.push_back(run->errors.size());
     }
@@ -214,12 +219,7 @@ std::vector<std::string> notes_on_missing_p(const std::vector<SystemComparison>&
 
 std::vector<Distribution> by_system(const std::vector<RunErrors>& runs) {
   std::vector<Distribution> samples;
-  for (const RunErrors& run : runs) {
-    if (run.errors.empty()) continue;
-    auto sample = std::ranges::find(samples, run.system, &Distribution::title);
-    if (sample == samples.end()) sample = samples.insert(samples.end(), {run.system, {}});
-    sample->values.insert(sample->values.end(), run.errors.begin(), run.errors.end());
-  }
+  for (const System& system : systems_of(runs)) samples.push_back({system.name, pooled_errors(system)});
   return samples;
 }
 

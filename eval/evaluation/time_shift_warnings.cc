@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include "sextant/base/error.h"
@@ -83,53 +82,6 @@ double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate,
   return least;
 }
 
-/// Warns if a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors of the
-/// path or of its steps. `remedy` formats the advice, given the number of frames to add to the estimate's.
-std::optional<TrajectoryWarning> warning_of_rows_shifted(
-    const PoseSeries& reference, const PoseSeries& estimate, const AlignmentChoice& choice,
-    const std::function<std::string(int frames)>& remedy) {
-  constexpr int most_rows = 3;
-  constexpr size_t least_poses = 20;
-  constexpr double confirmed = 1.5;
-  if (!reference.has_rotations() || !estimate.has_rotations() || estimate.size() < least_poses)
-    return std::nullopt;
-  AlignmentChoice all = choice;
-  all.n_to_align = 0;
-  const size_t n = estimate.size() - most_rows;
-  const auto shifted = [&](int k) {  // row i + k of the estimate belongs to row i
-    const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0,
-                 of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
-    const double steps = step_squares(reference, estimate, of_reference, of_estimate, n);
-    const auto found =
-        aligned_agreement(thinned(reference, of_reference, n), thinned(estimate, of_estimate, n), all);
-    return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
-  };
-  const auto [squares_0, steps_0] = shifted(0);
-  constexpr double of_path = 25;
-  const double by_place = squares_of_place(reference, estimate, all);
-  std::vector<Reading> readings;
-  for (int k = -most_rows; k <= most_rows; ++k) {
-    if (k == 0) continue;
-    const auto [squares, steps] = shifted(k);
-    const std::string cause = fmt::format("the estimate is {} by {} frame{}", k > 0 ? "late" : "early",
-                                          std::abs(k), std::abs(k) > 1 ? "s" : "");
-    const bool by_path =
-        squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
-    const bool by_steps =
-        explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
-    // Where independent errors of the poses hide the steps, the path decides, if no other place of the world
-    // or of the body explains it.
-    const bool by_path_alone =
-        squares && squares_0 && of_path * *squares <= *squares_0 && explains_times * *squares <= by_place;
-    if (by_path || by_steps || by_path_alone) readings.push_back({"lag", cause, remedy(-k), steps, 0});
-  }
-  const auto best = std::ranges::min_element(readings, {}, &Reading::residual);
-  if (best == readings.end() || !(steps_0 > 1e-12)) return std::nullopt;
-  return TrajectoryWarning{
-      "lag", fmt::format("{}: {} (RMS difference of the steps {:.3g} m read so, {:.3g} m as declared)",
-                         best->cause, best->remedy, std::sqrt(best->residual), std::sqrt(steps_0))};
-}
-
 }  // namespace
 
 std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
@@ -200,19 +152,58 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
 std::optional<TrajectoryWarning> warning_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                                                  double offset_s, const AlignmentChoice& choice,
                                                  const OffsetRemedy& remedy) {
+  constexpr int most_rows = 3;
+  constexpr size_t least_poses = 20;
+  constexpr double confirmed = 1.5;
   const bool stamped = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   const std::vector<int> frames = frames_of(reference);
   for (size_t i = 1; !stamped && i < frames.size(); ++i) {
     if (frames[i] != frames[i - 1] + 1) return std::nullopt;
   }
-  if (!stamped)
-    return warning_of_rows_shifted(reference, estimate, choice, [](int n_rows) {
-      return fmt::format("add {} to its frame numbers (a frame number may stand before the 12 values)",
-                         n_rows);
-    });
-  const double step_s = median_step(reference.stamps_s);
-  return warning_of_rows_shifted(reference, estimate, choice,
-                                 [&](int n_rows) { return "give " + remedy(offset_s + n_rows * step_s); });
+  if (!reference.has_rotations() || !estimate.has_rotations() || estimate.size() < least_poses)
+    return std::nullopt;
+  const double step_s = stamped ? median_step(reference.stamps_s) : 0;
+  const auto correction = [&](int n_frames) {  // to add to the estimate's
+    return stamped
+               ? "give " + remedy(offset_s + n_frames * step_s)
+               : fmt::format("add {} to its frame numbers (a frame number may stand before the 12 values)",
+                             n_frames);
+  };
+  AlignmentChoice all = choice;
+  all.n_to_align = 0;
+  const size_t n = estimate.size() - most_rows;
+  const auto shifted = [&](int k) {  // row i + k of the estimate belongs to row i
+    const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0,
+                 of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
+    const double steps = step_squares(reference, estimate, of_reference, of_estimate, n);
+    const auto found =
+        aligned_agreement(thinned(reference, of_reference, n), thinned(estimate, of_estimate, n), all);
+    return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
+  };
+  const auto [squares_0, steps_0] = shifted(0);
+  constexpr double of_path = 25;
+  const double by_place = squares_of_place(reference, estimate, all);
+  std::vector<Reading> readings;
+  for (int k = -most_rows; k <= most_rows; ++k) {
+    if (k == 0) continue;
+    const auto [squares, steps] = shifted(k);
+    const std::string cause = fmt::format("the estimate is {} by {} frame{}", k > 0 ? "late" : "early",
+                                          std::abs(k), std::abs(k) > 1 ? "s" : "");
+    const bool by_path =
+        squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
+    const bool by_steps =
+        explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
+    // Where independent errors of the poses hide the steps, the path decides, if no other place of the world
+    // or of the body explains it.
+    const bool by_path_alone =
+        squares && squares_0 && of_path * *squares <= *squares_0 && explains_times * *squares <= by_place;
+    if (by_path || by_steps || by_path_alone) readings.push_back({"lag", cause, correction(-k), steps, 0});
+  }
+  const auto best = std::ranges::min_element(readings, {}, &Reading::residual);
+  if (best == readings.end() || !(steps_0 > 1e-12)) return std::nullopt;
+  return TrajectoryWarning{
+      "lag", fmt::format("{}: {} (RMS difference of the steps {:.3g} m read so, {:.3g} m as declared)",
+                         best->cause, best->remedy, std::sqrt(best->residual), std::sqrt(steps_0))};
 }
 
 }  // namespace sextant

@@ -10,8 +10,7 @@
 //   rows     a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors
 //            of the path or of its steps
 
-#include <fmt/format.h>
-
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,22 +21,8 @@
 
 namespace sextant {
 
-/// Formats the flags that correct the estimate's clock. An estimated offset need not be a multiple of the
-/// time steps, so --estimate-offset is named with --interpolate unless the reference is interpolated already.
-class OffsetRemedy {
- public:
-  OffsetRemedy(const std::vector<double>& reference_stamps_s, bool interpolates)
-      : interpolate_(
-            interpolates || reference_stamps_s.size() < 2 ? "" : " " + interpolate_flag(reference_stamps_s)) {
-  }
-  /// Returns e.g. "--offset -0.2500, or --estimate-offset --interpolate 0.15".
-  std::string operator()(double offset_s) const {
-    return fmt::format("--offset {:.4f}, or --estimate-offset{}", offset_s, interpolate_);
-  }
-
- private:
-  std::string interpolate_;
-};
+/// Formats the flags that correct the estimate's clock by an offset: "--offset -0.2500, or --estimate-offset".
+using OffsetRemedy = std::function<std::string(double offset_s)>;
 
 /// Warns of a lag of the motions that remains after `offset_s` is added to the estimate's stamps. Takes both
 /// trajectories before they are matched; times are stamps if both have them, otherwise frame numbers.

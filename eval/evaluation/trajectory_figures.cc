@@ -431,15 +431,6 @@ OutputFiles curve_files(const EgoCurves& curves) {
 
 namespace {
 
-std::vector<double> kept_coordinates(const std::vector<Eigen::Vector3d>& vectors, int axis,
-                                     const std::vector<size_t>& kept) {
-  std::vector<double> list;
-  for (const size_t i : kept) {
-    if (!vectors.empty()) list.push_back(vectors[i][axis]);
-  }
-  return list;
-}
-
 template <typename Value>
 std::vector<Value> of_kept(const std::vector<Value>& all, const std::vector<size_t>& kept) {
   std::vector<Value> list;
@@ -451,16 +442,19 @@ std::vector<Value> of_kept(const std::vector<Value>& all, const std::vector<size
 
 ExploredPath explored(const TrajectoryCurve& curve, int colour, size_t most) {
   const std::vector<size_t> kept = thinned(curve, most);
-  return {.label = curve.name,
-          .is_reference = colour == 0,
-          .colour = colour,
-          .time = of_kept(curve.time, kept),
-          .frame = of_kept(curve.frame, kept),
-          .position_m = of_kept(curve.position_m, kept),
-          .begins = of_kept(curve.begins, kept),
-          .values = {of_kept(curve.error, kept), kept_coordinates(curve.angles_deg, 0, kept),
-                     kept_coordinates(curve.angles_deg, 1, kept), kept_coordinates(curve.angles_deg, 2, kept),
-                     of_kept(curve.speed, kept)}};
+  std::array<std::vector<double>, 3> angles;
+  for (const Eigen::Vector3d& of_pose : of_kept(curve.angles_deg, kept)) {
+    for (int k = 0; k < 3; ++k) angles[static_cast<size_t>(k)].push_back(of_pose[k]);
+  }
+  return {
+      .label = curve.name,
+      .is_reference = colour == 0,
+      .colour = colour,
+      .time = of_kept(curve.time, kept),
+      .frame = of_kept(curve.frame, kept),
+      .position_m = of_kept(curve.position_m, kept),
+      .begins = of_kept(curve.begins, kept),
+      .values = {of_kept(curve.error, kept), angles[0], angles[1], angles[2], of_kept(curve.speed, kept)}};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 
 namespace sextant {
@@ -43,25 +44,17 @@ std::vector<double> step_speeds(const TrajectoryCurve& curve) {
   return speed;
 }
 
-std::vector<double> times_of(const PoseSeries& series, bool has_time, double begin_s) {
-  std::vector<double> time(series.size());
-  for (size_t i = 0; i < time.size(); ++i) {
-    const double frame = series.frames.empty() ? static_cast<double>(i) : series.frames[i];
-    time[i] = has_time ? series.stamps_s[i] - begin_s : frame;
-  }
-  return time;
-}
-
-TrajectoryCurve curve_of_reference(const PoseSeries& poses, bool has_time, const ViewAxes& axes) {
+TrajectoryCurve curve_of_reference(const PoseSeries& poses, double begin_s, const ViewAxes& axes) {
   TrajectoryCurve curve;
   curve.name = "reference";
-  curve.time = times_of(poses, has_time, has_time ? poses.stamps_s.front() : 0);
+  curve.time = times_of(poses);
+  for (double& t : curve.time) t -= begin_s;
+  curve.frame = frames_of(poses);
   curve.position_m = poses.positions_m;
   double path_m = 0;
   for (size_t i = 0; i < poses.size(); ++i) {
     if (i > 0) path_m += (poses.positions_m[i] - poses.positions_m[i - 1]).norm();
     curve.path_m.push_back(path_m);
-    curve.frame.push_back(poses.frames.empty() ? static_cast<int>(i) : poses.frames[i]);
     if (!poses.has_rotations()) continue;
     Eigen::Vector3d angles = angles_deg(poses.rotations[i], axes);
     for (int k = 0; k < 3 && i > 0; ++k) angles[k] = nearest_turn(curve.angles_deg.back()[k], angles[k]);
@@ -155,8 +148,8 @@ EgoCurves ego_curves(const std::vector<EgoResult>& runs, const EgoReference& ref
   curves.axes = view_axes(plane, reference.poses.positions_m, options.up);
   curves.has_time = !reference.poses.stamps_s.empty();
   curves.error_title = error_title(options);
-  curves.reference = curve_of_reference(reference.poses, curves.has_time, curves.axes);
   const double begin_s = curves.has_time ? reference.poses.stamps_s.front() : 0;
+  curves.reference = curve_of_reference(reference.poses, begin_s, curves.axes);
   for (const EgoResult& run : runs)
     curves.runs.push_back(curve_of_run(run, curves.reference, curves, begin_s));
   return curves;
