@@ -175,6 +175,57 @@ Json comparison_json(const SystemComparison& c, const EgoOptions& options) {
   return json;
 }
 
+/// The columns of statistics of errors, without the sum of squares.
+Fields<ErrorStatistics> statistics_fields() {
+  return {{Column::number("rmse", 6), &ErrorStatistics::rmse},
+          {Column::number("mean", 6), &ErrorStatistics::mean},
+          {Column::number("median", 6), &ErrorStatistics::median},
+          {Column::number("std", 6), &ErrorStatistics::std},
+          {Column::number("min", 6), &ErrorStatistics::min},
+          {Column::number("max", 6), &ErrorStatistics::max}};
+}
+
+/// Returns the function that computes a statistic of errors per frame; its cell is empty without errors.
+auto statistic_of(std::vector<double> PerFrameErrors::*errors, double ErrorStatistics::*statistic) {
+  return [errors, statistic](const EgoResult& r) {
+    const std::vector<double>& values = r.per_frame.*errors;
+    return values.empty() ? Cell() : Cell(error_statistics(values).*statistic);
+  };
+}
+
+std::optional<double> translation_percent(const EgoResult& r) { return r.kitti.all.translation_percent; }
+std::optional<double> rotation_deg_per_m(const EgoResult& r) { return r.kitti.all.rotation_deg_per_m; }
+
+/// A row of the table of errors: one run, or all runs of a system together, for which `run` is null.
+struct ErrorRow {
+  std::string name;
+  size_t n = 0;
+  ErrorStatistics statistics;
+  const EgoResult* run = nullptr;
+};
+
+Fields<ErrorRow> error_fields(const std::vector<EgoResult>& runs, const EgoOptions& options, bool steps) {
+  const auto any = [&](const auto& has) { return steps && std::ranges::any_of(runs, has); };
+  Fields<EgoResult> matched, of_steps;
+  matched.add(Column::count("n_matched", "matched"), [](const EgoResult& r) { return r.estimate.size(); });
+  if (any([](const EgoResult& r) { return !r.per_frame.Et_m.empty(); })) {
+    of_steps.add(Column::number("Et_mean_m", "E_t [m]", 4),
+                 statistic_of(&PerFrameErrors::Et_m, &ErrorStatistics::mean));
+    of_steps.add(Column::number("ER_mean_deg", "E_R [deg]", 4),
+                 statistic_of(&PerFrameErrors::ER_deg, &ErrorStatistics::mean));
+  }
+  if (any([](const EgoResult& r) { return r.kitti.all.n > 0; })) {
+    of_steps.add(Column::number("translation_percent", "t_rel [%]", 4), translation_percent);
+    of_steps.add(Column::number("rotation_deg_per_m", "r_rel [deg/m]", 6), rotation_deg_per_m);
+  }
+  Fields<ErrorRow> fields = {{Column::text("estimate"), &ErrorRow::name}};
+  fields.add(matched, &ErrorRow::run);
+  if (!steps || options.rpe) fields.add(Column::count("n"), &ErrorRow::n);
+  fields.add(statistics_fields(), [](const ErrorRow& row) { return &row.statistics; });
+  if (!steps) fields.add(Column::number("sse", 6), [](const ErrorRow& row) { return row.statistics.sse; });
+  return fields.add(of_steps, &ErrorRow::run);
+}
+
 }  // namespace
 
 Json to_json(const ErrorStatistics& s) {
@@ -208,57 +259,28 @@ Json ego_json(const std::vector<EgoResult>& runs, const EgoReference& reference,
 
 Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& reference,
                       const EgoOptions& options, bool steps) {
-  Table table;
-  table.title = fmt::format("{} {} [{}]{}", options.rpe ? "RPE" : "APE", to_string(options.relation),
-                            unit_of(options.relation), options.rpe ? " over " + options.rpe->text() : "");
-  if (options.rpe && options.rpe->all_pairs) table.title += ", all pairs";
-  table.caption = fmt::format("reference {} ({} poses), alignment {}", reference.side.name,
-                              reference.poses.size(), to_string(options.alignment));
-  table.columns = {Column::text("estimate"),  Column::count("n_matched", "matched"),
-                   Column::count("n"),        Column::number("rmse", 6),
-                   Column::number("mean", 6), Column::number("median", 6),
-                   Column::number("std", 6),  Column::number("min", 6),
-                   Column::number("max", 6),  Column::number("sse", 6)};
-  if (steps) {
-    table.columns.pop_back();
-    if (!options.rpe) table.columns.erase(table.columns.begin() + 2);
-    const auto any = [&](const auto& has) { return std::ranges::any_of(runs, has); };
-    if (any([](const EgoResult& r) { return !r.per_frame.Et_m.empty(); })) {
-      table.columns.push_back(Column::number("Et_mean_m", "E_t [m]", 4));
-      table.columns.push_back(Column::number("ER_mean_deg", "E_R [deg]", 4));
-    }
-    if (any([](const EgoResult& r) { return r.kitti.all.n > 0; })) {
-      table.columns.push_back(Column::number("translation_percent", "t_rel [%]", 4));
-      table.columns.push_back(Column::number("rotation_deg_per_m", "r_rel [deg/m]", 6));
+  std::vector<ErrorRow> rows;
+  std::vector<std::string> intervals;
+  for (const EgoResult& r : runs) rows.push_back({r.name, r.errors.size(), r.statistics, &r});
+  if (runs.size() > 1) {
+    for (const SystemSummary& s : summarize_systems(run_errors(runs))) {
+      if (s.n_runs < 2) continue;
+      rows.push_back({fmt::format("{}: {} runs pooled", s.name, s.n_runs), s.n_errors, s.pooled});
+      if (s.rmse_interval) {
+        intervals.push_back(fmt::format(
+            "{}: 95 % interval over runs of rmse {:.6f} .. {:.6f}, of mean {:.6f} .. {:.6f}", s.name,
+            s.rmse_interval->low, s.rmse_interval->high, s.mean_interval->low, s.mean_interval->high));
+      }
     }
   }
-  const auto add = [&](const std::string& name, Cell matched, size_t n, const ErrorStatistics& s,
-                       const EgoResult* run) {
-    std::vector<Cell> row;
-    for (const Column& column : table.columns) {
-      const std::string& key = column.key;
-      if (key == "estimate") row.emplace_back(name);
-      if (key == "n_matched") row.push_back(matched);
-      if (key == "n") row.emplace_back(n);
-      if (key == "rmse") row.emplace_back(s.rmse);
-      if (key == "mean") row.emplace_back(s.mean);
-      if (key == "median") row.emplace_back(s.median);
-      if (key == "std") row.emplace_back(s.std);
-      if (key == "min") row.emplace_back(s.min);
-      if (key == "max") row.emplace_back(s.max);
-      if (key == "sse") row.emplace_back(s.sse);
-      const bool stepped = run && !run->per_frame.Et_m.empty();
-      if (key == "Et_mean_m")
-        row.push_back(stepped ? Cell(error_statistics(run->per_frame.Et_m).mean) : Cell());
-      if (key == "ER_mean_deg")
-        row.push_back(stepped ? Cell(error_statistics(run->per_frame.ER_deg).mean) : Cell());
-      if (key == "translation_percent")
-        row.push_back(run ? Cell(run->kitti.all.translation_percent) : Cell());
-      if (key == "rotation_deg_per_m") row.push_back(run ? Cell(run->kitti.all.rotation_deg_per_m) : Cell());
-    }
-    table.add_row(std::move(row));
-  };
-  for (const EgoResult& r : runs) add(r.name, r.estimate.size(), r.errors.size(), r.statistics, &r);
+  const bool all_pairs = options.rpe && options.rpe->all_pairs;
+  Table table =
+      table_of(fmt::format("{} {} [{}]{}{}", options.rpe ? "RPE" : "APE", to_string(options.relation),
+                           unit_of(options.relation), options.rpe ? " over " + options.rpe->text() : "",
+                           all_pairs ? ", all pairs" : ""),
+               fmt::format("reference {} ({} poses), alignment {}", reference.side.name,
+                           reference.poses.size(), to_string(options.alignment)),
+               error_fields(runs, options, steps), rows);
   for (const EgoResult& r : runs) {
     if (r.offset) {
       table.notes.push_back(
@@ -274,40 +296,29 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
     }
   }
   if (steps) note_left_out(runs, table);
-  if (runs.size() == 1) return table;
-  for (const SystemSummary& s : summarize_systems(run_errors(runs))) {
-    if (s.n_runs < 2) continue;
-    add(fmt::format("{}: {} runs pooled", s.name, s.n_runs), Cell(), s.n_errors, s.pooled, nullptr);
-    if (s.rmse_interval) {
-      table.notes.push_back(fmt::format(
-          "{}: 95 % interval over runs of rmse {:.6f} .. {:.6f}, of mean {:.6f} .. {:.6f}", s.name,
-          s.rmse_interval->low, s.rmse_interval->high, s.mean_interval->low, s.mean_interval->high));
-    }
-  }
+  std::ranges::move(intervals, std::back_inserter(table.notes));
   return table;
 }
 
 Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& options) {
-  Table table;
-  if (options.rpe_lengths.empty()) return table;
-  table.title = fmt::format("RPE {} [{}] over several lengths{}", to_string(options.relation),
-                            unit_of(options.relation), options.rpe->all_pairs ? ", all pairs" : "");
-  table.columns = {Column::text("estimate"),  Column::text("length"),    Column::count("n"),
-                   Column::number("rmse", 6), Column::number("mean", 6), Column::number("median", 6),
-                   Column::number("std", 6),  Column::number("min", 6),  Column::number("max", 6)};
-  bool has_none = false;
+  if (options.rpe_lengths.empty()) return {};
+  struct Row {
+    std::string name;
+    const ErrorsOverLength* over;
+  };
+  std::vector<Row> rows;
   for (const EgoResult& r : runs) {
-    for (const ErrorsOverLength& over : r.by_length) {
-      std::vector<Cell> row = {r.name, over.length.text(), over.errors.size()};
-      for (double ErrorStatistics::*what :
-           {&ErrorStatistics::rmse, &ErrorStatistics::mean, &ErrorStatistics::median, &ErrorStatistics::std,
-            &ErrorStatistics::min, &ErrorStatistics::max})
-        row.push_back(over.statistics ? Cell((*over.statistics).*what) : Cell());
-      has_none = has_none || !over.statistics;
-      table.add_row(std::move(row));
-    }
+    for (const ErrorsOverLength& over : r.by_length) rows.push_back({r.name, &over});
   }
-  if (has_none) table.notes.push_back("-: no pair of poses is that far apart.");
+  Fields<Row> fields = {{Column::text("estimate"), &Row::name},
+                        {Column::text("length"), [](const Row& row) { return row.over->length.text(); }},
+                        {Column::count("n"), [](const Row& row) { return row.over->errors.size(); }}};
+  fields.add(statistics_fields(), [](const Row& row) { return row.over->statistics; });
+  Table table = table_of(fmt::format("RPE {} [{}] over several lengths{}", to_string(options.relation),
+                                     unit_of(options.relation), options.rpe->all_pairs ? ", all pairs" : ""),
+                         "", fields, rows);
+  if (std::ranges::any_of(rows, [](const Row& row) { return !row.over->statistics; }))
+    table.notes.push_back("-: no pair of poses is that far apart.");
   return table;
 }
 
@@ -348,20 +359,15 @@ Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& o
 }
 
 Table ego_consistency_table(const std::vector<EgoResult>& runs) {
-  Table table;
-  table.title = "Consistency of the covariances: NEES after the alignment";
-  table.columns = {Column::text("estimate"), Column::count("n"), Column::count("dof", "expected"),
-                   Column::number("nees", "mean", 3)};
-  for (Column& column : range_columns("nees_low", "nees_high", 3, "95 % if consistent"))
-    table.columns.push_back(std::move(column));
-  table.columns.push_back(Column::number("position", "position (3)", 3));
-  table.columns.push_back(Column::number("rotation", "rotation (3)", 3));
+  Fields<TrajectoryConsistency> of_run = {{Column::count("n"), &TrajectoryConsistency::n},
+                                          {Column::count("dof", "expected"), &TrajectoryConsistency::dof}};
+  Fields<EgoResult> fields = {{Column::text("estimate"), &EgoResult::name}};
+  fields.add(of_run.add(consistency_fields()), &EgoResult::consistency);
+  std::vector<const EgoResult*> rows;  // runs with covariances
   for (const EgoResult& r : runs) {
-    if (!r.consistency) continue;
-    const TrajectoryConsistency& c = *r.consistency;
-    table.add_row(
-        {r.name, c.n, c.dof, c.nees, c.interval.low, c.interval.high, c.position_nees, c.rotation_nees});
+    if (r.consistency) rows.push_back(&r);
   }
+  Table table = table_of("Consistency of the covariances: NEES after the alignment", "", fields, rows);
   table.notes.push_back(
       "The interval holds for independent errors. Errors of neighbouring poses depend on each other, so the "
       "actual interval is wider.");
@@ -369,31 +375,23 @@ Table ego_consistency_table(const std::vector<EgoResult>& runs) {
 }
 
 Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& reference) {
-  Table table{
-      "Per frame (paper) and KITTI odometry errors",
-      "",
-      {Column::text("estimate"), Column::count("n", "steps"), Column::number("Et_mean_m", "E_t mean [m]", 4),
-       Column::number("Et_rmse_m", "RMSE", 4), Column::number("ER_mean_deg", "E_R mean [deg]", 4),
-       Column::number("ER_rmse_deg", "RMSE", 4),
-       Column::number("ER_float_acos_mean_deg", "in floats [deg]", 4),
-       Column::count("n_stretches", "stretches"), Column::number("translation_percent", "t_rel [%]", 4),
-       Column::number("rotation_deg_per_m", "r_rel [deg/m]", 6),
-       Column::number("umeyama_scale", "scale", 4)}};
+  using E = PerFrameErrors;
+  using S = ErrorStatistics;
+  const Fields<EgoResult> fields = {
+      {Column::text("estimate"), &EgoResult::name},
+      {Column::count("n", "steps"), [](const EgoResult& r) { return r.per_frame.Et_m.size(); }},
+      {Column::number("Et_mean_m", "E_t mean [m]", 4), statistic_of(&E::Et_m, &S::mean)},
+      {Column::number("Et_rmse_m", "RMSE", 4), statistic_of(&E::Et_m, &S::rmse)},
+      {Column::number("ER_mean_deg", "E_R mean [deg]", 4), statistic_of(&E::ER_deg, &S::mean)},
+      {Column::number("ER_rmse_deg", "RMSE", 4), statistic_of(&E::ER_deg, &S::rmse)},
+      {Column::number("ER_float_acos_mean_deg", "in floats [deg]", 4),
+       statistic_of(&E::ER_float_acos_deg, &S::mean)},
+      {Column::count("n_stretches", "stretches"), [](const EgoResult& r) { return r.kitti.all.n; }},
+      {Column::number("translation_percent", "t_rel [%]", 4), translation_percent},
+      {Column::number("rotation_deg_per_m", "r_rel [deg/m]", 6), rotation_deg_per_m},
+      {Column::number("umeyama_scale", "scale", 4), &EgoResult::umeyama_scale}};
+  Table table = table_of("Per frame (paper) and KITTI odometry errors", "", fields, runs);
   for (const EgoResult& r : runs) {
-    const PerFrameErrors& e = r.per_frame;
-    std::optional<ErrorStatistics> t, a, in_floats;
-    if (!e.Et_m.empty()) {
-      t = error_statistics(e.Et_m);
-      a = error_statistics(e.ER_deg);
-    }
-    if (!e.ER_float_acos_deg.empty()) in_floats = error_statistics(e.ER_float_acos_deg);
-    const auto of = [](const std::optional<ErrorStatistics>& s, double ErrorStatistics::*what) {
-      return s ? Cell((*s).*what) : Cell();
-    };
-    table.add_row({r.name, e.Et_m.size(), of(t, &ErrorStatistics::mean), of(t, &ErrorStatistics::rmse),
-                   of(a, &ErrorStatistics::mean), of(a, &ErrorStatistics::rmse),
-                   of(in_floats, &ErrorStatistics::mean), r.kitti.all.n, r.kitti.all.translation_percent,
-                   r.kitti.all.rotation_deg_per_m, r.umeyama_scale});
     if (r.kitti.all.n == 0 && r.reference.has_rotations() && r.estimate.has_rotations()) {
       table.notes.push_back(
           fmt::format("{}: KITTI odometry errors need 100 m of path; the reference has {:.1f} m", r.name,
@@ -418,39 +416,26 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
 }
 
 Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions& options) {
-  Table table;
-  table.title =
-      fmt::format("Comparison of systems: difference of mean error [{}]", unit_of(options.relation));
   const bool has_blocks = unit_of_errors(options) == IndependentUnit::blocks;
-  table.caption = has_blocks
-                      ? "Sign-flip test over blocks of successive poses, two-sided, p adjusted after Holm."
-                      : "Exact Mann-Whitney test of the mean errors of the runs, two-sided, p adjusted after "
-                        "Holm: absolute errors along one path depend on each other, so the runs are the "
-                        "independent units.";
-  table.columns = {Column::text("a"), Column::text("b"), Column::count("n_common", "poses")};
-  if (has_blocks) {
-    table.columns.push_back(Column::count("stretches", "blocks"));
-  } else {
-    table.columns.push_back(Column::count("runs_a", "runs of a"));
-    table.columns.push_back(Column::count("runs_b", "runs of b"));
-  }
-  table.columns.push_back(Column::number("mean_difference", "a - b", 6));
-  table.columns.push_back(Column::number("p", 4));
-  if (runs.size() < 2) return table;
-  const std::vector<SystemComparison> comparisons =
-      compare_systems(run_errors(runs), unit_of_errors(options));
+  using C = SystemComparison;
+  Fields<C> fields = {{Column::text("a"), &C::a},
+                      {Column::text("b"), &C::b},
+                      {Column::count("n_common", "poses"), &C::n_common}};
+  if (has_blocks) fields.add(Column::count("stretches", "blocks"), &C::n_blocks);
+  if (!has_blocks) fields.add(Column::count("runs_a", "runs of a"), &C::n_runs_a);
+  if (!has_blocks) fields.add(Column::count("runs_b", "runs of b"), &C::n_runs_b);
+  fields.add(Column::number("mean_difference", "a - b", 6), &C::difference);
+  fields.add(Column::number("p", 4), &C::p_corrected);
+  const std::vector<C> comparisons = compare_systems(run_errors(runs), unit_of_errors(options));
+  Table table = table_of(
+      fmt::format("Comparison of systems: difference of mean error [{}]", unit_of(options.relation)),
+      has_blocks ? "Sign-flip test over blocks of successive poses, two-sided, p adjusted after Holm."
+                 : "Exact Mann-Whitney test of the mean errors of the runs, two-sided, p adjusted after "
+                   "Holm: absolute errors along one path depend on each other, so the runs are the "
+                   "independent units.",
+      fields, comparisons);
   int fewest_a = 0, fewest_b = 0;
-  for (const SystemComparison& c : comparisons) {
-    std::vector<Cell> row = {c.a, c.b, c.n_common};
-    if (has_blocks) {
-      row.emplace_back(c.n_blocks);
-    } else {
-      row.emplace_back(c.n_runs_a);
-      row.emplace_back(c.n_runs_b);
-    }
-    row.emplace_back(c.difference);
-    row.emplace_back(c.p_corrected);
-    table.add_row(std::move(row));
+  for (const C& c : comparisons) {
     if (!has_blocks && c.p && (fewest_a == 0 || c.n_runs_a + c.n_runs_b < fewest_a + fewest_b)) {
       fewest_a = c.n_runs_a;
       fewest_b = c.n_runs_b;

@@ -138,6 +138,15 @@ std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& es
   return out;
 }
 
+Fields<TrajectoryConsistency> consistency_fields() {
+  using C = TrajectoryConsistency;
+  Fields<C> fields = {{Column::number("nees", "mean", 3), &C::nees}};
+  fields.add_range(range_columns("nees_low", "nees_high", 3, "95 % if consistent"),
+                   [](const C& c) { return &c.interval; });
+  fields.add(Column::number("position", "position (3)", 3), &C::position_nees);
+  return fields.add(Column::number("rotation", "rotation (3)", 3), &C::rotation_nees);
+}
+
 namespace {
 
 struct Pair {
@@ -189,22 +198,17 @@ std::vector<ObjectConsistency> object_consistency(const ObjectLog& log, uint64_t
 }
 
 Table object_consistency_table(const std::vector<ObjectConsistency>& found) {
-  Table table{
+  Fields<ObjectConsistency> fields = {
+      {Column::text("estimator").folded(), &ObjectConsistency::system},
+      {Column::count("run"), [](const ObjectConsistency& c) { return c.run + 1; }},
+      {Column::text("object"), [](const ObjectConsistency& c) { return std::to_string(c.object); }},
+      {Column::count("n"), [](const ObjectConsistency& c) { return c.nees.n; }}};
+  fields.add(consistency_fields(), [](const ObjectConsistency& c) { return &c.nees; });
+  return table_of(
       "Consistency of the covariances of objects",
       "Mean NEES, expected 6. The interval holds for independent errors. Errors of neighbouring frames "
       "depend on each other, so the actual interval is wider.",
-      folded_columns({"estimator"})};
-  table.add_columns(
-      {Column::count("run"), Column::text("object"), Column::count("n"), Column::number("nees", "mean", 3)});
-  for (Column& column : range_columns("nees_low", "nees_high", 3, "95 % if consistent"))
-    table.columns.push_back(std::move(column));
-  table.add_columns(
-      {Column::number("position", "position (3)", 3), Column::number("rotation", "rotation (3)", 3)});
-  for (const ObjectConsistency& c : found) {
-    table.add_row({c.system, c.run + 1, std::to_string(c.object), c.nees.n, c.nees.nees, c.nees.interval.low,
-                   c.nees.interval.high, c.nees.position_nees, c.nees.rotation_nees});
-  }
-  return table;
+      fields, found);
 }
 
 }  // namespace sextant

@@ -44,6 +44,9 @@ std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& es
                                                             const PoseSeries& reference,
                                                             const std::string& name);
 
+/// The columns of the mean NEES with its interval, and of those of position and rotation.
+Fields<TrajectoryConsistency> consistency_fields();
+
 // ---- Consistency of the covariances of logged objects with their errors: the NEES defined above
 // for each object.
 //
