@@ -1,4 +1,4 @@
-#include "sextant/eval/evaluation/object_diagnosis.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
 
 #include <algorithm>
 #include <set>
@@ -91,15 +91,6 @@ void append(std::vector<LogDiagnosis>& all, std::vector<LogDiagnosis> more) {
   std::ranges::move(more, std::back_inserter(all));
 }
 
-PoseSeries series_of(const Motions& poses, int id) {
-  PoseSeries series;
-  for (auto it = poses.lower_bound({id, 0}); it != poses.end() && it->first.first == id; ++it) {
-    series.add(it->second.rotation().toRotationMatrix(), it->second.translation());
-    series.frames.push_back(it->first.second);
-  }
-  return series;
-}
-
 /// Examines an estimated and a true path alone: paths that are wrong in the same way agree with each other.
 /// `subject` names what moves, "camera" or "object". With `only_both`, an estimate is not reported unless its
 /// truth is wrong in the same way.
@@ -147,7 +138,7 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
                           "to qx,qy,qz,qw unless the camera hangs upside down"});
     return out;
   }
-  if (auto found = diagnose_alone(series_of(data.given, 0), series_of(data.reference, 0),
+  if (auto found = diagnose_alone(object_series(data.given, 0), object_series(data.reference, 0),
                                   /*only_both=*/true, both, "camera")) {
     out.push_back(std::move(*found));
     return out;
@@ -216,8 +207,9 @@ std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions
 std::vector<LogDiagnosis> diagnose_paths(const ObjectLog& log) {
   std::vector<LogDiagnosis> out;
   for (const int id : ids_of(log.poses)) {
-    auto found = diagnose_alone(series_of(log.poses, id), series_of(log.true_poses, id), /*only_both=*/false,
-                                fmt::format("{}, poses of object {}", log.estimator, id), "object");
+    auto found =
+        diagnose_alone(object_series(log.poses, id), object_series(log.true_poses, id), /*only_both=*/false,
+                       fmt::format("{}, poses of object {}", log.estimator, id), "object");
     if (found) out.push_back(std::move(*found));
   }
   return out;

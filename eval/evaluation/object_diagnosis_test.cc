@@ -1,6 +1,6 @@
 // Plants mistakes in users' logs. A mistake must be refused or named, never scored silently.
 
-#include "sextant/eval/evaluation/object_diagnosis.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
 
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"

@@ -359,6 +359,15 @@ std::map<ObjectFrame, SE3> camera_poses(const Trajectory& camera) {
   return poses;
 }
 
+PoseSeries object_series(const std::map<ObjectFrame, SE3>& poses, int id) {
+  PoseSeries series;
+  for (auto it = poses.lower_bound({id, 0}); it != poses.end() && it->first.first == id; ++it) {
+    series.add(it->second.rotation().toRotationMatrix(), it->second.translation());
+    series.frames.push_back(it->first.second);
+  }
+  return series;
+}
+
 void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<LogDiagnosis>& found) {
   // `times` is the ratio of the value to the largest expected value.
   const auto because = [&](double times) {

@@ -41,10 +41,6 @@ Table object_table(const std::vector<Record>& records, std::span<const MetricPre
 // the document, the distributions of the errors that a preset uses. The seed of a record is the run: its
 // place on the command line.
 
-/// Returns the errors called `key` of all records that have it, grouped by run; the systems are the
-/// estimators of the records.
-std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, const std::string& key);
-
 /// Table with one row per preset and system: E_t and E_R over all objects and runs, with 95 % intervals over
 /// runs.
 Table object_system_table(const std::vector<Record>& records, std::span<const MetricPreset> presets);
@@ -109,6 +105,9 @@ std::map<ObjectFrame, SE3> true_motions(const ObjectLog& log);
 /// Returns the poses of a camera in the form of an object's path, with id 0.
 std::map<ObjectFrame, SE3> camera_poses(const Trajectory& camera);
 
+/// Returns the poses of one object in order of frames.
+PoseSeries object_series(const std::map<ObjectFrame, SE3>& poses, int id);
+
 /// Throws Error that names the line if the log's own truth moves an object at more than 100 m/s, or if
 /// successive true poses of an object or of the camera are more than 50 m apart at 10 Hz (500 m/s). The
 /// message includes the diagnoses `found`.
@@ -128,5 +127,23 @@ std::map<int, std::vector<int>> missing_steps(const ObjectLog& log);
 /// Formats ascending frame numbers as ranges, e.g. "20-29, 40", with at most `most` groups and the number of
 /// further ones.
 std::string ranges_text(const std::vector<int>& frames, size_t most = 6);
+
+// ---- Diagnoses of logged object motions (object_diagnosis.cc). Other readings of the log (eval/diagnosis)
+// are compared with its truth, with its own poses, or with the true objects of a data set.
+//
+//   compared                                      diagnoses
+//   motions of the log        true motions        the estimates, of all objects or of single ones
+//   true motions              true poses          the truth of the log
+//   motions of the log        poses of the log    the log's motions or poses
+//   poses of the log          true poses          the log's poses
+//   camera of the log         true camera         the log's cameras
+//   whole log                 data set's truth    the log, before its objects are matched to true ones: each
+//                                                 reading is compared with the true object that it fits best
+
+/// Compares the log with its own truth and its motions with its poses.
+std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log);
+
+/// Compares the unmodified log with the truth of a data set.
+std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log, const SequenceTruth& truth);
 
 }  // namespace sextant

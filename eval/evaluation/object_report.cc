@@ -79,8 +79,8 @@ ReportSection path_section(const ObjectScores& scores, const MetricPreset& prese
   return section;
 }
 
-}  // namespace
-
+/// Returns the errors called `key` of all records that have it, grouped by run; the systems are the
+/// estimators of the records.
 std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, const std::string& key) {
   std::vector<RunErrors> runs;
   std::map<std::pair<uint64_t, std::string>, size_t> known;
@@ -95,6 +95,8 @@ std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, con
   }
   return runs;
 }
+
+}  // namespace
 
 Table object_system_table(const std::vector<Record>& records, std::span<const MetricPreset> presets) {
   Table table{

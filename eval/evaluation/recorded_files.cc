@@ -13,8 +13,8 @@
 #include "sextant/base/options.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/evaluation/ego_json.h"
-#include "sextant/eval/evaluation/object_diagnosis.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/output.h"
@@ -77,13 +77,45 @@ bool looks_like_source(const std::string& text) {
   return !fs::exists(text, ignored);
 }
 
+std::unique_ptr<Sequence> open(const std::string& source, const std::string& data_root, const Json& options) {
+  for (const auto& group : options.items()) {
+    if (group.key() != "source")
+      fail("unknown option group '{}': a reference has options under 'source'", group.key());
+  }
+  SourceSpec spec = find_source(source, data_root);
+  spec.add_options(options.value("source", Json::object()));
+  return open_source(spec);
+}
+
+/// True objects of a SOURCE, with its frame rate.
+struct SourceObjects {
+  SequenceTruth truth;
+  double rate_hz = 10;
+};
+
+/// Reads the true objects of a SOURCE; `SOURCE@first-last` restricts the frames. Throws Error if there are
+/// none.
+SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options) {
+  const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
+  SequenceTruth truth = sequence->truth();
+  std::erase_if(truth.objects, [&](const auto& at) {
+    return at.first < sequence->info().first_frame || at.first > sequence->info().last_frame;
+  });
+  if (truth.objects.empty()) fail("{}: has no true objects to compare with", source);
+  return {std::move(truth), sequence->info().rate_hz};
+}
+
 /// Computes time stamps from frame numbers, or from rows if there are none; returns false if the poses
 /// already have stamps.
 bool add_stamps(PoseSeries& poses, const std::optional<double>& rate_hz) {
   if (!rate_hz || !poses.stamps_s.empty()) return false;
-  for (size_t i = 0; i < poses.size(); ++i)
-    poses.stamps_s.push_back((poses.frames.empty() ? static_cast<double>(i) : poses.frames[i]) / *rate_hz);
+  for (const int frame : frames_of(poses)) poses.stamps_s.push_back(frame / *rate_hz);
   return true;
+}
+
+void check_rate(const std::optional<double>& rate_hz) {
+  if (rate_hz && !(*rate_hz > 0 && std::isfinite(*rate_hz)))
+    fail("--rate {}: must be finite and above 0", *rate_hz);
 }
 
 EgoReference reference_of(const EgoFiles& files) {
@@ -108,11 +140,8 @@ std::string format_of_estimate(const EgoFiles& files, const std::string& path) {
 }
 
 std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_hz) {
-  PoseSeries series;
-  for (auto it = poses.lower_bound({id, 0}); it != poses.end() && it->first.first == id; ++it) {
-    series.add(it->second.rotation().toRotationMatrix(), it->second.translation());
-    series.stamps_s.push_back(it->first.second / rate_hz);
-  }
+  PoseSeries series = object_series(poses, id);
+  for (const int frame : series.frames) series.stamps_s.push_back(frame / rate_hz);
   return encode_tum(series);
 }
 
@@ -218,8 +247,7 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
 }  // namespace
 
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
-  if (files.rate_hz && !(*files.rate_hz > 0 && std::isfinite(*files.rate_hz)))
-    fail("--rate {}: must be finite and above 0", *files.rate_hz);
+  check_rate(files.rate_hz);
   std::vector<Estimate> estimates;
   for (const std::string& text : files.estimates) estimates.push_back(parse_estimate(text));
   if (estimates.empty()) estimates.push_back({"", files.reference});
@@ -283,8 +311,7 @@ void write_tum(const EgoScores& scores, const std::string& folder) {
 }
 
 ObjectScores evaluate_object_files(const ObjectFiles& files) {
-  if (files.rate_hz && (!(*files.rate_hz > 0) || !std::isfinite(*files.rate_hz)))
-    fail("--rate {}: must be finite and above 0", *files.rate_hz);
+  check_rate(files.rate_hz);
   std::optional<SourceObjects> source;
   if (!files.truth.empty()) source = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;
@@ -329,20 +356,6 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   return scores;
 }
 
-namespace {
-
-std::unique_ptr<Sequence> open(const std::string& source, const std::string& data_root, const Json& options) {
-  for (const auto& group : options.items()) {
-    if (group.key() != "source")
-      fail("unknown option group '{}': a reference has options under 'source'", group.key());
-  }
-  SourceSpec spec = find_source(source, data_root);
-  spec.add_options(options.value("source", Json::object()));
-  return open_source(spec);
-}
-
-}  // namespace
-
 EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
                               bool every_pose) {
   const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
@@ -364,16 +377,6 @@ EgoReference source_reference(const std::string& source, const std::string& data
   if (!std::is_sorted(reference.poses.stamps_s.begin(), reference.poses.stamps_s.end()))
     fail("{}: its time stamps do not ascend with its frames", source);
   return reference;
-}
-
-SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options) {
-  const std::unique_ptr<Sequence> sequence = open(source, data_root, options);
-  SequenceTruth truth = sequence->truth();
-  std::erase_if(truth.objects, [&](const auto& at) {
-    return at.first < sequence->info().first_frame || at.first > sequence->info().last_frame;
-  });
-  if (truth.objects.empty()) fail("{}: has no true objects to compare with", source);
-  return {std::move(truth), sequence->info().rate_hz};
 }
 
 namespace {

@@ -71,24 +71,12 @@ struct ObjectFiles {
 /// Reads and evaluates all logs. Throws Error on bad files.
 ObjectScores evaluate_object_files(const ObjectFiles& files);
 
-// ---- The truth of a SOURCE as a reference for recorded results. `options` are those of `--options` and
-// `--set`, e.g. {"source":{"truth":"rectified"}}.
-
-/// Reads the true camera poses of a SOURCE, with frame numbers and time stamps (those of the data set,
+/// Reads the true camera poses of a SOURCE as a reference. `options` are those of `--options` and `--set`,
+/// e.g. {"source":{"truth":"rectified"}}. Returns the poses with frame numbers and time stamps (those of the data set,
 /// otherwise frame / rate). With `every_pose` also poses of frames without images are returned, such as those
 /// of KITTI's GPS/IMU file. Throws Error if the source has no true poses, or if their stamps do not ascend.
 EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
                               bool every_pose = false);
-
-/// True objects of a SOURCE, with its frame rate.
-struct SourceObjects {
-  SequenceTruth truth;
-  double rate_hz = 10;
-};
-
-/// Reads the true objects of a SOURCE; `SOURCE@first-last` restricts the frames. Throws Error if there are
-/// none.
-SourceObjects source_objects(const std::string& source, const std::string& data_root, const Json& options);
 
 // ---- The result file of evo (evo_ape --save_results, read by evo_res): a zip of
 //
