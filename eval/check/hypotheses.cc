@@ -21,9 +21,18 @@ using Undo = std::function<bool(ConventionData&, double&)>;
 
 // ---- the changes of a hypothesis
 
+/// A change that applies to all data.
+template <typename Change>
+Undo always(Change change) {
+  return [change](ConventionData& data, double&) {
+    change(data);
+    return true;
+  };
+}
+
 template <typename Change>  // z, u, v -> z
 Undo depth(Change change) {
-  return [change](ConventionData& data, double&) {
+  return always([change](ConventionData& data) {
     for (GridFrame& frame : data.frames) {
       for (const auto [i, j] : pixels(frame.depth_m)) {
         float& z = frame.depth_m(i, j);
@@ -31,13 +40,12 @@ Undo depth(Change change) {
         if (z <= 0) z = NAN;
       }
     }
-    return true;
-  };
+  });
 }
 
 template <typename Change>  // u, v -> u, v
 Undo flow(Change change) {
-  return [change](ConventionData& data, double&) {
+  return always([change](ConventionData& data) {
     for (GridFrame& frame : data.frames) {
       for (size_t i = 0; i < frame.flow.size(); ++i) {
         Flow& f = frame.flow.data()[i];
@@ -45,16 +53,14 @@ Undo flow(Change change) {
         f = {static_cast<float>(changed.x()), static_cast<float>(changed.y())};
       }
     }
-    return true;
-  };
+  });
 }
 
 Undo flow_between(int from, int to) {
-  return [from, to](ConventionData& data, double&) {
+  return always([from, to](ConventionData& data) {
     data.flow_from = from;
     data.flow_to = to;
-    return true;
-  };
+  });
 }
 
 template <typename Change>  // T_world_camera -> T_world_camera
@@ -127,7 +133,7 @@ Undo positions(Change change) {
 
 template <typename Change>  // id -> id, 0 stays 0
 Undo mask_ids(Change change) {
-  return [change](ConventionData& data, double&) {
+  return always([change](ConventionData& data) {
     const auto changed = [&](int id) {
       return static_cast<uint16_t>(std::max(0, id == 0 ? 0 : int{change(id)}));
     };
@@ -140,33 +146,23 @@ Undo mask_ids(Change change) {
       outlines.erase(0);
       frame.outlines = outlines;
     }
-    return true;
-  };
+  });
 }
 
 /// The mask (or depth) of frame k is found in the files at k + shift.
 template <typename Take>
 Undo shifted_channel(int shift, Take take) {
-  return [shift, take](ConventionData& data, double&) {
+  return always([shift, take](ConventionData& data) {
     const std::vector<GridFrame> given = data.frames;
     for (int frame = data.first_frame; frame <= data.last_frame(); ++frame) {
       const int from = frame + shift;
       GridFrame& to = data.frames[static_cast<size_t>(frame - data.first_frame)];
       take(to, data.has(from) ? given[static_cast<size_t>(from - data.first_frame)] : GridFrame());
     }
-    return true;
-  };
+  });
 }
 void take_mask(GridFrame& to, const GridFrame& from) { to.mask = from.mask, to.outlines = from.outlines; }
 void take_depth(GridFrame& to, const GridFrame& from) { to.depth_m = from.depth_m; }
-
-template <typename Change>
-Undo camera(Change change) {
-  return [change](ConventionData& data, double&) {
-    change(data);
-    return true;
-  };
-}
 
 // ---- fitted numbers
 
@@ -424,25 +420,25 @@ void add_masks(Table& table) {
 }
 
 void add_images(Table& table) {
-  table.add("images are mirrored: left and right are exchanged", [](ConventionData& data, double&) {
-    for (GridFrame& frame : data.frames) {
-      if (!frame.gray) continue;
-      const Image<uint8_t>& given = *frame.gray;
-      frame.gray = std::make_shared<const Image<uint8_t>>(image_of(
-          given.width(), given.height(), [&](int x, int y) { return given(given.width() - 1 - x, y); }));
-    }
-    return true;
-  });
+  table.add(
+      "images are mirrored: left and right are exchanged", always([](ConventionData& data) {
+        for (GridFrame& frame : data.frames) {
+          if (!frame.gray) continue;
+          const Image<uint8_t>& given = *frame.gray;
+          frame.gray = std::make_shared<const Image<uint8_t>>(image_of(
+              given.width(), given.height(), [&](int x, int y) { return given(given.width() - 1 - x, y); }));
+        }
+      }));
 }
 
 void add_camera(Table& table) {
   table.add("principal point: cx and cy are swapped",
-            camera([](ConventionData& d) { std::swap(d.camera.left.cx, d.camera.left.cy); }));
+            always([](ConventionData& d) { std::swap(d.camera.left.cx, d.camera.left.cy); }));
   const auto focal = [](double s) {
-    return camera([s](ConventionData& d) { d.camera.left.fx *= s, d.camera.left.fy *= s; });
+    return always([s](ConventionData& d) { d.camera.left.fx *= s, d.camera.left.fy *= s; });
   };
   const auto calibration = [](double s) {
-    return camera([s](ConventionData& d) {
+    return always([s](ConventionData& d) {
       PinholeCamera& c = d.camera.left;
       c = {c.fx * s, c.fy * s, (c.cx + 0.5) * s - 0.5, (c.cy + 0.5) * s - 0.5};
     });
