@@ -25,11 +25,12 @@ Motions estimates(const ObjectLog& log) {
   return motions;
 }
 
-/// Motion of an object between two poses of its path, converted to the frame `to`.
-std::optional<SE3> step_motion(const Motions& poses, ObjectFrame key, MotionFrame to,
-                               const MotionSample& at) {
-  const auto H = world_step(poses, key);
-  return H ? change_frame(*H, MotionFrame::world, to, at) : std::nullopt;
+/// Returns the function (key, sample) that computes the motion of a step of a path in the frame `to`.
+auto steps_of(const Motions& path, MotionFrame to) {
+  return [&path, to](ObjectFrame key, const MotionSample& at) -> std::optional<SE3> {
+    const auto H = world_step(path, key);
+    return H ? change_frame(*H, MotionFrame::world, to, at) : std::nullopt;
+  };
 }
 
 /// Collects motions `given` with the `reference`, a function (key, sample) -> std::optional<SE3>, at the
@@ -159,9 +160,7 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
 /// Compares the estimated motions with those between the estimated poses of the same log.
 std::vector<ObjectExplanation> explain_by_own_poses(const ObjectLog& log, const Motions& given) {
   return explain_motions(
-      motion_data(given, log.frame, log.poses, log.camera, [&](ObjectFrame key, const MotionSample& sample) {
-        return step_motion(log.poses, key, log.frame, sample);
-      }));
+      motion_data(given, log.frame, log.poses, log.camera, steps_of(log.poses, log.frame)));
 }
 
 constexpr const char* against_own_poses = ", estimated motions against the estimated poses";
@@ -257,23 +256,22 @@ std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const
       }
     }
     if (!declared) continue;
-    std::vector<Reading> readings;
-    for (const Hypothesis<Data>& hypothesis : table) {  // in the order of the table
-      const auto known = best.find(hypothesis.code);
-      if (known != best.end()) readings.push_back(known->second);
-    }
-    if (const auto found = explain(*declared, readings, {.times = times})) {
+    const auto in_order_of_table = [&](const std::map<std::string, Reading>& found) {
+      std::vector<Reading> readings;
+      for (const Hypothesis<Data>& hypothesis : table) {
+        const auto known = found.find(hypothesis.code);
+        if (known != found.end()) readings.push_back(known->second);
+      }
+      return readings;
+    };
+    if (const auto found = explain(*declared, in_order_of_table(best), {.times = times})) {
       out.emplace(id, *found);
     } else if (declared_own) {
       // If the log may use the ids of the truth: readings that fit the object with the same id, provided they
       // fit it better than the declared reading fits any other object.
-      readings.clear();
-      for (const Hypothesis<Data>& hypothesis : table) {
-        const auto known = own_best.find(hypothesis.code);
-        if (known != own_best.end() && 2 * known->second.residual <= *declared)
-          readings.push_back(known->second);
-      }
-      if (const auto own = explain(*declared_own, readings, {.times = times})) out.emplace(id, *own);
+      std::erase_if(own_best, [&](const auto& at) { return !(2 * at.second.residual <= *declared); });
+      const auto own = explain(*declared_own, in_order_of_table(own_best), {.times = times});
+      if (own) out.emplace(id, *own);
     }
   }
   return out;
@@ -307,13 +305,8 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   }
 
   const Trajectory& true_camera = holds_poses(log.true_camera) ? log.true_camera : log.camera;
-  const auto by_poses = [&](const Motions& poses) {
-    return [&](ObjectFrame key, const MotionSample& sample) {
-      return step_motion(poses, key, log.frame, sample);
-    };
-  };
-  const std::vector<ObjectExplanation> of_truth =
-      explain_motions(motion_data(truth, log.frame, log.true_poses, true_camera, by_poses(log.true_poses)));
+  const std::vector<ObjectExplanation> of_truth = explain_motions(
+      motion_data(truth, log.frame, log.true_poses, true_camera, steps_of(log.true_poses, log.frame)));
   append(out, diagnoses_of(of_truth, name + ", true motions against the true poses"));
   if (of_truth.empty())
     append(out, diagnoses_of(explain_by_motions(log.true_poses, truth, log, true_camera),
@@ -359,10 +352,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
   const std::set<int> ids = ids_of(given), true_ids = ids_of(L);
   const auto motions_of = [&](int id, int true_id) {
     const Motions path = of_object(L, true_id, id);
-    return motion_data(of_object(given, id, id), log.frame, path, camera,
-                       [&](ObjectFrame key, const MotionSample& sample) {
-                         return step_motion(path, key, log.frame, sample);
-                       });
+    return motion_data(of_object(given, id, id), log.frame, path, camera, steps_of(path, log.frame));
   };
   if (!log.holds_poses_only)
     append(out, diagnoses_of(group_by_reading(explain_by_best_match(

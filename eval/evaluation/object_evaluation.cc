@@ -262,10 +262,8 @@ std::vector<ObjectPathErrors> object_path_errors(const ObjectLog& log, uint64_t 
   std::vector<ObjectPathErrors> out;
   if (log.true_poses.empty()) return out;
   const Poses chained = chained_poses(log);
-  std::set<int> ids;
-  for (const Poses* poses : {&log.poses, &chained}) {
-    for (const auto& [key, pose] : *poses) ids.insert(key.first);
-  }
+  std::set<int> ids = ids_of(log.poses);
+  ids.merge(ids_of(chained));
   for (const int id : ids) {
     const Paths logged = common_paths(log.poses, log.true_poses, id),
                 by_motions = common_paths(chained, log.true_poses, id);

@@ -71,10 +71,11 @@ struct ObjectFiles {
 /// Reads and evaluates all logs. Throws Error on bad files.
 ObjectScores evaluate_object_files(const ObjectFiles& files);
 
-/// Reads the true camera poses of a SOURCE as a reference. `options` are those of `--options` and `--set`,
-/// e.g. {"source":{"truth":"rectified"}}. Returns the poses with frame numbers and time stamps (those of the data set,
-/// otherwise frame / rate). With `every_pose` also poses of frames without images are returned, such as those
-/// of KITTI's GPS/IMU file. Throws Error if the source has no true poses, or if their stamps do not ascend.
+/// Reads the true camera poses of a SOURCE as a reference, with frame numbers and time stamps (those of the
+/// data set, otherwise frame / rate). `options` are those of `--options` and `--set`, e.g.
+/// {"source":{"truth":"rectified"}}. With `every_pose` also poses of frames without images are returned, such
+/// as those of KITTI's GPS/IMU file. Throws Error if the source has no true poses, or if their stamps do not
+/// ascend.
 EgoReference source_reference(const std::string& source, const std::string& data_root, const Json& options,
                               bool every_pose = false);
 

@@ -21,7 +21,7 @@
 
 namespace sextant {
 
-/// Formats the flags that correct the estimate's clock by an offset: "--offset -0.2500, or --estimate-offset".
+/// Formats the flags that correct the estimate's clock: "--offset -0.2500, or --estimate-offset".
 using OffsetRemedy = std::function<std::string(double offset_s)>;
 
 /// Warns of a lag of the motions that remains after `offset_s` is added to the estimate's stamps. Takes both

@@ -5,6 +5,7 @@
 #include <set>
 #include <tuple>
 
+#include "sextant/base/quantile.h"
 #include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/object_log_files.h"
 #include "sextant/geometry/object_motion.h"
@@ -74,8 +75,7 @@ void read_dynosam_times(const LogFolder& folder, const std::string& name, Object
     last = now;
   });
   if (steps_s.empty()) return;
-  std::ranges::sort(steps_s);
-  const double step_s = steps_s[steps_s.size() / 2];
+  const double step_s = middle_of(steps_s);
   if (step_s > 0) out.rate_hz = 1 / step_s;
 }
 
@@ -246,8 +246,7 @@ std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame,
   for (const auto& [key, motion] : log.motions) ++n_steps[key.first];
   int fewest = 0;  // 3, or all steps of the longest object of a shorter log
   for (const auto& [id, n] : n_steps) fewest = std::clamp(n, fewest, 3);
-  std::set<int> true_ids;
-  for (const auto& [key, pose] : poses) true_ids.insert(key.first);
+  const std::set<int> true_ids = ids_of(poses);
   struct Shared {
     int steps = 0;
     double agreement = 0;
