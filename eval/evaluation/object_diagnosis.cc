@@ -26,7 +26,7 @@ Motions estimates(const ObjectLog& log) {
 }
 
 /// Returns the function (key, sample) that computes the motion of a step of a path in the frame `to`.
-auto steps_of(const Motions& path, MotionFrame to) {
+auto steps_between(const Motions& path, MotionFrame to) {
   return [&path, to](ObjectFrame key, const MotionSample& at) -> std::optional<SE3> {
     const auto H = world_step(path, key);
     return H ? change_frame(*H, MotionFrame::world, to, at) : std::nullopt;
@@ -160,7 +160,7 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
 /// Compares the estimated motions with those between the estimated poses of the same log.
 std::vector<ObjectExplanation> explain_by_own_poses(const ObjectLog& log, const Motions& given) {
   return explain_motions(
-      motion_data(given, log.frame, log.poses, log.camera, steps_of(log.poses, log.frame)));
+      motion_data(given, log.frame, log.poses, log.camera, steps_between(log.poses, log.frame)));
 }
 
 constexpr const char* against_own_poses = ", estimated motions against the estimated poses";
@@ -306,7 +306,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
 
   const Trajectory& true_camera = holds_poses(log.true_camera) ? log.true_camera : log.camera;
   const std::vector<ObjectExplanation> of_truth = explain_motions(
-      motion_data(truth, log.frame, log.true_poses, true_camera, steps_of(log.true_poses, log.frame)));
+      motion_data(truth, log.frame, log.true_poses, true_camera, steps_between(log.true_poses, log.frame)));
   append(out, diagnoses_of(of_truth, name + ", true motions against the true poses"));
   if (of_truth.empty())
     append(out, diagnoses_of(explain_by_motions(log.true_poses, truth, log, true_camera),
@@ -352,7 +352,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
   const std::set<int> ids = ids_of(given), true_ids = ids_of(L);
   const auto motions_of = [&](int id, int true_id) {
     const Motions path = of_object(L, true_id, id);
-    return motion_data(of_object(given, id, id), log.frame, path, camera, steps_of(path, log.frame));
+    return motion_data(of_object(given, id, id), log.frame, path, camera, steps_between(path, log.frame));
   };
   if (!log.holds_poses_only)
     append(out, diagnoses_of(group_by_reading(explain_by_best_match(

@@ -189,22 +189,13 @@ const MetricPreset& usual_preset(const std::vector<Record>& records) {
 }
 
 Table object_screen_table(const std::vector<Record>& records, const MetricPreset& preset) {
-  const Table all = object_table(records, {&preset, 1});
-  Table table{"Object motions", fmt::format("Preset {}: {} ({}). --preset all prints the others.",
-                                            preset.name, preset.description, to_string(preset.aggregate))};
-  std::vector<size_t> places;
-  for (const char* key : {"estimator", "object", "n_truth", "n_estimated", "coverage_percent", "Et_m",
-                          "ER_deg", "Ev_kmh", "v_gt_kmh", "other"}) {
-    const auto place = all.find_column(key);
-    if (!place) continue;
-    places.push_back(*place);
-    table.columns.push_back(all.columns[*place]);
-  }
-  for (const std::vector<Cell>& row : all.rows) {
-    std::vector<Cell> cells;
-    for (const size_t place : places) cells.push_back(row[place]);
-    table.add_row(std::move(cells));
-  }
+  Table table = with_columns(object_table(records, {&preset, 1}),
+                             {"estimator", "object", "n_truth", "n_estimated", "coverage_percent", "Et_m",
+                              "ER_deg", "Ev_kmh", "v_gt_kmh", "other"});
+  table.title = "Object motions";
+  table.caption = fmt::format("Preset {}: {} ({}). --preset all prints the others.", preset.name,
+                              preset.description, to_string(preset.aggregate));
+  table.notes.clear();
   return table;
 }
 

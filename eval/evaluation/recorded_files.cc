@@ -147,7 +147,7 @@ std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_
 
 /// Writes <DIR>/<system>, and <DIR>/<system>_2 ... for further runs of a system; `taken` holds the names used
 /// by earlier logs.
-void write_objects(ObjectLog& log, int run_of_system, double rate_hz, const ObjectFiles& files,
+void write_objects(ObjectLog& log, uint64_t run_of_system, double rate_hz, const ObjectFiles& files,
                    std::vector<std::string>& taken) {
   if (log.poses.empty()) log.poses = chained_poses(log);
   if (log.poses.empty()) {
@@ -315,7 +315,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   std::optional<SourceObjects> source;
   if (!files.truth.empty()) source = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;
-  std::map<std::string, int> runs;
+  std::map<std::string, uint64_t> runs;
   std::vector<std::string> folders;  // folders for --save-tum
   std::vector<Estimate> estimates;
   for (const std::string& text : files.folders) estimates.push_back(parse_estimate(text));
@@ -337,15 +337,12 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       std::ranges::move(diagnose_speeds(log, rate.hz), std::back_inserter(found));
       if (source) take_truth(log, source->truth);
       note_steps(log, files.identity);
-      const int run = runs[log.estimator]++;
-      std::ranges::move(object_records(log, std::string(to_string(files.format)), name, rate.hz,
-                                       static_cast<uint64_t>(run)),
+      const uint64_t run = runs[log.estimator]++;
+      std::ranges::move(object_records(log, std::string(to_string(files.format)), name, rate.hz, run),
                         std::back_inserter(scores.records));
-      std::ranges::move(object_path_errors(log, static_cast<uint64_t>(run)),
-                        std::back_inserter(scores.paths));
-      std::ranges::move(object_consistency(log, static_cast<uint64_t>(run)),
-                        std::back_inserter(scores.consistency));
-      scores.tracks.push_back(object_tracks(log, static_cast<uint64_t>(run)));
+      std::ranges::move(object_path_errors(log, run), std::back_inserter(scores.paths));
+      std::ranges::move(object_consistency(log, run), std::back_inserter(scores.consistency));
+      scores.tracks.push_back(object_tracks(log, run));
       if (!files.tum.empty()) write_objects(log, run + 1, rate.hz, files, folders);
       for (const LogDiagnosis& diagnosis : found) scores.warnings.push_back(diagnosis.text);
       std::ranges::move(found, std::back_inserter(scores.diagnoses));
