@@ -4,7 +4,6 @@
 #include <sqlite3.h>
 #include <unistd.h>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <map>
 #include <set>
@@ -175,6 +174,11 @@ void RecordColumns::for_each_row(const RowVisitor& visit) const {
   if (n != n_rows_) throw Error(changed);
 }
 
+const char* numpy_type(ColumnKind kind) {
+  constexpr const char* types[] = {"<i4", "<i8", "<u8", "<f8"};  // indexed by ColumnKind
+  return types[static_cast<size_t>(kind)];
+}
+
 namespace {
 
 /// Function that visits the rows of a file.
@@ -235,18 +239,6 @@ class ColumnStore {
   std::vector<uint64_t> written_;
 };
 
-/// Distinct texts of a column in order of first appearance.
-struct Texts {
-  std::vector<Interned> all;
-  std::unordered_map<const std::string*, int32_t> place;
-
-  int32_t of(Interned text) {
-    const auto [it, is_new] = place.emplace(&text.str(), static_cast<int32_t>(all.size()));
-    if (is_new) all.push_back(text);
-    return it->second;
-  }
-};
-
 /// Converts UTF-8 to numpy's text format, four bytes per character. Records contain valid UTF-8 only.
 std::u32string characters_of(const std::string& utf8) {
   std::u32string out;
@@ -263,7 +255,7 @@ std::u32string characters_of(const std::string& utf8) {
 }
 
 /// Adds an array of texts, each padded to the longest.
-void add_texts(ZipFile& npz, const std::string& name, const Texts& texts) {
+void add_texts(ZipFile& npz, const std::string& name, const DistinctTexts& texts) {
   std::vector<std::u32string> rows;
   size_t longest = 1;
   for (const Interned& text : texts.all) {
@@ -295,35 +287,20 @@ std::string member_name(const std::string& column) {
   return out;
 }
 
-const char* type_of(ColumnKind kind) {
-  constexpr const char* types[] = {"<i4", "<i8", "<u8", "<f8"};
-  return types[static_cast<size_t>(kind)];
-}
-
 void write_npz(const RecordColumns& records, const Rows& rows, const std::filesystem::path& file) {
   const std::vector<RecordColumn>& columns = records.columns();
   ColumnStore store(file, columns.size(), records.n_rows() * sizeof(double));
-  std::vector<Texts> texts(columns.size());
+  std::vector<DistinctTexts> texts(columns.size());
   rows([&](std::span<const RecordValue> row) {
-    for (size_t i = 0; i < row.size(); ++i) {
-      if (columns[i].kind == ColumnKind::text) {
-        const auto* text = std::get_if<Interned>(&row[i]);
-        store.append(i, text == nullptr ? int32_t{-1} : texts[i].of(*text));
-      } else if (const auto* integer = std::get_if<int64_t>(&row[i])) {
-        store.append(i, *integer);
-      } else if (const auto* unsigned_integer = std::get_if<uint64_t>(&row[i])) {
-        store.append(i, *unsigned_integer);
-      } else {
-        const auto* number = std::get_if<double>(&row[i]);
-        store.append(i, number == nullptr ? NAN : *number);
-      }
-    }
+    for (size_t i = 0; i < row.size(); ++i)
+      put_numpy(row[i], columns[i].kind, texts[i], [&](auto number) { store.append(i, number); });
   });
   constexpr int fastest = 1;
   ZipFile npz(file, fastest);
   for (size_t i = 0; i < columns.size(); ++i) {
     const std::string name = member_name(columns[i].name);
-    const std::string header = npy_header(type_of(columns[i].kind), fmt::format("({},)", records.n_rows()));
+    const std::string header =
+        npy_header(numpy_type(columns[i].kind), fmt::format("({},)", records.n_rows()));
     npz.begin(name + ".npy", header.size() + records.n_rows() * sizeof(double));
     npz.append(header);
     store.read(i, [&](std::string_view bytes) { npz.append(bytes); });

@@ -13,11 +13,13 @@
 // The file is written under a temporary name and renamed. Memory use does not grow with the number of records
 // (npz: 64 kB per column).
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <variant>
 #include <vector>
 
@@ -69,6 +71,39 @@ class RecordColumns {
   std::vector<RecordColumn> columns_;
   uint64_t n_rows_ = 0;
 };
+
+// ---- Columns as numpy stores them: numbers of eight bytes; texts as int32 indices, -1 for a missing text
+
+/// Returns numpy's name of the type of a column's elements, e.g. "<f8".
+const char* numpy_type(ColumnKind kind);
+
+/// The distinct texts of a column in order of first appearance.
+struct DistinctTexts {
+  std::vector<Interned> all;
+  std::unordered_map<const std::string*, int32_t> places;
+
+  int32_t place(Interned text) {
+    const auto [it, is_new] = places.emplace(&text.str(), static_cast<int32_t>(all.size()));
+    if (is_new) all.push_back(text);
+    return it->second;
+  }
+};
+
+/// Calls `put` with the value in the type of its column; `texts` are those of the column.
+template <typename Put>
+void put_numpy(const RecordValue& value, ColumnKind kind, DistinctTexts& texts, const Put& put) {
+  if (kind == ColumnKind::text) {
+    const auto* text = std::get_if<Interned>(&value);
+    put(text == nullptr ? int32_t{-1} : texts.place(*text));
+  } else if (const auto* integer = std::get_if<int64_t>(&value)) {
+    put(*integer);
+  } else if (const auto* unsigned_integer = std::get_if<uint64_t>(&value)) {
+    put(*unsigned_integer);
+  } else {
+    const auto* number = std::get_if<double>(&value);
+    put(number == nullptr ? NAN : double{*number});
+  }
+}
 
 // ---- Files
 

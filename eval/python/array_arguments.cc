@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 
 #include <cmath>
-#include <cstring>
 
 namespace py = pybind11;
 
@@ -91,12 +90,12 @@ std::vector<Eigen::Matrix4d> motions_of(const py::handle& value, const std::stri
   return motions;
 }
 
-Eigen::Matrix4d motion_of(const py::handle& value, const std::string& name) {
+SE3 rigid_motion_of(const py::handle& value, const std::string& name) {
   const py::array array = finite_numbers(value, name, {4, 4}, "(4, 4)");
   const Eigen::Map<const RowMajor4> m(static_cast<const double*>(array.data()));
   if (const std::string problem = problem_of(m); !problem.empty())
     fail("{}: expected a rigid motion [R t; 0 0 0 1], got {}", name, problem);
-  return m;
+  return SE3::from_matrix(m.topRows<3>());
 }
 
 std::vector<SE3> rigid_motions_of(const py::handle& value, const std::string& name) {
@@ -160,6 +159,10 @@ py::array_t<double> array_of(const std::vector<double>& values) {
   return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
+py::array_t<int> array_of(const std::vector<int>& values) {
+  return py::array_t<int>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
 template <int n>
 static py::array_t<double> square(const Eigen::Matrix<double, n, n>& matrix) {
   py::array_t<double> out({n, n});
@@ -171,5 +174,16 @@ static py::array_t<double> square(const Eigen::Matrix<double, n, n>& matrix) {
 
 py::array_t<double> array_of(const Eigen::Matrix4d& matrix) { return square<4>(matrix); }
 py::array_t<double> array_of(const Matrix6d& matrix) { return square<6>(matrix); }
+
+py::array_t<double> array_of(const PoseSeries& path) {
+  py::array_t<double> out({static_cast<py::ssize_t>(path.size()), py::ssize_t{4}, py::ssize_t{4}});
+  for (size_t i = 0; i < path.size(); ++i) {
+    RowMajor4 pose = RowMajor4::Identity();
+    if (!path.rotations.empty()) pose.topLeftCorner<3, 3>() = path.rotations[i];
+    pose.topRightCorner<3, 1>() = path.positions_m[i];
+    std::memcpy(out.mutable_data() + 16 * i, pose.data(), sizeof(double) * 16);
+  }
+  return out;
+}
 
 }  // namespace sextant

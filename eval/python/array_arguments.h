@@ -6,11 +6,13 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <cstring>
 #include <string>
 #include <vector>
 
 #include "sextant/base/error.h"
 #include "sextant/geometry/trajectory.h"
+#include "sextant/measurement/image.h"
 #include "sextant/metrics/trajectory_errors.h"
 
 namespace sextant {
@@ -44,15 +46,23 @@ std::vector<SE3> rigid_motions_of(const pybind11::handle& value, const std::stri
 PoseSeries path_of(const pybind11::handle& value, const std::string& name);
 /// Parses "10m" and similar texts; the program's flag for it is --rpe.
 PairSelection selection_of(const std::string& delta);
-Eigen::Matrix4d motion_of(const pybind11::handle& value, const std::string& name);
+/// Returns the rigid motion of a float64 array (4, 4).
+SE3 rigid_motion_of(const pybind11::handle& value, const std::string& name);
 /// Returns a covariance (6, 6), which may be singular. Throws Error if it is not symmetric, to 1e-6 of the
 /// standard deviations, or has a negative eigenvalue.
 Matrix6d covariance_of(const pybind11::handle& value, const std::string& name);
 
 pybind11::array_t<double> array_of(const std::vector<double>& values);
+pybind11::array_t<int> array_of(const std::vector<int>& values);
 pybind11::array_t<int64_t> array_of(const std::vector<PosePair>& pairs);
 pybind11::array_t<double> array_of(const Eigen::Matrix4d& matrix);
 pybind11::array_t<double> array_of(const Matrix6d& matrix);
+/// Returns the poses as an array (n, 4, 4). Rotations are the matrices as read, identities if the path has
+/// positions only.
+pybind11::array_t<double> array_of(const PoseSeries& path);
+/// Returns the pixels as an array (height, width), or (height, width, k) for pixels of k numbers.
+template <typename Number, typename Pixel>
+pybind11::array_t<Number> array_of(const Image<Pixel>& image);
 
 // ---- implementation
 
@@ -75,6 +85,16 @@ std::string places_of(const pybind11::array& array, const Bad& is_bad) {
   }
   return fmt::format("{} at [{}]{}", values[first], place,
                      count > 1 ? fmt::format(" and {} more", count - 1) : std::string());
+}
+
+template <typename Number, typename Pixel>
+pybind11::array_t<Number> array_of(const Image<Pixel>& image) {
+  static_assert(sizeof(Pixel) % sizeof(Number) == 0);
+  std::vector<pybind11::ssize_t> shape = {image.height(), image.width()};
+  if (sizeof(Pixel) > sizeof(Number)) shape.push_back(sizeof(Pixel) / sizeof(Number));
+  pybind11::array_t<Number> out(shape);
+  std::memcpy(out.mutable_data(), image.data(), image.size() * sizeof(Pixel));
+  return out;
 }
 
 }  // namespace sextant

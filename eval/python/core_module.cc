@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <map>
 #include <optional>
 
 #include "sextant/eval/export/export.h"
@@ -108,12 +107,7 @@ Frame frame_of(const FrameArrays& arrays, int index, bool keep_missing) {
 
 template <typename Number, typename Pixel>
 py::object array_or_none(const Image<Pixel>& image) {
-  if (image.empty()) return py::none();
-  std::vector<py::ssize_t> shape = {image.height(), image.width()};
-  if (sizeof(Pixel) > sizeof(Number)) shape.push_back(sizeof(Pixel) / sizeof(Number));
-  py::array_t<Number> array(shape);
-  std::memcpy(array.mutable_data(), image.data(), image.size() * sizeof(Pixel));
-  return array;
+  return image.empty() ? py::object(py::none()) : py::object(array_of<Number>(image));
 }
 
 py::tuple apply(const Noise& noise, const std::array<double, 5>& camera, uint64_t seed,
@@ -156,42 +150,13 @@ namespace {
 struct Filling {
   py::array values;
   char* at = nullptr;
-  std::map<const std::string*, int32_t> places;
-  std::vector<Interned> texts;
+  DistinctTexts texts{};
 
-  template <typename T>
-  void put(T value) {
-    *reinterpret_cast<T*>(at) = value;
+  void put(auto value) {
+    std::memcpy(at, &value, sizeof value);
     at += sizeof value;
   }
-  int32_t place(Interned text) {
-    const auto [it, is_new] = places.emplace(&text.str(), static_cast<int32_t>(texts.size()));
-    if (is_new) texts.push_back(text);
-    return it->second;
-  }
 };
-
-py::array empty_column(ColumnKind kind, uint64_t n) {
-  const auto rows = static_cast<py::ssize_t>(n);
-  if (kind == ColumnKind::text) return py::array_t<int32_t>(rows);
-  if (kind == ColumnKind::integer) return py::array_t<int64_t>(rows);
-  if (kind == ColumnKind::unsigned_integer) return py::array_t<uint64_t>(rows);
-  return py::array_t<double>(rows);
-}
-
-void put(Filling& column, ColumnKind kind, const RecordValue& value) {
-  if (kind == ColumnKind::text) {
-    const auto* text = std::get_if<Interned>(&value);
-    column.put(text == nullptr ? int32_t{-1} : column.place(*text));
-  } else if (kind == ColumnKind::number) {
-    const auto* number = std::get_if<double>(&value);
-    column.put(number == nullptr ? NAN : *number);
-  } else if (const auto* integer = std::get_if<int64_t>(&value)) {
-    column.put(*integer);
-  } else {
-    column.put(std::get<uint64_t>(value));
-  }
-}
 
 /// Returns a list of the columns in their order: (name, array, None) for numbers; (name, indices, texts) for
 /// texts, where index -1 is a missing text.
@@ -206,12 +171,13 @@ py::list read_columns(const std::string& folder) {
     }
     columns = records->columns();
     for (const RecordColumn& column : columns) {
-      filling.push_back({empty_column(column.kind, records->n_rows())});
+      filling.push_back({py::array(py::dtype(numpy_type(column.kind)), records->n_rows())});
       filling.back().at = static_cast<char*>(filling.back().values.mutable_data());
     }
     const py::gil_scoped_release others_run;
     records->for_each_row([&](std::span<const RecordValue> row) {
-      for (size_t i = 0; i < row.size(); ++i) put(filling[i], columns[i].kind, row[i]);
+      for (size_t i = 0; i < row.size(); ++i)
+        put_numpy(row[i], columns[i].kind, filling[i].texts, [&](auto value) { filling[i].put(value); });
     });
   }
   py::list out;
@@ -219,7 +185,7 @@ py::list read_columns(const std::string& folder) {
     py::object texts = py::none();
     if (columns[i].kind == ColumnKind::text) {
       py::list all;
-      for (const Interned& text : filling[i].texts) all.append(text.str());
+      for (const Interned& text : filling[i].texts.all) all.append(text.str());
       texts = all;
     }
     out.append(py::make_tuple(columns[i].name, filling[i].values, texts));

@@ -4,8 +4,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <cstring>
-
 #include "sextant/base/files.h"
 #include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
@@ -17,26 +15,12 @@ namespace py = pybind11;
 namespace sextant {
 namespace {
 
-/// Returns the poses as an array (n, 4, 4). Rotations are the matrices as read, identities if the recording
-/// has positions only.
-py::array_t<double> pose_array(const PoseSeries& series) {
-  py::array_t<double> out({static_cast<py::ssize_t>(series.size()), py::ssize_t{4}, py::ssize_t{4}});
-  for (size_t i = 0; i < series.size(); ++i) {
-    Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = Eigen::Matrix4d::Identity();
-    if (!series.rotations.empty()) pose.topLeftCorner<3, 3>() = series.rotations[i];
-    pose.topRightCorner<3, 1>() = series.positions_m[i];
-    std::memcpy(out.mutable_data() + 16 * i, pose.data(), sizeof(double) * 16);
-  }
-  return out;
-}
-
 /// Returns (poses, stamps or None, frames or None, has_rotations).
 py::tuple series_of(const PoseSeries& series) {
   py::object stamps = py::none(), frames = py::none();
   if (!series.stamps_s.empty()) stamps = array_of(series.stamps_s);
-  if (!series.frames.empty())
-    frames = py::array_t<int>(static_cast<py::ssize_t>(series.frames.size()), series.frames.data());
-  return py::make_tuple(pose_array(series), stamps, frames, series.has_rotations());
+  if (!series.frames.empty()) frames = array_of(series.frames);
+  return py::make_tuple(array_of(series), stamps, frames, series.has_rotations());
 }
 
 py::tuple trajectory(const std::string& path, const std::string& format) {
@@ -85,17 +69,7 @@ py::tuple evaluate(const py::tuple& estimate, const py::tuple& reference, const 
   py::list warnings;
   for (const TrajectoryWarning& warning : found.warnings) warnings.append(warning.text);
   return py::make_tuple(array_of(found.errors), delta ? py::object(array_of(found.pairs)) : py::none(),
-                        pose_array(found.estimate), pose_array(found.reference), warnings);
-}
-
-template <typename Pixel>
-py::array_t<float> float_array(const Image<Pixel>& image) {
-  static_assert(sizeof(Pixel) % sizeof(float) == 0);
-  std::vector<py::ssize_t> shape = {image.height(), image.width()};
-  if (sizeof(Pixel) > sizeof(float)) shape.push_back(sizeof(Pixel) / sizeof(float));
-  py::array_t<float> out(shape);
-  std::memcpy(out.mutable_data(), image.data(), image.size() * sizeof(Pixel));
-  return out;
+                        array_of(found.estimate), array_of(found.reference), warnings);
 }
 
 py::array_t<float> flow(const std::string& path, const std::string& format) {
@@ -107,7 +81,7 @@ py::array_t<float> flow(const std::string& path, const std::string& format) {
             : format == "kitti" ? flow_from_kitti(decode_png_rgb16(bytes, path))
                                 : flow_from_vkitti(decode_png_rgb16(bytes, path));
   }
-  return float_array(image);
+  return array_of<float>(image);
 }
 
 py::array_t<float> depth(const std::string& path, const std::string& format, double bf) {
@@ -119,7 +93,7 @@ py::array_t<float> depth(const std::string& path, const std::string& format, dou
             : format == "cm"     ? depth_from_cm(values)
                                  : depth_from_disparity256(values, bf);
   }
-  return float_array(image);
+  return array_of<float>(image);
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ class PythonEstimator final : public Estimator {
     estimate.status = from_name<Status>(answer[0].cast<std::string>(), "status");
     if (estimate.status != Status::ok) return estimate;
     const std::string of = "estimator " + name_ + ": ";
-    estimate.T_curr_prev = SE3::from_matrix(motion_of(answer[1], of + "T_curr_prev").topRows<3>());
+    estimate.T_curr_prev = rigid_motion_of(answer[1], of + "T_curr_prev");
     if (!answer[2].is_none()) estimate.covariance = covariance_of(answer[2], of + "covariance");
     if (!answer[3].is_none()) {
       const auto n = static_cast<py::ssize_t>(problem.points.size());

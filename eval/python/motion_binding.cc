@@ -140,7 +140,7 @@ py::object bound(const std::array<double, 5>& camera, const py::object& pixels, 
   const PinholeCamera pinhole{camera[0], camera[1], camera[2], camera[3]};
   pinhole.check();
   const Correspondences points = points_of(pixels, depth, flow, depth_curr);
-  const SE3 X = SE3::from_matrix(motion_of(motion, "T_curr_prev").topRows<3>());
+  const SE3 X = rigid_motion_of(motion, "T_curr_prev");
   MeasurementNoise noise;
   noise.flow_x_px = deviations[0];
   noise.flow_y_px = deviations[1];
@@ -162,14 +162,13 @@ void bind_motions(py::module_& core) {
   core.def("motion_bound", bound);
   core.def("rms_error", [](const py::object& covariance, const py::object& T) {
     Matrix6d C = covariance_of(covariance, "covariance");
-    if (!T.is_none()) C = transported(C, SE3::from_matrix(motion_of(T, "T").topRows<3>()));
+    if (!T.is_none()) C = transported(C, rigid_motion_of(T, "T"));
     const PoseChangeError e = rms_error(C);
     return py::make_tuple(e.Et_m, e.ER_deg);
   });
   core.def("nees", [](const py::object& estimate, const py::object& covariance, const py::object& truth) {
-    return nees(SE3::from_matrix(motion_of(estimate, "estimate").topRows<3>()),
-                covariance_of(covariance, "covariance"),
-                SE3::from_matrix(motion_of(truth, "truth").topRows<3>()));
+    return nees(rigid_motion_of(estimate, "estimate"), covariance_of(covariance, "covariance"),
+                rigid_motion_of(truth, "truth"));
   });
 }
 
@@ -185,21 +184,6 @@ struct Paths {
            estimate.size());
   }
 };
-
-py::array_t<double> array_of_path(const PoseSeries& path) {
-  const auto n = static_cast<py::ssize_t>(path.size());
-  py::array_t<double> out({n, py::ssize_t{4}, py::ssize_t{4}});
-  auto at = out.mutable_unchecked<3>();
-  for (py::ssize_t i = 0; i < n; ++i) {
-    const auto& R = path.rotations[static_cast<size_t>(i)];
-    const auto& p = path.positions_m[static_cast<size_t>(i)];
-    for (int row = 0; row < 4; ++row) {
-      for (int column = 0; column < 4; ++column)
-        at(i, row, column) = row == 3 ? (column == 3 ? 1 : 0) : column == 3 ? p[row] : R(row, column);
-    }
-  }
-  return out;
-}
 
 py::array_t<double> absolute(const py::object& estimate, const py::object& reference,
                              const std::string& relation) {
@@ -252,7 +236,7 @@ py::tuple aligned(const py::object& estimate, const py::object& reference, const
   const Eigen::Vector3d axis =
       up ? Eigen::Vector3d((*up)[0], (*up)[1], (*up)[2]).normalized() : Eigen::Vector3d::Zero();
   const AlignmentResult result = align(paths.estimate, paths.reference, how, first_n, axis);
-  return py::make_tuple(array_of_path(paths.estimate), array_of(result.ref_from_est.matrix()),
+  return py::make_tuple(array_of(paths.estimate), array_of(result.ref_from_est.matrix()),
                         result.ref_from_est.scale, result.flatness);
 }
 
@@ -282,10 +266,7 @@ py::tuple associate(const py::object& reference, const py::object& estimate, dou
   options.offset_s = offset;
   const Association found = associate_by_time(stamps_of(reference, "reference_stamps"),
                                               stamps_of(estimate, "estimate_stamps"), options);
-  const auto rows = [](const std::vector<int>& places) {
-    return py::array_t<int>(static_cast<py::ssize_t>(places.size()), places.data());
-  };
-  return py::make_tuple(rows(found.reference), rows(found.estimate));
+  return py::make_tuple(array_of(found.reference), array_of(found.estimate));
 }
 
 }  // namespace
