@@ -23,13 +23,10 @@ constexpr int image_height = 375;
 // A random texture, `shift` px farther left.
 Image<uint8_t> synthetic_image(int shift) {
   std::mt19937 rng(1);
-  Image<uint8_t> wide(image_width + 64, image_height);
-  for (int y = 0; y < image_height; ++y) {
-    for (int x = 0; x < wide.width(); ++x) {
-      const double wave = 120 + 60 * std::sin(0.13 * x) * std::cos(0.21 * y);
-      wide(x, y) = static_cast<uint8_t>(wave + static_cast<double>(rng() % 64));
-    }
-  }
+  const auto wide = image_of(image_width + 64, image_height, [&](int x, int y) {
+    const double wave = 120 + 60 * std::sin(0.13 * x) * std::cos(0.21 * y);
+    return static_cast<uint8_t>(wave + static_cast<double>(rng() % 64));
+  });
   Image<uint8_t> image(image_width, image_height);
   for (int y = 0; y < image_height; ++y) std::copy_n(wide.row(y) + shift, image_width, image.row(y));
   return image;
@@ -48,13 +45,10 @@ const std::string& mots_rows() {
     if (const char* data = std::getenv("SEXTANT_DATA"); data != nullptr) {
       return read_file(std::filesystem::path(data) / "kitti_tracking/training/instances_txt/0001.txt");
     }
-    Image<uint16_t> mask(image_width, image_height);
-    for (int y = 0; y < image_height; ++y) {
-      for (int x = 0; x < image_width; ++x) {
-        const double dx = (x % 124 - 62) / 55.0, dy = (y - 190) / 90.0;
-        if (dx * dx + dy * dy < 1 && x / 124 < 10) mask(x, y) = static_cast<uint16_t>(x / 124 + 1);
-      }
-    }
+    const auto mask = image_of(image_width, image_height, [](int x, int y) {
+      const double dx = (x % 124 - 62) / 55.0, dy = (y - 190) / 90.0;
+      return static_cast<uint16_t>(dx * dx + dy * dy < 1 && x / 124 < 10 ? x / 124 + 1 : 0);
+    });
     return encode_mots_text({{0, mask}}, {});
   }();
   return text;

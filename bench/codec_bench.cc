@@ -32,38 +32,27 @@ constexpr int image_height = 375;
 
 Image<uint16_t> synthetic_disparity() {
   std::mt19937 rng(1);
-  Image<uint16_t> image(image_width, image_height);
-  for (int y = 0; y < image_height; ++y) {
-    for (int x = 0; x < image_width; ++x) image(x, y) = static_cast<uint16_t>(40 * y + x / 8 + rng() % 32);
-  }
-  return image;
+  return image_of(image_width, image_height,
+                  [&](int x, int y) { return static_cast<uint16_t>(40 * y + x / 8 + rng() % 32); });
 }
 
 Image<Rgb> synthetic_colour() {
   std::mt19937 rng(2);
-  Image<Rgb> image(image_width, image_height);
-  for (int y = 0; y < image_height; ++y) {
-    for (int x = 0; x < image_width; ++x) {
-      const double wave = 110 + 90 * std::sin(0.02 * x) * std::cos(0.03 * y);
-      const auto noisy = [&](double level) {
-        return static_cast<uint8_t>(level + static_cast<double>(rng() % 16));
-      };
-      image(x, y) = {noisy(wave), noisy(0.8 * wave), noisy(0.6 * wave + 20)};
-    }
-  }
-  return image;
+  const auto noisy = [&](double level) {
+    return static_cast<uint8_t>(level + static_cast<double>(rng() % 16));
+  };
+  return image_of(image_width, image_height, [&](int x, int y) {
+    const double wave = 110 + 90 * std::sin(0.02 * x) * std::cos(0.03 * y);
+    return Rgb{noisy(wave), noisy(0.8 * wave), noisy(0.6 * wave + 20)};
+  });
 }
 
 Image<Flow> synthetic_flow() {
   std::mt19937 rng(3);
   const auto noise = [&] { return 0.01f * static_cast<float>(rng() % 100); };
-  Image<Flow> flow(image_width, image_height);
-  for (int y = 0; y < image_height; ++y) {
-    for (int x = 0; x < image_width; ++x) {
-      flow(x, y) = {0.02f * static_cast<float>(x - 600) + noise(), 0.03f * static_cast<float>(y) + noise()};
-    }
-  }
-  return flow;
+  return image_of(image_width, image_height, [&](int x, int y) {
+    return Flow{0.02f * static_cast<float>(x - 600) + noise(), 0.03f * static_cast<float>(y) + noise()};
+  });
 }
 
 Image<uint16_t> synthetic_mask() {

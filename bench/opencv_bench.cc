@@ -22,16 +22,12 @@ constexpr size_t n_samples = 1000;
 /// Squares of random gray with noise on them: about as many corners as a street has.
 Image<uint8_t> make_image() {
   std::mt19937 engine(1);
-  Image<uint8_t> image(image_width, image_height);
   std::vector<uint8_t> gray(static_cast<size_t>(image_width) * image_height / 64 + image_width);
   for (uint8_t& g : gray) g = static_cast<uint8_t>(40 + engine() % 160);
-  for (int y = 0; y < image_height; ++y) {
-    for (int x = 0; x < image_width; ++x) {
-      const size_t square = static_cast<size_t>(y / 8) * (image_width / 8 + 1) + static_cast<size_t>(x / 8);
-      image(x, y) = static_cast<uint8_t>(gray[square] + engine() % 8);
-    }
-  }
-  return image;
+  return image_of(image_width, image_height, [&](int x, int y) {
+    const size_t square = static_cast<size_t>(y / 8) * (image_width / 8 + 1) + static_cast<size_t>(x / 8);
+    return static_cast<uint8_t>(gray[square] + engine() % 8);
+  });
 }
 
 void corners(benchmark::State& state) {

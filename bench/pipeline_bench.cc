@@ -45,21 +45,19 @@ Clip made_up_clip() {
     frame.depth_m = Image<float>(width, height);
     frame.flow = Image<Flow>(width, height);
     frame.mask = Image<uint16_t>(width, height);
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        const bool on_box = x > 750 && x < 1010 && y > 130 && y < 330;
-        const double z = on_box    ? 6 + 0.002 * (x - 750)
-                         : y > 200 ? std::min(35.0, 1.65 * 721 / (y - 173.0))
-                                   : 35;
-        const unsigned hash =
-            (static_cast<unsigned>(x) / 4 * 2654435761U) ^ (static_cast<unsigned>(y) / 4 * 40503U);
-        frame.gray(x, y) = static_cast<uint8_t>(60 + (hash >> 8U) % 120);
-        frame.depth_m(x, y) = static_cast<float>(z);
-        const Eigen::Vector2d uv =
-            clip.camera.left.project((on_box ? box : background) * clip.camera.left.backproject(x, y, z));
-        frame.flow(x, y) = {static_cast<float>(uv.x() - x), static_cast<float>(uv.y() - y)};
-        frame.mask(x, y) = on_box ? 1 : 0;
-      }
+    for (const auto [x, y] : pixels(frame.gray)) {
+      const bool on_box = x > 750 && x < 1010 && y > 130 && y < 330;
+      const double z = on_box    ? 6 + 0.002 * (x - 750)
+                       : y > 200 ? std::min(35.0, 1.65 * 721 / (y - 173.0))
+                                 : 35;
+      const unsigned hash =
+          (static_cast<unsigned>(x) / 4 * 2654435761U) ^ (static_cast<unsigned>(y) / 4 * 40503U);
+      frame.gray(x, y) = static_cast<uint8_t>(60 + (hash >> 8U) % 120);
+      frame.depth_m(x, y) = static_cast<float>(z);
+      const Eigen::Vector2d uv =
+          clip.camera.left.project((on_box ? box : background) * clip.camera.left.backproject(x, y, z));
+      frame.flow(x, y) = {static_cast<float>(uv.x() - x), static_cast<float>(uv.y() - y)};
+      frame.mask(x, y) = on_box ? 1 : 0;
     }
     clip.frames.push_back(std::move(frame));
   }
