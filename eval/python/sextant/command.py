@@ -393,10 +393,11 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
     if callable(estimator):
         if procedure is not None:
             raise Error("procedure: expected None with a function as estimator")
-        summary = functions.run_here(sources, estimator, out=out, options=options,
-                                      noise="none" if noise == "none" else _noise_text(noise), data=data or "", level=level,
-                                      seeds=seeds, jobs=jobs, preset=text("preset", preset), force=bool(force),
-                                      quiet=_quiet(progress))
+        name = functions.name_of(estimator)
+        with functions.added({name: estimator}) as inprocess:
+            summary = json.loads(inprocess.run(
+                sources, f"python:{name}", json_text("options", options or {}), _noise_text(noise), data or "", level, seeds,
+                jobs or os.cpu_count(), text("preset", preset), out, bool(force), _quiet(progress)))
         warnings = summary["problems"]
     else:
         flags = _flags(out=out, estimator=text("estimator", estimator), noise=_noise_text(noise), seeds=seeds, level=level,
@@ -421,9 +422,10 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
     data, cache = _data_folder(data), optional(path, "cache", cache)
     if estimators:
         content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
-        done = functions.sweep_here(content, "plan" if isinstance(plan, dict) else path("plan", plan),
-                                    estimators, out=out, data=data or "", cache=cache or "", jobs=jobs,
-                                    force=bool(force), reuse_stale=bool(reuse_stale), quiet=_quiet(progress))
+        name = "plan" if isinstance(plan, dict) else path("plan", plan)
+        with functions.added(estimators) as inprocess:
+            done = json.loads(inprocess.sweep(content, name, data or "", cache or "", jobs or os.cpu_count(), out, bool(force),
+                                              bool(reuse_stale), _quiet(progress)))
         warnings = []
     else:
         with _plan_file(plan) as file:

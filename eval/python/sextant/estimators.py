@@ -13,7 +13,6 @@ pipeline: features, RANSAC, gates, tracks, noise, truth and metrics are Sextant'
 import contextlib
 import dataclasses
 import json
-import os
 import threading
 import typing
 import warnings
@@ -21,7 +20,7 @@ import warnings
 import numpy
 
 from ._core import Error
-from .arguments import json_text, text, whole
+from .arguments import text, whole
 from .fingerprint import fingerprint
 from .noise import Camera
 
@@ -113,7 +112,7 @@ def name_of(function):
 
 
 @contextlib.contextmanager
-def _added(functions):
+def added(functions):
     """Yields the compiled module while it knows the functions as python:NAME. The names are global, so runs in other threads
     wait."""
     from . import _inprocess  # takes half a second, since it contains the whole program
@@ -129,7 +128,7 @@ def _added(functions):
         version = fingerprint(function)
         if version["not_seen"]:
             warnings.warn(f"estimator {name}: its fingerprint does not notice changes of some values: "
-                          f"{'; '.join(version['not_seen'])}", stacklevel=5)
+                          f"{'; '.join(version['not_seen'])}", stacklevel=4)
         known.append((text("name", name), adapter(name, function), json.dumps(options_of(function)), json.dumps(version),
                       bool(getattr(function, "chooses_points", False))))
     with _one_at_a_time:
@@ -140,18 +139,3 @@ def _added(functions):
         finally:
             for name in functions:
                 _inprocess.forget_function(name)
-
-
-def run_here(sources, function, *, out, options, noise, data, level, seeds, jobs, preset, force, quiet):
-    """Implements sextant.run for an estimator that is a function; returns the summary."""
-    name = name_of(function)
-    with _added({name: function}) as inprocess:
-        return json.loads(inprocess.run(sources, f"python:{name}", json_text("options", options or {}),
-                                        json_text("noise", noise), data, level, seeds, jobs or os.cpu_count(), preset, out,
-                                        force, quiet))
-
-
-def sweep_here(plan_text, plan_name, functions, *, out, data, cache, jobs, force, reuse_stale, quiet):
-    with _added(functions) as inprocess:
-        return json.loads(inprocess.sweep(plan_text, plan_name, data, cache, jobs or os.cpu_count(), out, force, reuse_stale,
-                                          quiet))
