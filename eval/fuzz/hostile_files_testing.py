@@ -24,25 +24,22 @@ def png(width, height, *, depth=8, colour=0, rows=b"", claimed_bytes=None):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
-def png_of_zeros(width, height, *, depth=16, channels=1):
-    """Returns a complete PNG of zeros, which deflate compresses as far as it can."""
-    row = 1 + (width * depth * channels + 7) // 8
+def png_of_zeros(width, height):
+    """Returns a complete PNG of zeros of 16 bits, which deflate compresses as far as it can."""
     packer = zlib.compressobj(9)
-    data = b"".join(packer.compress(bytes(row)) for _ in range(height)) + packer.flush()
-    header = struct.pack(">IIBBBBB", width, height, depth, 0 if channels == 1 else 2, 0, 0, 0)
+    data = b"".join(packer.compress(bytes(1 + 2 * width)) for _ in range(height)) + packer.flush()
+    header = struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
-def jpeg(width, height, *, progressive=False, scans=0):
-    """Returns a JPEG of gray blocks: the header, tables with one code of one bit, and `scans` scans of zero bits."""
+def jpeg(width, height, *, progressive=False):
+    """Returns a JPEG of gray blocks: the header, tables with one code of one bit, and the first bytes of a scan of zero bits."""
     segment = lambda marker, body: b"\xff" + bytes([marker]) + struct.pack(">H", len(body) + 2) + body
     tables = segment(0xDB, bytes([0]) + bytes([1] * 64))
     frame = segment(0xC2 if progressive else 0xC0, struct.pack(">BHHB", 8, height, width, 1) + bytes([1, 0x11, 0]))
     codes = b"".join(segment(0xC4, bytes([kind, 1] + [0] * 15 + [0])) for kind in (0x00, 0x10))
     scan = segment(0xDA, bytes([1, 1, 0, 0, 0 if progressive else 63, 0]))
-    n_blocks = ((width + 7) // 8) * ((height + 7) // 8)
-    body = b"".join(scan + bytes(n_blocks // 8 + 1) for _ in range(scans)) if scans else scan + bytes(16)
-    return b"\xff\xd8" + tables + frame + codes + body + b"\xff\xd9"
+    return b"\xff\xd8" + tables + frame + codes + scan + bytes(16) + b"\xff\xd9"
 
 
 def progressive_jpeg(width, height, scans):

@@ -64,6 +64,16 @@ std::function<void(Bytes)> unchanged(Decode decode, Encode encode) {
   };
 }
 
+/// Calls a reader. Returns the Error with which it refuses its input; nullopt if it accepts the input.
+std::optional<Error> error_of(const auto& read) {
+  try {
+    read();
+    return std::nullopt;
+  } catch (const Error& error) {
+    return error;
+  }
+}
+
 // ---- JSON and our own results
 
 void json(Bytes bytes) {
@@ -102,17 +112,9 @@ void record_scanner(Bytes bytes) {
 
 void journal(Bytes bytes) {
   const FuzzFolder folder("@@ journal.jsonl\n" + std::string(bytes));
-  const auto takes = [](const auto& read) {
-    try {
-      read();
-      return true;
-    } catch (const Error&) {
-      return false;
-    }
-  };
   const Journal::Fits fits = [&](uint64_t, std::string_view content) {
-    return takes([&] { parse_records(content, "journal"); }) ||
-           takes([&] { decode_journal_case(content, "journal"); });
+    return !error_of([&] { parse_records(content, "journal"); }) ||
+           !error_of([&] { decode_journal_case(content, "journal"); });
   };
   Journal journal(folder.path() / "journal.jsonl", "owner", fits);
   const auto contents = [&] {
@@ -151,11 +153,8 @@ void run_folder(Bytes bytes) {
   static const Policy policy;
   std::optional<Error> first;
   const auto each = [&](const auto& read) {
-    try {
-      read();
-    } catch (const Error& error) {
-      if (!first) first = error;
-    }
+    const std::optional<Error> error = error_of(read);
+    if (!first) first = error;
   };
   each([&] { read_run_json(folder.path()); });
   each([&] { read_side(folder.path()); });
@@ -197,11 +196,7 @@ void rescore(Bytes bytes) {
 void read_png(Bytes png) {
   int taken = 0;
   const auto each = [&](const auto& decode) {
-    try {
-      decode(png, "png");
-      ++taken;
-    } catch (const Error&) {
-    }
+    if (!error_of([&] { decode(png, "png"); })) ++taken;
   };
   each(png_header);
   each(decode_png16);
@@ -241,11 +236,8 @@ std::function<void(Bytes)> both_ways(Decode decode, Encode encode) {
   return [=](Bytes bytes) {
     const std::string written = encode(decode(bytes, "file"));
     std::string again;
-    try {
-      again = encode(decode(written, "written"));
-    } catch (const Error& error) {
-      throw InternalError(fmt::format("what was written is refused: {}", error.what()));
-    }
+    if (const auto error = error_of([&] { again = encode(decode(written, "written")); }))
+      throw InternalError(fmt::format("what was written is refused: {}", error->what()));
     SEXTANT_CHECK(equal_texts(again, written));
   };
 }
