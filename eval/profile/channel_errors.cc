@@ -223,7 +223,6 @@ SpatialCorrelation fit_correlation(const std::vector<CorrelationBin>& bins) {
   for (size_t b = 0; b < bins.size(); ++b)
     for (size_t k = 0; k < lengths_px.size(); ++k)
       gaussians[b].at(k) = std::exp(-0.5 * std::pow(bins[b].distance_px / lengths_px.at(k), 2));
-  const auto basis = [&](size_t b, size_t k) { return gaussians[b].at(k); };
   std::vector<double> share(lengths_px.size(), 0);
   std::vector<bool> used(lengths_px.size(), true);
   const auto descend = [&] {  // coordinate descent; converges since the problem is convex
@@ -233,9 +232,9 @@ SpatialCorrelation fit_correlation(const std::vector<CorrelationBin>& bins) {
         double along = 0, square = 0;
         for (size_t b = 0; b < bins.size(); ++b) {
           double residual = target[b];
-          for (size_t j = 0; j < share.size(); ++j) residual -= share[j] * basis(b, j);
-          along += residual * basis(b, k);
-          square += basis(b, k) * basis(b, k);
+          for (size_t j = 0; j < share.size(); ++j) residual -= share[j] * gaussians[b].at(j);
+          along += residual * gaussians[b].at(k);
+          square += gaussians[b].at(k) * gaussians[b].at(k);
         }
         share[k] = std::max(0.0, share[k] + along / square);
       }

@@ -102,9 +102,8 @@ Image<float> against_next_frame(const Frame& frame, const Image<float>& next_dep
 
 template <typename T>
 Image<T> mirrored(const Image<T>& image) {
-  Image<T> out(image.width(), image.height());
-  for (const auto [x, y] : pixels(image)) out(x, y) = image(image.width() - 1 - x, y);
-  return out;
+  return image_of(image.width(), image.height(),
+                  [&](int x, int y) { return image(image.width() - 1 - x, y); });
 }
 
 Image<float> against_right(const Frame& frame, double bf) {
@@ -130,11 +129,14 @@ Image<float> disparity_errors(const Image<float>& depth_m, const Image<float>& t
   return out;
 }
 
-Image<Flow> flow_errors(const Image<Flow>& flow, const Image<Flow>& truth) {
-  Image<Flow> out(flow.width(), flow.height());
-  for (size_t i = 0; i < out.size(); ++i) {
+/// Returns the errors of u and of v; NaN where either flow is invalid.
+std::vector<Image<float>> flow_errors(const Image<Flow>& flow, const Image<Flow>& truth) {
+  std::vector<Image<float>> out(2, Image<float>(flow.width(), flow.height(), NAN));
+  for (size_t i = 0; i < flow.size(); ++i) {
     const Flow a = flow.data()[i], b = truth.data()[i];
-    if (a.valid() && b.valid()) out.data()[i] = {a.u - b.u, a.v - b.v};
+    if (!a.valid() || !b.valid()) continue;
+    out[0].data()[i] = a.u - b.u;
+    out[1].data()[i] = a.v - b.v;
   }
   return out;
 }
@@ -200,7 +202,6 @@ std::optional<ErrorFields> ErrorSource::read(int frame) const {
                                .flow = info.channels.flow,
                                .mask = info.channels.mask});
   ErrorFields out;
-  out.frame = frame;
   std::optional<SE3> T;
   if (moves && frame < info.last_frame && !now.flow.empty()) T = fitted_motion(now, info.camera);
   if (flow_ == FlowReference::given && !now.flow.empty()) {
@@ -211,19 +212,19 @@ std::optional<ErrorFields> ErrorSource::read(int frame) const {
     out.flow_px = flow_errors(now.flow, induced_flow(now, info.camera, *T));
   if (depth_ == DepthReference::given) {
     const Image<float> truth = given_depth(frame);
-    if (!truth.empty()) out.disparity_px = disparity_errors(now.depth_m, truth, info.camera.bf);
+    if (!truth.empty()) out.disparity_px = {disparity_errors(now.depth_m, truth, info.camera.bf)};
   }
   if (depth_ == DepthReference::next_frame && T)
-    out.disparity_px = against_next_frame(now, measured(frame + 1, {.depth = true}).depth_m, info.camera, *T);
-  if (left_right) out.disparity_px = against_right(now, info.camera.bf);
+    out.disparity_px = {
+        against_next_frame(now, measured(frame + 1, {.depth = true}).depth_m, info.camera, *T)};
+  if (left_right) out.disparity_px = {against_right(now, info.camera.bf)};
   if (out.flow_px.empty() && out.disparity_px.empty()) return std::nullopt;
   if (!now.flow.empty()) {
-    out.flow_length_px = Image<float>(now.flow.width(), now.flow.height(), NAN);
-    for (size_t i = 0; i < now.flow.size(); ++i)
-      out.flow_length_px.data()[i] = std::hypot(now.flow.data()[i].u, now.flow.data()[i].v);
+    const auto length_px = [&](int x, int y) { return std::hypot(now.flow(x, y).u, now.flow(x, y).v); };
+    out.properties.push_back({"flow_px", image_of(now.flow.width(), now.flow.height(), length_px)});
   }
-  out.depth_m = std::move(now.depth_m);
-  out.mask = std::move(now.mask);
+  if (!now.depth_m.empty()) out.properties.push_back({"depth_m", std::move(now.depth_m)});
+  if (!now.mask.empty()) out.properties.push_back({"border_px", border_distance(now.mask)});
   return out;
 }
 

@@ -19,9 +19,11 @@
 //                           differences above 1 px
 
 #include <optional>
+#include <vector>
 
 #include "sextant/base/names.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/eval/profile/channel_errors.h"
 #include "sextant/noise/noise.h"
 
 namespace sextant {
@@ -31,14 +33,10 @@ constexpr Names<3> names_of(FlowReference) { return {"none", "given", "induced"}
 enum class DepthReference { none, given, left_right, next_frame };
 constexpr Names<4> names_of(DepthReference) { return {"none", "given", "left_right", "next_frame"}; }
 
+/// Errors of one frame by axis (ChannelField); empty without a reference.
 struct ErrorFields {
-  int frame = 0;
-  Image<Flow> flow_px;
-  Image<float> disparity_px;
-  // Measured values at the same pixels:
-  Image<float> flow_length_px;
-  Image<float> depth_m;
-  Image<uint16_t> mask;  ///< empty: the source has no masks
+  std::vector<Image<float>> flow_px, disparity_px;
+  std::vector<ChannelField::Property> properties;  ///< measured values at the same pixels
 };
 
 /// A source and the noise added to it.

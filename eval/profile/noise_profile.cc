@@ -31,23 +31,6 @@ std::vector<int> frames_of(const SequenceInfo& info, int most) {
   return frames;
 }
 
-std::vector<ChannelField::Property> properties_of(const ErrorFields& fields) {
-  std::vector<ChannelField::Property> out;
-  if (!fields.flow_length_px.empty()) out.push_back({"flow_px", fields.flow_length_px});
-  if (!fields.depth_m.empty()) out.push_back({"depth_m", fields.depth_m});
-  if (!fields.mask.empty()) out.push_back({"border_px", border_distance(fields.mask)});
-  return out;
-}
-
-std::vector<Image<float>> axes_of(const Image<Flow>& flow) {
-  std::vector<Image<float>> axes(2, Image<float>(flow.width(), flow.height()));
-  for (size_t i = 0; i < flow.size(); ++i) {
-    axes[0].data()[i] = flow.data()[i].u;
-    axes[1].data()[i] = flow.data()[i].v;
-  }
-  return axes;
-}
-
 /// Returns the correlation of noise drawn with that mixture, at the pixels of these fields.
 std::vector<double> injected_correlation(const std::vector<ChannelField>& frames,
                                          const SpatialCorrelation& spatial,
@@ -186,9 +169,8 @@ NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& sour
   std::vector<ChannelField> flow, disparity;
   for (const std::optional<ErrorFields>& field : fields) {
     if (!field) continue;
-    const std::vector<ChannelField::Property> properties = properties_of(*field);
-    if (!field->flow_px.empty()) flow.push_back({axes_of(field->flow_px), properties});
-    if (!field->disparity_px.empty()) disparity.push_back({{field->disparity_px}, properties});
+    if (!field->flow_px.empty()) flow.push_back({field->flow_px, field->properties});
+    if (!field->disparity_px.empty()) disparity.push_back({field->disparity_px, field->properties});
   }
   NoiseProfile profile;
   profile.name = options.name;
