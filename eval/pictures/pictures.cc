@@ -40,7 +40,6 @@ constexpr int strip_height = 56;      // height of the legend, canvas pixels
 constexpr double flow_length = 0.25;  // drawn share of each flow vector
 
 const cv::Scalar white(255, 255, 255);
-const cv::Scalar black(0, 0, 0);
 const cv::Scalar static_colour(233, 180, 86);  // BGR, sky blue
 const cv::Scalar outlier_colour(0, 94, 213);   // vermilion
 const std::array<cv::Scalar, 5> object_colours = {cv::Scalar(0, 159, 230), cv::Scalar(66, 228, 240),

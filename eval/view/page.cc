@@ -1,10 +1,8 @@
 #include "sextant/eval/view/page.h"
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <set>
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/imgproc.hpp>
@@ -13,6 +11,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
 #include "sextant/base/machine.h"
+#include "sextant/base/names.h"
 #include "sextant/base/progress.h"
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/eval/report/html/html.h"
@@ -54,21 +53,17 @@ std::string packed(const DrawnPoints& drawn) {
 /// Outlines of every instance in a mask, simplified to about one pixel.
 Json outlines(const Image<uint16_t>& mask) {
   std::map<int, cv::Rect> boxes;
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width(); ++x) {
-      const int id = mask(x, y);
-      if (id == 0) continue;
-      const auto [box, is_new] = boxes.try_emplace(id, x, y, 1, 1);
-      if (!is_new) box->second |= cv::Rect(x, y, 1, 1);
-    }
+  for (const auto [x, y] : pixels(mask)) {
+    const int id = mask(x, y);
+    if (id == 0) continue;
+    const auto [box, is_new] = boxes.try_emplace(id, x, y, 1, 1);
+    if (!is_new) box->second |= cv::Rect(x, y, 1, 1);
   }
   Json json = Json::object();
   for (const auto& [id, box] : boxes) {
     cv::Mat region(box.size(), CV_8UC1);
-    for (int y = 0; y < box.height; ++y) {
-      for (int x = 0; x < box.width; ++x)
-        region.at<uint8_t>(y, x) = mask(box.x + x, box.y + y) == id ? 255 : 0;
-    }
+    for (const auto [x, y] : PixelRange(box.width, box.height))
+      region.at<uint8_t>(y, x) = mask(box.x + x, box.y + y) == id ? 255 : 0;
     std::vector<std::vector<cv::Point>> contours;
     cv::findContours(region, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_TC89_L1, box.tl());
     Json& of_instance = *append_member(json, std::to_string(id), Json::array());
@@ -247,12 +242,7 @@ std::vector<FramePicture> pictures(const Sequence& sequence, const PageOptions& 
   return made;
 }
 
-std::string_view part(std::string_view name) {
-  const auto files = view_page_files();
-  const auto it = std::ranges::find(files, name, &EmbeddedFile::name);
-  SEXTANT_CHECK(it != files.end());
-  return it->text;
-}
+std::string_view part(std::string_view name) { return find_entry(view_page_files(), name, "file").text; }
 
 /// Inserts `data` into the page. The marks are searched in the page only, because texts of the data may look
 /// like one.
