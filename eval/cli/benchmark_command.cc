@@ -30,15 +30,18 @@ void print_size(const BenchmarkRequest& request, const std::vector<BenchmarkPlan
   }
 }
 
+/// Writes the card of an estimator's folder and prints its path.
+void make_card(const Suite& suite, const fs::path& folder, int jobs) {
+  write_card(suite, folder, jobs);
+  fmt::print("Card: {}\n", (folder / "card.html").string());
+}
+
 void benchmark(BenchmarkFlags& flags) {
   BenchmarkRequest& request = flags.request;
   request.data_root = flags.data_root;
   request.out = flags.out;
-  request.sweep.cache = pack_cache(flags.cache);
-  request.sweep.jobs = flags.jobs;
-  request.sweep.quiet = flags.quiet;
+  set_common(flags.cache, flags, request.sweep);
   std::tie(request.sweep.shard, request.sweep.n_shards) = shard_of(flags.shard);
-  request.sweep.on_message = [](const std::string& line) { print_message("note", line); };
   const Suite suite = find_suite(request.suite);
   const std::vector<BenchmarkPlan> plans = plan_benchmark(request, suite);
   if (flags.dry_run) return print_size(request, plans);
@@ -53,8 +56,7 @@ void benchmark(BenchmarkFlags& flags) {
     const fs::path folder = request.out / plan.folder;
     print_sweep(run_benchmark(request, plan), folder.string(), flags);
     if (request.sweep.n_shards > 1) continue;
-    write_card(suite, folder, flags.jobs);
-    fmt::print("Card: {}\n", (folder / "card.html").string());
+    make_card(suite, folder, flags.jobs);
   }
 }
 
@@ -69,8 +71,7 @@ void make_cards(const CardFlags& flags) {
   const Suite suite = find_suite(flags.suite);
   for (const std::string& folder : flags.folders) {
     const auto lock = lock_folder(folder);
-    write_card(suite, folder, flags.jobs);
-    fmt::print("Card: {}\n", (fs::path(folder) / "card.html").string());
+    make_card(suite, folder, flags.jobs);
   }
 }
 
@@ -79,10 +80,8 @@ void merge(const CardFlags& flags) {
   const auto lock = lock_folder(flags.out);
   const SweepOutcome outcome =
       merge_benchmarks({flags.folders.begin(), flags.folders.end()}, flags.out, flags.allow_mixed);
-  for (const std::string& folder : benchmark_estimators(flags.out)) {
-    write_card(suite, fs::path(flags.out) / folder, flags.jobs);
-    fmt::print("Card: {}\n", (fs::path(flags.out) / folder / "card.html").string());
-  }
+  for (const std::string& folder : benchmark_estimators(flags.out))
+    make_card(suite, fs::path(flags.out) / folder, flags.jobs);
   if (!flags.quiet) fmt::print("{} cases, {} records\n", outcome.n_cases, outcome.n_records);
 }
 
@@ -186,8 +185,7 @@ void add_benchmark_command(CLI::App& app) {
   BenchmarkRequest& request = flags->request;
   add_value(*command, "estimator", request.estimators, "ESTIMATOR",
             "joint_flow, external:CONFIG.json, ... (sextant options lists them)");
-  add_value(*command, "--suite", request.suite, "NAME", "A suite of this program, or a file NAME.json")
-      ->capture_default_str();
+  add_suite_flag(*command, request.suite);
   add_value(*command, "--tracks", request.tracks, "A,B,...", "Only these tracks of the suite")
       ->delimiter(',');
   command->add_flag("--quick", request.quick,

@@ -24,9 +24,11 @@ struct CompareFlags : CommonFlags {
   bool show_policy = false;
 };
 
+/// Returns the policy of the file `name`, or the default policy if no file is named.
+Policy policy_in(const std::string& name) { return name.empty() ? Policy{} : read_policy(name); }
+
 Policy policy_of(const CompareFlags& flags) {
-  Policy policy;
-  if (!flags.policy.empty()) policy = read_policy(flags.policy);
+  Policy policy = policy_in(flags.policy);
   Json tree = write_options(policy);
   for (const std::string& what : flags.allowed) tree["same"][what] = "note";
   read_options(tree, policy);
@@ -133,9 +135,8 @@ void show_changes(const BaselineFlags& flags) {
   policy.speed.judge = false;
   const Comparison comparison = compare_paths(flags.baseline, flags.fresh, policy, flags.jobs);
   for (const Table& table : {findings_table(comparison), family_table(comparison, true),
-                             status_table(comparison), accuracy_table(comparison, true)}) {
-    if (!table.rows.empty()) fmt::print("{}\n", to_text(table));
-  }
+                             status_table(comparison), accuracy_table(comparison, true)})
+    print_part(table);
   fmt::print("{}\n", headline(comparison));
 }
 
@@ -189,17 +190,10 @@ struct TrendFlags : CommonFlags {
 };
 
 void run_trend(const TrendFlags& flags) {
-  Policy policy;
-  if (!flags.policy.empty()) policy = read_policy(flags.policy);
-  const History history = read_history({flags.folders.begin(), flags.folders.end()}, policy);
+  const History history = read_history({flags.folders.begin(), flags.folders.end()}, policy_in(flags.policy));
   const ReportDocument document = history_document(history);
   for (const std::string& warning : document.warnings) print_message("warning", warning);
-  if (!flags.out.empty()) {
-    std::vector<Figure> figures;
-    for (const ReportSection& section : document.sections)
-      figures.insert(figures.end(), section.figures.begin(), section.figures.end());
-    write_file(flags.out, to_html(document, draw(figures, flags.jobs)));
-  }
+  if (!flags.out.empty()) write_file(flags.out, report_page(document, flags.jobs));
   if (flags.json) {
     fmt::print("{}", json_text(history_json(history)));
     return;

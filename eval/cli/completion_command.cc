@@ -243,7 +243,7 @@ std::string bash_completion(const CommandHelp& tree) {
   std::map<std::string, std::vector<std::string>> commands, flags, values;
   for (const CommandHelp* command : all_commands(tree)) {
     std::vector<std::string> below, names;
-    for (const CommandHelp& c : command->commands) below.push_back(c.name.substr(c.name.rfind(' ') + 1));
+    for (const CommandHelp& c : command->commands) below.push_back(last_word(c));
     if (!below.empty()) commands[fmt::format("{}", fmt::join(below, " "))].push_back(command->name);
     const auto add_values = [&](const FlagHelp& flag, const std::string& name) {
       const std::string words = flag.words.empty() ? "" : fmt::format(" {}", fmt::join(flag.words, " "));
@@ -312,8 +312,7 @@ std::string fish_completion(const CommandHelp& tree) {
     names += " " + in_quotes(command->name);
     const std::string at = fmt::format("complete -c sextant -n '__sextant_at {}'", command->name);
     for (const CommandHelp& below : command->commands) {
-      lines += fmt::format("{} -a {} -d {}\n", at, below.name.substr(below.name.rfind(' ') + 1),
-                           in_quotes(below.description));
+      lines += fmt::format("{} -a {} -d {}\n", at, last_word(below), in_quotes(below.description));
     }
     for (const FlagHelp& flag : command->flags) {
       std::string head;

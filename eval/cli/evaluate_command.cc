@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -21,7 +20,6 @@ struct EgoFlags : CommonFlags {
   bool all_pairs = false;
   double delta_tolerance = PairSelection{}.relative_tolerance;
   EgoOptions options;
-  std::optional<double> start_s, end_s;
   std::string up, body_from_camera, reference_body_from_camera;
   EgoOutput output;
   std::string covariance, columns = "main";
@@ -29,8 +27,6 @@ struct EgoFlags : CommonFlags {
 
 EgoOptions options_of(const EgoFlags& flags) {
   EgoOptions options = flags.options;
-  options.association.start_s = flags.start_s;
-  options.association.end_s = flags.end_s;
   if (!flags.up.empty()) options.up = parse_direction(flags.up);
   if ((options.alignment == Alignment::yaw) != options.up.has_value()) {
     fail(
@@ -44,13 +40,8 @@ EgoOptions options_of(const EgoFlags& flags) {
   if (options.interpolate_max_gap_s && !(*options.interpolate_max_gap_s > 0))
     fail("--interpolate: expected the longest gap to bridge, above 0 s, got {}",
          *options.interpolate_max_gap_s);
-  for (const double value :
-       {options.association.max_difference_s, options.association.offset_s, flags.delta_tolerance,
-        flags.start_s.value_or(0), flags.end_s.value_or(0), options.interpolate_max_gap_s.value_or(0)}) {
-    if (!std::isfinite(value))
-      fail("times, --interpolate and --delta-tolerance must be finite, got {}", value);
-  }
-  if (flags.start_s && flags.end_s && *flags.start_s > *flags.end_s)
+  const AssociationOptions& range = options.association;
+  if (range.start_s && range.end_s && *range.start_s > *range.end_s)
     fail("--t-start lies after --t-end: expected --t-start <= --t-end");
   if (options.n_to_align > 0 &&
       (options.alignment == Alignment::none || options.alignment == Alignment::origin)) {
@@ -63,12 +54,10 @@ EgoOptions options_of(const EgoFlags& flags) {
     options.covariance = from_name<CovarianceConvention>(flags.covariance, "--covariance");
   if (!flags.rpe.empty()) {
     std::vector<PairSelection> lengths;
-    for (size_t at = 0; at <= flags.rpe.size();) {
-      const size_t end = std::min(flags.rpe.find(',', at), flags.rpe.size());
-      lengths.push_back(PairSelection::parse(flags.rpe.substr(at, end - at)));
+    for (const std::string& length : split(flags.rpe, ',')) {
+      lengths.push_back(PairSelection::parse(length));
       lengths.back().all_pairs = flags.all_pairs;
       lengths.back().relative_tolerance = flags.delta_tolerance;
-      at = end + 1;
     }
     options.rpe = lengths.front();
     if (lengths.size() > 1) options.rpe_lengths = std::move(lengths);
@@ -167,9 +156,9 @@ void add_association_flags(CLI::App& command, EgoFlags& flags) {
       .add_option("--interpolate", flags.options.interpolate_max_gap_s,
                   "Interpolate the reference at the estimate's time stamps, over gaps up to this, s")
       ->check(finite_number(0));
-  command.add_option("--t-start", flags.start_s, "First time stamp of the reference to use, s")
+  command.add_option("--t-start", a.start_s, "First time stamp of the reference to use, s")
       ->check(finite_number());
-  command.add_option("--t-end", flags.end_s, "Last time stamp of the reference to use, s")
+  command.add_option("--t-end", a.end_s, "Last time stamp of the reference to use, s")
       ->check(finite_number());
 }
 

@@ -23,6 +23,7 @@
 
 namespace sextant {
 
+struct SweepConfig;
 struct SweepOutcome;
 
 /// Validator that refuses NaN, infinities and values below `least`. CLI11's own ranges accept NaN, and
@@ -97,6 +98,9 @@ void warn_of_problems(std::span<const std::string> problems);
 
 /// Parses the value of --shard, "I/N". Throws Error if it has another form.
 std::pair<uint64_t, uint64_t> shard_of(const std::string& text);
+
+/// Sets the cache of a sweep, its jobs, whether it is quiet, and that its messages are printed as notes.
+void set_common(const std::string& cache, const CommonFlags& flags, SweepConfig& config);
 
 /// Prints the summary of a sweep, after `sweep` and after `rescore` of a sweep.
 void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags);

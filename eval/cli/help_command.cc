@@ -153,8 +153,6 @@ constexpr const char* files_of_an_installation =
     ".TP\n\\fIshare/sextant/scripts\\fR\nScripts that fetch the public data sets.\n"
     ".TP\n\\fIshare/doc/sextant\\fR\nUser guide and definitions.\n";
 
-std::string man_page_name(const CommandHelp& command) { return page_of(command.name) + ".1"; }
-
 std::string man_page(const CommandHelp& command) {
   std::string title = page_of(command.name);
   std::ranges::transform(title, title.begin(), [](unsigned char c) { return std::toupper(c); });
@@ -213,7 +211,8 @@ void print_page(const CommandHelp& tree, const std::vector<std::string>& words) 
 
 void write_pages(const CommandHelp& tree, const std::string& folder) {
   OutputFiles pages;
-  for (const CommandHelp* command : all_commands(tree)) pages[man_page_name(*command)] = man_page(*command);
+  for (const CommandHelp* command : all_commands(tree))
+    pages[page_of(command->name) + ".1"] = man_page(*command);
   write_output_folder(folder, pages);
   fmt::print("Man pages: {}\n", folder);
 }

@@ -100,10 +100,7 @@ void run_with_flags(RunFlags& flags) {
 void rescore(RescoreFlags& flags) {
   flags.take_common();
   SweepConfig config;
-  config.cache = pack_cache(flags.cache);
-  config.jobs = flags.jobs;
-  config.quiet = flags.quiet;
-  config.on_message = [](const std::string& line) { print_message("note", line); };
+  set_common(flags.cache, flags, config);
   const RescoredFolder rescored = rescore_into_folder(
       {flags.folder, flags.config, options_tree(flags.options, flags.sets), flags.data_root}, config,
       flags.output);

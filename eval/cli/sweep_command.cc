@@ -17,24 +17,17 @@ struct SweepFlags : CommonFlags {
   bool dry_run = false;
   bool packs_only = false;
   bool no_packs = false;
-  bool allow_mixed = false;
-  bool force = false;
-  bool reuse_stale = false;
+  SweepConfig config;
 };
 
-void run_sweep(const SweepFlags& flags) {
+void run_sweep(SweepFlags& flags) {
   if (flags.plan.empty()) fail("PLAN.json is missing: see sextant sweep --help");
-  SweepConfig config;
+  SweepConfig& config = flags.config;
   config.plan = parse_plan(read_file(flags.plan, json_file), flags.plan, flags.data_root);
   config.out = flags.out;
-  config.cache = pack_cache(flags.cache);
+  set_common(flags.cache, flags, config);
   config.use_packs = !flags.no_packs;
-  config.allow_mixed = flags.allow_mixed;
-  config.force = flags.force;
-  config.reuse_stale = flags.reuse_stale;
   std::tie(config.shard, config.n_shards) = shard_of(flags.shard);
-  config.jobs = flags.jobs;
-  config.quiet = flags.quiet;
   if (flags.dry_run) {
     const SweepSize size = size_of_sweep(config);
     if (flags.json) {
@@ -52,7 +45,6 @@ void run_sweep(const SweepFlags& flags) {
     return;
   }
   if (flags.out.empty()) fail("--out is missing: expected a folder for the results");
-  config.on_message = [](const std::string& line) { print_message("note", line); };
   print_sweep(sweep(config), flags.out, flags);
 }
 
@@ -120,6 +112,13 @@ std::pair<uint64_t, uint64_t> shard_of(const std::string& text) {
   return {numbers[0], numbers[1]};
 }
 
+void set_common(const std::string& cache, const CommonFlags& flags, SweepConfig& config) {
+  config.cache = pack_cache(cache);
+  config.jobs = flags.jobs;
+  config.quiet = flags.quiet;
+  config.on_message = [](const std::string& line) { print_message("note", line); };
+}
+
 void print_sweep(const SweepOutcome& outcome, const std::string& out, const CommonFlags& flags) {
   if (!flags.quiet) warn_of_problems(outcome.problems);
   const uint64_t n_now = outcome.n_cases - outcome.n_before;
@@ -147,13 +146,13 @@ void add_sweep_command(CLI::App& app) {
                     "Print how many cases and frame pairs there are; runs and writes nothing");
   command->add_flag("--packs-only", flags->packs_only, "Decode the sources into the cache and run no case");
   add_cache_flag(*command, flags->cache);
-  command->add_flag("--allow-mixed", flags->allow_mixed,
+  command->add_flag("--allow-mixed", flags->config.allow_mixed,
                     "Continue a sweep that another version of Sextant began; run.json names both");
   command->add_flag(
-      "--reuse-stale", flags->reuse_stale,
+      "--reuse-stale", flags->config.reuse_stale,
       "Keep finished cases of another version of an external or Python estimator, instead of running them "
       "again");
-  command->add_flag("--force", flags->force, "Start over: first remove the sweep that --out holds");
+  command->add_flag("--force", flags->config.force, "Start over: first remove the sweep that --out holds");
   command->add_flag("--no-packs", flags->no_packs, "Decode the source again for every case, for comparison");
   add_jobs_flag(*command, *flags);
   add_data_flag(*command, *flags);
