@@ -22,6 +22,17 @@ int frame_number(const std::string& text, std::string_view digits) {
 
 }  // namespace
 
+std::map<std::string, double> TruthFloor::numbers() const {
+  std::map<std::string, double> out;
+  const auto put = [&](const char* key, const std::optional<double>& value) {
+    if (value) out[key] = *value;
+  };
+  put("lateral_floor_m", lateral_m);
+  put("rotation_floor_deg", rotation_deg);
+  put("rotation_timing_floor_deg", rotation_timing_deg);
+  return out;
+}
+
 SourceSpec SourceSpec::parse(const std::string& text) {
   SourceSpec spec;
   spec.text = text;

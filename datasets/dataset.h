@@ -45,6 +45,20 @@ struct SourceSpec {
   void add_options(const Json& tree);
 };
 
+/// Errors of the ground truth's own camera steps, RMS over the sequence, lateral and in rotation, if a data
+/// set allows to compute them (KITTI: kitti_oxts.h). The longitudinal error is
+/// SequenceTruth::camera_step_floor_m.
+struct TruthFloor {
+  std::optional<double> lateral_m;            ///< error of the steps perpendicular to the heading
+  std::optional<double> rotation_deg;         ///< error of the rotations, upper bound
+  std::optional<double> rotation_timing_deg;  ///< error of the rotations, lower bound
+  /// rotation of a step minus turn rate times duration, mean absolute value: roll, pitch, yaw
+  std::optional<Eigen::Vector3d> gyro_deg;
+
+  /// Returns the known fields, except gyro_deg, under their metric keys (metrics/definitions.h).
+  std::map<std::string, double> numbers() const;
+};
+
 struct SequenceInfo {
   std::string dataset;   ///< name of the adapter, as in records
   std::string sequence;  ///< name of the sequence, as in records
@@ -63,6 +77,8 @@ struct SequenceInfo {
   std::vector<std::string> warnings;    ///< messages for the user, one line each
   std::vector<std::string> missing;     ///< warnings of absent images and channels, one line each
   std::vector<std::string> provenance;  ///< "flow: precomputed", "depth: disparity png", ...
+  TruthFloor floor;                     ///< accuracy of the true camera poses; empty if unknown
+  std::vector<std::string> faults;      ///< the warnings that say that the true camera poses are wrong
 
   std::vector<std::string> all_warnings() const {
     std::vector<std::string> all = warnings;
@@ -125,33 +141,5 @@ void choose_frames(const SourceSpec& source, const std::set<int>& available, con
 
 /// Throws Error unless `frame` lies in info.first_frame..info.last_frame; `where` as above.
 void check_frame(const SequenceInfo& info, int frame, const std::string& where);
-
-class Sequence;
-
-/// Errors of the ground truth's own camera steps, RMS over the sequence, lateral and in rotation, if a data
-/// set allows to compute them (KITTI: kitti_oxts.h). The longitudinal error is
-/// SequenceTruth::camera_step_floor_m.
-struct TruthFloor {
-  std::optional<double> lateral_m;            ///< error of the steps perpendicular to the heading
-  std::optional<double> rotation_deg;         ///< error of the rotations, upper bound
-  std::optional<double> rotation_timing_deg;  ///< error of the rotations, lower bound
-  /// rotation of a step minus turn rate times duration, mean absolute value: roll, pitch, yaw
-  std::optional<Eigen::Vector3d> gyro_deg;
-
-  /// Returns the known fields, except gyro_deg, under their metric keys (metrics/definitions.h).
-  std::map<std::string, double> numbers() const;
-};
-
-/// Interface of sequences that know the accuracy of their ground truth.
-class KnowsTruthFloor {
- public:
-  virtual const TruthFloor& floor() const = 0;
-
- protected:
-  ~KnowsTruthFloor() = default;
-};
-
-/// Returns the accuracy of a sequence's ground truth; all fields are nullopt if it is unknown.
-TruthFloor truth_floor(const Sequence& sequence);
 
 }  // namespace sextant

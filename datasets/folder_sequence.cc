@@ -201,25 +201,4 @@ void FolderSequence::check_files() const {
   }
 }
 
-std::map<std::string, double> TruthFloor::numbers() const {
-  std::map<std::string, double> out;
-  const auto put = [&](const char* key, const std::optional<double>& value) {
-    if (value) out[key] = *value;
-  };
-  put("lateral_floor_m", lateral_m);
-  put("rotation_floor_deg", rotation_deg);
-  put("rotation_timing_floor_deg", rotation_timing_deg);
-  return out;
-}
-
-TruthFloor truth_floor(const Sequence& sequence) {
-  const auto* known = dynamic_cast<const KnowsTruthFloor*>(&sequence);
-  return known == nullptr ? TruthFloor() : known->floor();
-}
-
-std::vector<std::string> truth_faults(const Sequence& sequence) {
-  const auto* folder = dynamic_cast<const FolderSequence*>(&sequence);
-  return folder == nullptr ? std::vector<std::string>() : folder->faults();
-}
-
 }  // namespace sextant

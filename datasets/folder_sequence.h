@@ -77,7 +77,7 @@ struct FolderFiles {
 /// Returns the folder if it exists, otherwise an empty text.
 std::string if_there(const std::filesystem::path& folder);
 
-class FolderSequence final : public Sequence, public KnowsTruthFloor {
+class FolderSequence final : public Sequence {
  public:
   explicit FolderSequence(const SourceSpec& source) : source_(source) { info_.dataset = source.adapter; }
 
@@ -90,11 +90,6 @@ class FolderSequence final : public Sequence, public KnowsTruthFloor {
 
   SequenceInfo& info() { return info_; }
   SequenceTruth& truth() { return truth_; }
-  TruthFloor& floor() { return floor_; }
-  /// Returns the warnings that say that the true camera poses are wrong; see truth_faults().
-  std::vector<std::string>& faults() { return faults_; }
-  const std::vector<std::string>& faults() const { return faults_; }
-  const TruthFloor& floor() const override { return floor_; }
   const SequenceInfo& info() const override { return info_; }
   const SequenceTruth& truth() const override { return truth_; }
   Frame read(int frame, Channels channels) const override;
@@ -120,17 +115,11 @@ class FolderSequence final : public Sequence, public KnowsTruthFloor {
   std::string where_;
   SequenceInfo info_;
   SequenceTruth truth_;
-  TruthFloor floor_;
-  std::vector<std::string> faults_;
   ChannelInputs channel_inputs_;
   std::optional<FrameFiles> left_, right_;
   Opened<float> depth_;
   Opened<Flow> flow_, backward_flow_;
   Opened<uint16_t> masks_;
 };
-
-/// Returns those warnings of the sequence which say that its true camera poses are wrong, because the data
-/// set's files contradict each other; empty if none are known.
-std::vector<std::string> truth_faults(const Sequence& sequence);
 
 }  // namespace sextant

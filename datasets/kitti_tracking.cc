@@ -76,11 +76,11 @@ std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
   SequenceInfo& info = sequence->info();
   KittiTruth truth = read_kitti_truth(source.path, source.sequence, options, sequence->inputs());
   sequence->truth() = std::move(truth.truth);
-  sequence->floor() = truth.floor;
-  sequence->faults() = std::move(truth.faults);
   info.sequence = source.sequence;
   info.camera = truth.camera;
   info.rate_hz = options.rate_hz;
+  info.floor = truth.floor;
+  info.faults = std::move(truth.faults);
   info.warnings = std::move(truth.warnings);
   info.provenance = std::move(truth.provenance);
 

@@ -101,11 +101,11 @@ TEST(Replay, OfKittiHasAnExactTruthWithoutAFloor) {
   const std::string path = folder.path().string() + "#0003";
   const auto files = open_source(SourceSpec::parse("kitti:" + path));
   EXPECT_NEAR(files->truth().camera_step_floor_m.value(), 0.094, 0.01);
-  EXPECT_TRUE(truth_floor(*files).lateral_m.has_value());
+  EXPECT_TRUE(files->info().floor.lateral_m.has_value());
   const auto replay = open_source(SourceSpec::parse("replay-kitti:" + path));
   EXPECT_EQ(replay->truth().camera.poses().size(), 4U);
   EXPECT_FALSE(replay->truth().camera_step_floor_m.has_value());
-  EXPECT_FALSE(truth_floor(*replay).lateral_m.has_value());
+  EXPECT_FALSE(replay->info().floor.lateral_m.has_value());
   EXPECT_THAT(replay->info().provenance, testing::Contains(testing::HasSubstr("camera truth: oxts")));
   EXPECT_THAT(replay->info().provenance,
               testing::Not(testing::Contains(testing::AnyOf(testing::HasSubstr("camera truth floor"),

@@ -351,7 +351,7 @@ void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
                                                     "(RMS): measured accuracies cannot be better than that",
                                                     *floor)));
   }
-  const TruthFloor floor = truth_floor(sequence);
+  const TruthFloor& floor = sequence.info().floor;
   if (floor.lateral_m) {
     lines.push_back(note(
         "lateral floor",
@@ -370,7 +370,7 @@ void add_notes(const Sequence& sequence, std::vector<SourceCheck>& lines) {
     }
     lines.push_back(note("rotation floor", text));
   }
-  const std::vector<std::string> faults = truth_faults(sequence);
+  const std::vector<std::string>& faults = sequence.info().faults;
   for (const std::string& warning : sequence.info().all_warnings()) {
     const bool is_fault = std::ranges::find(faults, warning) != faults.end();
     lines.push_back(note(is_fault ? "truth" : "note", warning));

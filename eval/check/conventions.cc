@@ -220,7 +220,7 @@ ConventionData make_convention_data(const Sequence& sequence) {
   data.step = std::max(1, static_cast<int>(std::lround(std::sqrt(area / samples_per_frame))));
   data.depth_kind = info.depth_kind;
   data.truth = sequence.truth();
-  data.floor = truth_floor(sequence);
+  data.floor = info.floor;
   data.times_s = info.times_s;
   return data;
 }

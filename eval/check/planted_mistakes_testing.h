@@ -18,13 +18,12 @@ namespace sextant::planted {
 constexpr double pi = std::numbers::pi;
 
 /// A source in memory, so that a mistake is a change of values.
-class LoadedSequence final : public MemorySequence, public KnowsTruthFloor {
+class LoadedSequence final : public MemorySequence {
  public:
   explicit LoadedSequence(const std::string& source) {
     const auto original = open_source(SourceSpec::parse(source));
     info_ = original->info();
     truth_ = original->truth();
-    floor_ = truth_floor(*original);
     info_.channels = {.gray = original->info().channels.gray,
                       .depth = true,
                       .flow = true,
@@ -33,11 +32,10 @@ class LoadedSequence final : public MemorySequence, public KnowsTruthFloor {
       frames_.push_back(original->read(k, info_.channels));
     }
   }
-  LoadedSequence(const LoadedSequence& from) : frames_(from.frames_), floor_(from.floor_) {
+  LoadedSequence(const LoadedSequence& from) : frames_(from.frames_) {
     info_ = from.info_;
     truth_ = from.truth_;
   }
-  const TruthFloor& floor() const override { return floor_; }
   Frame read(int frame, Channels channels) const override {
     const Frame& from = frames_[static_cast<size_t>(frame - info_.first_frame)];
     Frame out;
@@ -50,9 +48,6 @@ class LoadedSequence final : public MemorySequence, public KnowsTruthFloor {
 
   std::vector<Frame>
       frames_;  // NOLINT(misc-non-private-member-variables-in-classes): mistakes change anything
-
- private:
-  TruthFloor floor_;
 };
 
 // ---- the changes that make up a mistake

@@ -362,7 +362,7 @@ EgoReference source_reference(const std::string& source, const std::string& data
   reference.side.format = "source";
   reference.warnings = info.warnings;
   reference.step_floor_m = sequence->truth().camera_step_floor_m;
-  reference.floors = truth_floor(*sequence).numbers();
+  reference.floors = info.floor.numbers();
   for (const auto& [frame, pose] : sequence->truth().camera.poses()) {
     if (!every_pose && (frame < info.first_frame || frame > info.last_frame)) continue;
     const auto time = info.times_s.find(frame);
