@@ -112,94 +112,73 @@ class FrameCache {
  public:
   /// With an empty folder, nothing is found or stored. Throws Error if the folder exists and does not belong
   /// to this user, or if other users can write into it.
-  FrameCache(const std::filesystem::path& folder, const std::string& key, uint64_t max_bytes);
+  FrameCache(const fs::path& folder, const std::string& key, uint64_t max_bytes)
+      : folder_(folder.empty() ? fs::path() : folder / key), max_bytes_(max_bytes) {
+    if (folder.empty()) return;
+    check_private_folder(folder);
+    std::error_code error;
+    for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+      std::error_code gone;  // another program may be writing
+      const uint64_t size = it->is_regular_file(gone) ? it->file_size(gone) : 0;
+      if (!gone) used_bytes_ += size;
+    }
+  }
 
   /// Returns false if the image is missing, damaged, or of another size.
   template <typename T>
   bool load(int frame, const char* channel, int width, int height, Image<T>& image) const {
-    Image<T> found(width, height);
-    if (!load_bytes(frame, channel, header(width, height, sizeof(T)), found.data(),
-                    found.size() * sizeof(T))) {
-      return false;
+    std::error_code error;
+    if (folder_.empty() || !fs::is_regular_file(file(frame, channel), error)) return false;
+    std::string bytes;
+    try {
+      bytes = read_file(file(frame, channel));
+    } catch (const Error&) {
+      return false;  // deleted in the meantime
     }
+    constexpr size_t hash_size = 64;
+    Image<T> found(width, height);
+    const size_t size = found.size() * sizeof(T);
+    const std::string start = header(found);
+    const size_t begin = start.size() + hash_size + 1;
+    if (bytes.size() != begin + size || !bytes.starts_with(start)) return false;
+    const std::string_view pixels = std::string_view(bytes).substr(begin);
+    if (sha256(pixels) != std::string_view(bytes).substr(start.size(), hash_size)) return false;
+    std::memcpy(found.data(), pixels.data(), size);
     image = std::move(found);
     return true;
   }
   /// Stores an image; does nothing if the folder is full or cannot be written.
   template <typename T>
   void store(int frame, const char* channel, const Image<T>& image) const {
-    if (image.empty()) return;
-    store_bytes(frame, channel, header(image.width(), image.height(), sizeof(T)), image.data(),
-                image.size() * sizeof(T));
+    const size_t size = image.size() * sizeof(T);
+    if (image.empty() || folder_.empty() || used_bytes_ + size > max_bytes_) return;
+    const std::string_view pixels(reinterpret_cast<const char*>(image.data()), size);
+    std::string bytes = header(image) + sha256(pixels) + "\n";
+    bytes += pixels;
+    std::error_code error;
+    try {
+      make_private_folder(folder_.parent_path());
+      fs::create_directory(folder_, error);
+      write_file(file(frame, channel), bytes);
+      used_bytes_ += bytes.size();
+    } catch (const Error&) {
+      // A folder that cannot be written costs time and does not affect results.
+    }
   }
 
  private:
-  static std::string header(int width, int height, size_t pixel_bytes);
-  std::filesystem::path file(int frame, const char* channel) const;
-  bool load_bytes(int frame, const char* channel, const std::string& header, void* data, size_t size) const;
-  void store_bytes(int frame, const char* channel, const std::string& header, const void* data,
-                   size_t size) const;
+  template <typename T>
+  static std::string header(const Image<T>& image) {
+    return fmt::format("sextant frame {}x{}x{} ", image.width(), image.height(), sizeof(T));
+  }
+  fs::path file(int frame, const char* channel) const {
+    return folder_ / fmt::format("{:05}-{}.bin", frame, channel);
+  }
 
-  std::filesystem::path folder_;  ///< folder of this scenario
+  fs::path folder_;  ///< folder of this scenario
   uint64_t max_bytes_;
   mutable std::atomic<uint64_t> used_bytes_ = 0;
 };
-
-FrameCache::FrameCache(const fs::path& folder, const std::string& key, uint64_t max_bytes)
-    : folder_(folder.empty() ? fs::path() : folder / key), max_bytes_(max_bytes) {
-  if (folder.empty()) return;
-  check_private_folder(folder);
-  std::error_code error;
-  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    std::error_code gone;  // another program may be writing
-    const uint64_t size = it->is_regular_file(gone) ? it->file_size(gone) : 0;
-    if (!gone) used_bytes_ += size;
-  }
-}
-
-std::string FrameCache::header(int width, int height, size_t pixel_bytes) {
-  return fmt::format("sextant frame {}x{}x{} ", width, height, pixel_bytes);
-}
-
-fs::path FrameCache::file(int frame, const char* channel) const {
-  return folder_ / fmt::format("{:05}-{}.bin", frame, channel);
-}
-
-bool FrameCache::load_bytes(int frame, const char* channel, const std::string& header, void* data,
-                            size_t size) const {
-  std::error_code error;
-  if (folder_.empty() || !fs::is_regular_file(file(frame, channel), error)) return false;
-  std::string bytes;
-  try {
-    bytes = read_file(file(frame, channel));
-  } catch (const Error&) {
-    return false;  // deleted in the meantime
-  }
-  constexpr size_t hash_size = 64;
-  const size_t start = header.size() + hash_size + 1;
-  if (bytes.size() != start + size || !bytes.starts_with(header)) return false;
-  const std::string_view pixels = std::string_view(bytes).substr(start);
-  if (sha256(pixels) != std::string_view(bytes).substr(header.size(), hash_size)) return false;
-  std::memcpy(data, pixels.data(), size);
-  return true;
-}
-
-void FrameCache::store_bytes(int frame, const char* channel, const std::string& header, const void* data,
-                             size_t size) const {
-  if (folder_.empty() || used_bytes_ + size > max_bytes_) return;
-  const std::string_view pixels(static_cast<const char*>(data), size);
-  std::string bytes = header + sha256(pixels) + "\n";
-  bytes += pixels;
-  std::error_code error;
-  try {
-    make_private_folder(folder_.parent_path());
-    fs::create_directory(folder_, error);
-    write_file(file(frame, channel), bytes);
-    used_bytes_ += bytes.size();
-  } catch (const Error&) {
-    // A folder that cannot be written costs time and does not affect results.
-  }
-}
 
 }  // namespace
 }  // namespace synthetic
