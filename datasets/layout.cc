@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -34,22 +33,17 @@ constexpr const char* complete_file = ".complete";
 class StageLock {
  public:
   explicit StageLock(const fs::path& folder)
-      : file_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    held_ = file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) == 0;
-    refused_ = file_ < 0 || (!held_ && errno == EWOULDBLOCK);
+      : folder_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    held_ = folder_ && ::flock(folder_.get(), LOCK_EX | LOCK_NB) == 0;
+    refused_ = !folder_ || (!held_ && errno == EWOULDBLOCK);
   }
-  ~StageLock() {
-    if (file_ >= 0) ::close(file_);
-  }
-  StageLock(const StageLock&) = delete;
-  StageLock& operator=(const StageLock&) = delete;
   bool held() const { return held_; }
   /// Returns true if the stage is gone or locked by another process. If neither held() nor refused() is true,
   /// the file system has no locks.
   bool refused() const { return refused_; }
 
  private:
-  int file_;
+  Descriptor folder_;
   bool held_ = false, refused_ = false;
 };
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "sextant/base/text.h"
 #include "sextant/datasets/channels/channel_source.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/codec/vkitti_text.h"
@@ -22,9 +23,7 @@ constexpr const char* flat_variation = "clone";
 // (docs/datasets.md), so outside of the worlds listed here the poses decide.
 const std::set<std::string> reliable_parked = {"0001", "0002"};
 
-bool is_world(std::string_view name) {
-  return name.size() == 4 && std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
-}
+bool is_world(std::string_view name) { return name.size() == 4 && is_digits(name); }
 
 std::vector<fs::path> flat_folders(const fs::path& root) { return {root, root / "vkitti_1.3.1_text"}; }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/codec/png.h"
@@ -43,9 +44,8 @@ VkittiName parse_vkitti1_name(const std::string& sequence) {
 
 VkittiName parse_vkitti2_name(const std::string& sequence) {
   VkittiName name = parse_vkitti1_name(sequence);
-  const bool digits =
-      !name.group.empty() && std::ranges::all_of(name.group, [](char c) { return c >= '0' && c <= '9'; });
-  if (digits && name.group.size() < 6) name.group = fmt::format("Scene{:02}", std::stoi(name.group));
+  if (is_digits(name.group) && name.group.size() < 6)
+    name.group = fmt::format("Scene{:02}", std::stoi(name.group));
   return name;
 }
 
@@ -297,9 +297,8 @@ class Vkitti1Writer {
   }
 
   void check_name(const std::string& name) const {
-    const bool digits = name_.group.size() == 4 &&
-                        std::ranges::all_of(name_.group, [](char c) { return c >= '0' && c <= '9'; });
-    if (!digits || name_.variation.empty() || name_.variation.find('/') != std::string::npos) {
+    if (name_.group.size() != 4 || !is_digits(name_.group) || name_.variation.empty() ||
+        name_.variation.find('/') != std::string::npos) {
       fail("sequence '{}': expected four digits and a variation, such as 0018/clone", name);
     }
     if (!fs::is_directory(request_.out)) return;
