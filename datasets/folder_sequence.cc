@@ -7,22 +7,12 @@
 #include "sextant/datasets/dataset.h"
 
 namespace sextant {
-namespace {
-
-const ObjectTruth* find(const ObjectTruths& objects, int frame, int id) {
-  const auto it = objects.find(frame);
-  if (it == objects.end()) return nullptr;
-  const auto found = std::ranges::find(it->second, id, &ObjectTruth::id);
-  return found == it->second.end() ? nullptr : &*found;
-}
-
-}  // namespace
 
 void mark_interpolated(ObjectTruths& objects) {
   for (auto& [frame, list] : objects) {
     for (ObjectTruth& object : list) {
-      const ObjectTruth* before = find(objects, frame - 1, object.id);
-      const ObjectTruth* after = find(objects, frame + 1, object.id);
+      const ObjectTruth* before = find_object(objects, frame - 1, object.id);
+      const ObjectTruth* after = find_object(objects, frame + 1, object.id);
       if (before == nullptr || after == nullptr) continue;
       const Eigen::Vector3d& p = object.T_camera_object.translation();
       const Eigen::Vector3d step_in = p - before->T_camera_object.translation();

@@ -15,9 +15,6 @@
 
 namespace sextant {
 
-/// Object truth by frame number, as read from the label files of a data set.
-using ObjectTruths = std::map<int, std::vector<ObjectTruth>>;
-
 /// Sets `interpolated` for objects whose position steps from the previous and to the next frame are equal:
 /// |p(k+1) - 2 p(k) + p(k-1)| <= 1e-6 max(1, |p(k)|). Linear interpolation by annotation tools gives equal
 /// steps; real motion does not.

@@ -4,6 +4,7 @@
 // estimates with truth may include this header; estimators never see it (scripts/maintain/check_layers.py
 // enforces this).
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -25,23 +26,26 @@ struct ObjectTruth {
   std::string type;                       ///< the data set's name of the class ("Car"); may be empty
 };
 
+/// Objects by frame number, ordered by id.
+using ObjectTruths = std::map<int, std::vector<ObjectTruth>>;
+
+/// Returns the object with this id in the frame; null if there is none.
+inline const ObjectTruth* find_object(const ObjectTruths& objects, int frame, int id) {
+  const auto it = objects.find(frame);
+  if (it == objects.end()) return nullptr;
+  const auto found = std::ranges::find(it->second, id, &ObjectTruth::id);
+  return found == it->second.end() ? nullptr : &*found;
+}
+
 class SequenceTruth {
  public:
-  Trajectory camera;                                ///< T_world_camera
-  std::map<int, std::vector<ObjectTruth>> objects;  ///< by frame number, ordered by id
+  Trajectory camera;  ///< T_world_camera
+  ObjectTruths objects;
   /// RMS error of the lengths of the camera's true steps (m), if the data set allows to compute it. A
   /// measured accuracy of the camera cannot be better than this value.
   std::optional<double> camera_step_floor_m;
 
-  /// Returns the object with this id in the frame; null if there is none.
-  const ObjectTruth* find(int frame, int id) const {
-    const auto it = objects.find(frame);
-    if (it == objects.end()) return nullptr;
-    for (const ObjectTruth& object : it->second) {
-      if (object.id == id) return &object;
-    }
-    return nullptr;
-  }
+  const ObjectTruth* find(int frame, int id) const { return find_object(objects, frame, id); }
 
   /// Return T_curr_prev of one rigid body, which maps its points from previous to current camera coordinates;
   /// for the background this is the inverse of the camera's own motion. nullopt if the pose of the camera, or
