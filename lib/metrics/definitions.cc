@@ -1,7 +1,5 @@
 #include "sextant/metrics/definitions.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -9,9 +7,8 @@
 #include "sextant/base/names.h"
 
 namespace sextant {
-namespace {
 
-const std::vector<MetricPreset>& preset_table() {
+std::span<const MetricPreset> metric_presets() {
   static const std::vector<MetricPreset> presets = {
       {"paper",
        "as the paper states: object motion in the camera frame, mean over steps, same velocity formula",
@@ -28,8 +25,6 @@ const std::vector<MetricPreset>& preset_table() {
   };
   return presets;
 }
-
-}  // namespace
 
 const std::string& MetricPreset::object_key(const std::string& metric) const {
   if (metric == "Et_m") return object_Et_key;
@@ -51,15 +46,11 @@ double aggregate(Aggregate how, std::span<const double> values) {
   return squares ? std::sqrt(mean) : mean;
 }
 
-std::span<const MetricPreset> metric_presets() { return preset_table(); }
-
 const MetricPreset& find_preset(std::string_view name) {
   return find_entry(metric_presets(), name, "metric preset");
 }
 
-namespace {
-
-const std::vector<MetricDefinition>& table() {
+std::span<const MetricDefinition> metric_definitions() {
   using enum NumberMap;
   using enum Better;
   static const std::vector<MetricDefinition> definitions = {
@@ -219,25 +210,17 @@ const std::vector<MetricDefinition>& table() {
   return definitions;
 }
 
-}  // namespace
-
-std::string_view to_string(NumberMap map) {
-  constexpr std::array<std::string_view, 4> names = {"errors", "values", "bound", "time_ms"};
-  return names.at(static_cast<size_t>(map));
-}
-
 std::string MetricDefinition::stem() const { return name.substr(0, name.rfind('_')); }
 
 std::string MetricDefinition::key(const std::string& statistic) const {
   return stem() + "_" + statistic + name.substr(stem().size());
 }
 
-std::span<const MetricDefinition> metric_definitions() { return table(); }
-
 const MetricDefinition* find_metric(NumberMap map, std::string_view name) {
-  const auto it = std::ranges::find_if(
-      table(), [&](const MetricDefinition& d) { return d.map == map && d.name == name; });
-  return it == table().end() ? nullptr : &*it;
+  for (const MetricDefinition& d : metric_definitions()) {
+    if (d.map == map && d.name == name) return &d;
+  }
+  return nullptr;
 }
 
 const MetricDefinition& metric(NumberMap map, std::string_view name) {
@@ -248,7 +231,7 @@ const MetricDefinition& metric(NumberMap map, std::string_view name) {
 
 std::vector<const MetricDefinition*> metrics_for(MetricUse use) {
   std::vector<const MetricDefinition*> found;
-  for (const MetricDefinition& d : table()) {
+  for (const MetricDefinition& d : metric_definitions()) {
     if (d.is(use)) found.push_back(&d);
   }
   return found;
@@ -256,7 +239,7 @@ std::vector<const MetricDefinition*> metrics_for(MetricUse use) {
 
 Json metric_definitions_json() {
   Json json = Json::object();
-  for (const MetricDefinition& d : table()) {
+  for (const MetricDefinition& d : metric_definitions()) {
     if (d.map == NumberMap::errors && !d.is(recorded_only))
       json[d.name] = fmt::format("{}: {} [{}]", d.version, d.definition, d.unit);
   }

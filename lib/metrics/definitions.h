@@ -50,8 +50,7 @@ const MetricPreset& find_preset(std::string_view name);
 
 /// The four maps of a record.
 enum class NumberMap { errors, values, bound, time_ms };
-/// Returns "errors", "values", "bound" or "time_ms".
-std::string_view to_string(NumberMap map);
+constexpr Names<4> names_of(NumberMap) { return {"errors", "values", "bound", "time_ms"}; }
 
 /// Direction of improvement. `neither` marks a property of the measurements or of the scene, which no
 /// estimator can improve; comparisons do not judge it.

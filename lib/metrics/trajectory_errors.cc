@@ -45,20 +45,6 @@ std::vector<double> path_lengths(const PoseSeries& series) {
   return lengths;
 }
 
-std::vector<PosePair> consecutive_by_path(const PoseSeries& series, double delta) {
-  std::vector<PosePair> pairs;
-  int last = -1;
-  double path = 0;
-  for (size_t i = 0; i < series.size(); ++i) {
-    if (i > 0) path += (series.positions_m[i] - series.positions_m[i - 1]).norm();
-    if (path < delta) continue;
-    if (last >= 0) pairs.emplace_back(last, static_cast<int>(i));
-    last = static_cast<int>(i);
-    path = 0;
-  }
-  return pairs;
-}
-
 /// Returns consecutive pairs from pose 0: a pair ends at the pose where the sum of step(i), the change from
 /// pose i - 1 to pose i, since the end of the previous pair reaches delta.
 template <typename Step>
@@ -73,6 +59,16 @@ std::vector<PosePair> chained_pairs(size_t n, double delta, const Step& step) {
     begin = static_cast<int>(i);
     sum = 0;
   }
+  return pairs;
+}
+
+/// Returns consecutive pairs by path length. As in evo, the first pair begins where the path from pose 0
+/// reaches delta: it is the second one of chained_pairs().
+std::vector<PosePair> consecutive_by_path(const PoseSeries& series, double delta) {
+  std::vector<PosePair> pairs = chained_pairs(series.size(), delta, [&](size_t i) {
+    return (series.positions_m[i] - series.positions_m[i - 1]).norm();
+  });
+  if (!pairs.empty()) pairs.erase(pairs.begin());
   return pairs;
 }
 
@@ -328,10 +324,7 @@ KittiOdometryError mean_of(const Sum& sum, double length_m) {
 
 KittiOdometryErrors kitti_odometry_errors(const PoseSeries& estimate, const PoseSeries& reference) {
   SEXTANT_CHECK(estimate.size() == reference.size() && !reference.empty());
-  std::vector<double> path(reference.size(), 0.0);
-  for (size_t i = 1; i < path.size(); ++i)
-    path[i] = path[i - 1] + (reference.positions_m[i] - reference.positions_m[i - 1]).norm();
-
+  const std::vector<double> path = path_lengths(reference);
   std::array<Sum, lengths_m.size()> sums;
   for (size_t first = 0; first < path.size(); first += frames_between_stretches) {
     for (size_t k = 0; k < lengths_m.size(); ++k) {
@@ -339,11 +332,10 @@ KittiOdometryErrors kitti_odometry_errors(const PoseSeries& estimate, const Pose
                                          path[first] + lengths_m[k]);
       if (last == path.end()) break;
       const auto j = static_cast<size_t>(last - path.begin());
-      const RelativePose p = relative_pose(estimate, first, j), q = relative_pose(reference, first, j);
-      const Eigen::Matrix3d rotation = p.rotation.transpose() * q.rotation;
-      sums[k].translation +=
-          (p.rotation.transpose() * (q.translation_m - p.translation_m)).norm() / lengths_m[k];
-      sums[k].rotation += rotation_angle_rad(Eigen::Quaterniond(rotation)) / lengths_m[k];
+      const RelativePose E =
+          difference(relative_pose(estimate, first, j), relative_pose(reference, first, j));
+      sums[k].translation += E.translation_m.norm() / lengths_m[k];
+      sums[k].rotation += rotation_angle_rad(Eigen::Quaterniond(E.rotation)) / lengths_m[k];
       ++sums[k].n;
     }
   }
