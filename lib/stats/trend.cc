@@ -146,7 +146,6 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
   }
   NoiseSlope result;
   result.slope = all.slope();
-  result.intercept = (all.y - result.slope * all.x) / all.n - result.slope * lowest;
   const bool relative = all.y_lowest > 0 && std::all_of(clusters.begin(), clusters.end(),
                                                         [](const auto& sums) { return sums.y_lowest > 0; });
   if (all.y_lowest > 0) result.relative_slope = result.slope / (all.y_lowest / all.n_lowest);

@@ -24,7 +24,6 @@ struct LevelSums {
 /// resample have fewer than two levels (every cluster should have all levels).
 struct NoiseSlope {
   double slope = 0;
-  double intercept = 0;
   std::optional<Interval> interval;
   std::optional<double> relative_slope;
   std::optional<Interval> relative_interval;

@@ -34,7 +34,6 @@ TEST(NoiseSlope, IsTheLeastSquaresLine) {
       slope_of(Values{0, 1, 2, 3, 0, 1, 2, 3}, Values{1, 1.9, 3.2, 4.1, 0.8, 2.2, 2.9, 3.8},
                Labels{1, 1, 1, 1, 2, 2, 2, 2});
   EXPECT_NEAR(fit.slope, 1.015, 1e-12);
-  EXPECT_NEAR(fit.intercept, 0.965, 1e-12);
   EXPECT_NEAR(*fit.relative_slope, 1.015 / 0.9, 1e-12);
   ASSERT_TRUE(fit.interval && fit.relative_interval);
   // The slopes of the two seeds alone (1.06 and 0.97) bound the slope of any resample.
