@@ -119,19 +119,21 @@ Image<Flow> dis_flow(const Image<uint8_t>& prev, const Image<uint8_t>& curr) {
   return flow;
 }
 
-Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& right,
-                            const SgbmOptions& options) {
+// The parameters lie within the ranges that OpenCV's documentation of StereoSGBM recommends. Luminance is
+// matched, and costs are aggregated along three paths: on the pairs 000002 and 000007 of KITTI scene flow
+// 2015 this gives fewer outliers and more pixels in less time than colour, or than five or eight paths.
+Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& right) {
   if (left.width() != right.width() || left.height() != right.height()) {
     fail("depth: the left image has {}x{} pixels and the right one {}x{}: a rectified pair has one size",
          left.width(), left.height(), right.width(), right.height());
   }
   one_opencv_thread();
-  const int n = options.n_disparities > 0 ? options.n_disparities : (left.width() / 8 + 15) / 16 * 16;
-  const int area = options.block_size_px * options.block_size_px;
-  const auto matcher =
-      cv::StereoSGBM::create(0, n, options.block_size_px, 8 * area, 32 * area, options.left_right_px,
-                             /*preFilterCap=*/63, options.uniqueness_percent, options.speckle_size_px,
-                             options.speckle_range_px, cv::StereoSGBM::MODE_SGBM_3WAY);
+  constexpr int block_size_px = 5, area = block_size_px * block_size_px;
+  const int n = (left.width() / 8 + 15) / 16 * 16;  // disparities
+  const auto matcher = cv::StereoSGBM::create(
+      /*minDisparity=*/0, n, block_size_px, /*P1=*/8 * area, /*P2=*/32 * area, /*disp12MaxDiff=*/1,
+      /*preFilterCap=*/63, /*uniquenessRatio=*/10, /*speckleWindowSize=*/100, /*speckleRange=*/2,
+      cv::StereoSGBM::MODE_SGBM_3WAY);
   cv::Mat steps;
   matcher->compute(with_border(left, n), with_border(right, n), steps);
   Image<float> disparity(left.width(), left.height(), nan);

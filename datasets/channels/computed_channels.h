@@ -15,25 +15,10 @@ namespace sextant {
 /// either direction.
 Image<Flow> dis_flow(const Image<uint8_t>& prev, const Image<uint8_t>& curr);
 
-/// Options of SGBM; the defaults lie within the ranges that OpenCV's documentation of StereoSGBM recommends.
-/// Luminance is matched, and costs are aggregated along three paths: on the pairs 000002 and 000007 of KITTI
-/// scene flow 2015 this gives fewer outliers and more pixels in less time than colour, or than five or eight
-/// paths.
-struct SgbmOptions {
-  /// odd; its square times 8 is the penalty for disparity steps of 1 px, times 32 for larger ones
-  int block_size_px = 5;
-  int n_disparities = 0;        ///< multiple of 16; 0: width / 8, rounded up to a multiple of 16
-  int uniqueness_percent = 10;  ///< margin by which the best cost must be lower than the second
-  int left_right_px = 1;        ///< largest difference between the disparities of both views
-  int speckle_size_px = 100;    ///< smaller regions are removed
-  int speckle_range_px = 2;     ///< largest step within a region
-};
-
 /// Returns the disparity of the left image (px, to 1/16 px); NaN where no match is unique, where both views
 /// disagree, in speckles, and where the match would lie outside the right image. Throws Error if the images
 /// differ in size.
-Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& right,
-                            const SgbmOptions& options = {});
+Image<float> sgbm_disparity(const Image<uint8_t>& left, const Image<uint8_t>& right);
 
 /// Returns bf / disparity (m); NaN stays NaN, and a disparity of 0 (infinite depth) becomes NaN.
 Image<float> depth_from_disparity(const Image<float>& disparity_px, double bf);

@@ -12,6 +12,7 @@
 #include <span>
 
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/datasets/channels/opencv_view.h"
 
 namespace sextant {
@@ -211,11 +212,6 @@ class Network {
   }
 
  private:
-  static std::string one_line(std::string text) {
-    std::ranges::replace(text, '\n', ' ');
-    return text;
-  }
-
   // Checks the inputs; `channels` lists the accepted numbers of input channels, such as {{6}, {3, 3}}.
   void check_inputs(const std::vector<std::vector<int>>& channels, const std::string& expected) const {
     const std::vector<OnnxTensor>& inputs = header_.inputs;
