@@ -3,6 +3,8 @@
 // A small TartanAir V2 trajectory for tests: a wall at 8 m; the camera rotates by 0.01 rad about the vertical
 // and moves by (0.1, 0.02, 0.05) m (ahead, right, down) per frame, with exact depth and flow.
 
+#include <bit>
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -13,6 +15,27 @@
 #include "sextant/geometry/axes.h"
 
 namespace sextant {
+
+/// Encode depth and flow in the formats of codec/dense_maps.h. Depth is exact; depth that is not finite
+/// becomes 0. Flow is rounded to 1/64 px; flow that is invalid or outside the range of the format gets the
+/// mask 1.
+inline Image<Rgba> tartanair_from_depth(const Image<float>& depth_m) {
+  return image_of(depth_m.width(), depth_m.height(), [&](int x, int y) {
+    const float z = depth_m(x, y);
+    const auto bits = std::bit_cast<uint32_t>(std::isfinite(z) ? z : 0.0f);
+    const auto byte = [&](int i) { return static_cast<uint8_t>(bits >> (8 * i)); };
+    return Rgba{byte(2), byte(1), byte(0), byte(3)};
+  });
+}
+
+inline Image<Rgb16> tartanair_from_flow(const Image<Flow>& flow) {
+  return image_of(flow.width(), flow.height(), [&](int x, int y) {
+    const Flow f = flow(x, y);
+    const double u = std::round(64.0 * f.u + 32768.0), v = std::round(64.0 * f.v + 32768.0);
+    if (!(u >= 0 && u <= 65535 && v >= 0 && v <= 65535)) return Rgb16{1, 0, 0};
+    return Rgb16{0, static_cast<uint16_t>(v), static_cast<uint16_t>(u)};
+  });
+}
 
 /// Writes `n` frames; returns the camera truth, T_world_camera in opencv axes.
 inline SequenceTruth write_tartanair_trajectory(const std::filesystem::path& folder, int n) {

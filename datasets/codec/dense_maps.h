@@ -48,11 +48,6 @@ inline constexpr float tartanair_sky_m = 5000;
 Image<float> depth_from_tartanair(const Image<Rgba>& image);
 Image<Flow> flow_from_tartanair(const Image<Rgb16>& image);
 
-/// Encode depth and flow. Depth is exact; depth that is not finite becomes 0. Flow is rounded to 1/64 px;
-/// flow that is invalid or outside the range of the format gets the mask 1.
-Image<Rgba> tartanair_from_depth(const Image<float>& depth_m);
-Image<Rgb16> tartanair_from_flow(const Image<Flow>& flow);
-
 // Middlebury .flo optical flow: "PIEH" (the float 202021.25), int32 width, int32 height, then width*height
 // pairs of float (u, v), px, row by row; all little-endian. A component above 1e9 in magnitude or NaN means
 // "unknown" and is an invalid Flow here. Source: vision.middlebury.edu/flow/code/flow-code/README.txt
