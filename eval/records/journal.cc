@@ -14,6 +14,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/json.h"
+#include "sextant/base/new_file.h"
 #include "sextant/eval/records/case_summary.h"
 
 namespace sextant {
@@ -153,14 +154,7 @@ void Journal::append_block(uint64_t number, Json entry, const Block& known, std:
         "command again",
         path_.string(), std::strerror(reason), blocks_.size());
   };
-  size_t done = 0;
-  while (done < block.size()) {
-    const ssize_t n = ::write(file_, block.data() + done, block.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) give_up();
-    done += static_cast<size_t>(n);
-  }
-  if (::fdatasync(file_) != 0) give_up();
+  if (!write_all(file_, block) || ::fdatasync(file_) != 0) give_up();
   Block& added = blocks_[number] = known;
   added.offset = end_ + header.size();
   end_ += block.size();

@@ -129,21 +129,9 @@ void SameDefinitions::check(const Json& run, const std::filesystem::path& folder
   }
 }
 
-namespace {
+std::string Fingerprint::sha256() const { return sextant::sha256(json_line(Json(parts))); }
 
-Json parts_json(const std::map<std::string, std::string>& parts) {
-  Json json = Json::object();
-  for (const auto& [name, content] : parts) json[name] = content;
-  return json;
-}
-
-}  // namespace
-
-std::string Fingerprint::sha256() const { return sextant::sha256(json_line(parts_json(parts))); }
-
-Json Fingerprint::json() const {
-  return {{"sha256", sha256()}, {"parts", parts_json(parts)}, {"not_seen", not_seen}};
-}
+Json Fingerprint::json() const { return {{"sha256", sha256()}, {"parts", parts}, {"not_seen", not_seen}}; }
 
 Fingerprint Fingerprint::from(const Json& json, const std::string& where) {
   Fingerprint fingerprint;
