@@ -128,10 +128,10 @@ std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
 }
 
 /// One error of one subject; families and rows are judged from these.
-struct PairedError : JudgedError {
-  Subject subject;
-  int n_seeds = 0;  ///< number of seeds with different errors
-  PairedSample cases;
+struct MeasuredError {
+  AccuracyRow row;     ///< without p_corrected and verdict
+  int n_seeds = 0;     ///< number of seeds with different errors; 0 for the exact gate
+  PairedSample cases;  ///< empty for the exact gate
 };
 
 /// Computes the change of the mean error over these samples, with ratio_of_means(). A mean below
@@ -143,11 +143,6 @@ RatioChange change_of(std::span<const PairedSample* const> samples, const Metric
 
 /// With fewer seeds the signed-rank test cannot reach p = 0.05.
 constexpr size_t enough_seeds = 6;
-
-struct Measured {
-  AccuracyRow row;                   ///< without p_corrected and verdict
-  std::optional<PairedError> error;  ///< empty for the exact gate
-};
 
 /// Counts the seeds with distinct errors; cases are in order of seed.
 int count_different_seeds(const std::vector<PairedCase>& cases) {
@@ -173,8 +168,9 @@ PairedComparison compare_exactly(const std::vector<double>& differences, std::ve
 }
 
 /// Compares a row outside of the exact gate by ratio_of_means(), with the results in the unit of the error.
-PairedComparison compare_by_seeds(const PairedError& error, double base, const MetricPolicy& rules,
+PairedComparison compare_by_seeds(const MeasuredError& error, const MetricPolicy& rules,
                                   const AccuracyPolicy& policy) {
+  const double base = error.row.base;
   const PairedSample* sample = &error.cases;
   const RatioChange change = change_of(std::span(&sample, 1), rules, policy);
   PairedComparison out;
@@ -187,10 +183,11 @@ PairedComparison compare_by_seeds(const PairedError& error, double base, const M
 }
 
 /// Compares one error; empty if no case has it on both sides.
-std::optional<Measured> measure(const PairedErrors& errors, size_t source, const AccuracyPolicy& policy) {
+std::optional<MeasuredError> measure(const PairedErrors& errors, size_t source,
+                                     const AccuracyPolicy& policy) {
   const std::vector<ErrorPair> pairs = pairs_of(errors);
   if (pairs.empty()) return std::nullopt;
-  Measured out;
+  MeasuredError out;
   AccuracyRow& row = out.row;
   row.subject = errors.cases.base.subject;
   row.metric = errors.base.name.str();
@@ -220,13 +217,10 @@ std::optional<Measured> measure(const PairedErrors& errors, size_t source, const
     if (row.is_changed()) comparison = compare_exactly(differences, std::move(clusters), policy);
     return out;
   }
-  PairedError& error = out.error.emplace();
-  static_cast<JudgedError&>(error) = row;
-  error.subject = row.subject;
-  error.cases = std::move(sample);
-  error.n_seeds = count_different_seeds(error.cases.cases);
-  if (row.is_changed()) comparison = compare_by_seeds(error, row.base, rules, policy);
-  row.too_few = error.n_seeds < policy.minimum_seeds || row.n < policy.minimum_cases;
+  out.cases = std::move(sample);
+  out.n_seeds = count_different_seeds(out.cases.cases);
+  if (row.is_changed()) comparison = compare_by_seeds(out, rules, policy);
+  row.too_few = out.n_seeds < policy.minimum_seeds || row.n < policy.minimum_cases;
   return out;
 }
 
@@ -283,30 +277,30 @@ void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
   }
 }
 
-using Members = std::vector<const PairedError*>;
+using Members = std::vector<const MeasuredError*>;
 
 /// Selects the members with enough seeds; all members if none has enough.
 Members judged_members(const Members& all, const AccuracyPolicy& policy) {
   Members judged;
   std::ranges::copy_if(all, std::back_inserter(judged),
-                       [&](const PairedError* error) { return error->n_seeds >= policy.minimum_seeds; });
+                       [&](const MeasuredError* error) { return error->n_seeds >= policy.minimum_seeds; });
   return judged.empty() ? all : judged;
 }
 
 FamilyRow pool(const Members& all, const AccuracyPolicy& policy) {
   const Members members = judged_members(all, policy);
-  const PairedError& first = *members.front();
+  const AccuracyRow& first = members.front()->row;
   const MetricPolicy rules = policy.of(first.metric);
   FamilyRow row;
   row.estimator = first.subject.estimator;
   row.body = first.subject.body == "ego" ? "camera" : "objects";
   row.metric = first.metric;
-  row.n_seeds = first.n_seeds;
+  row.n_seeds = members.front()->n_seeds;
   std::set<size_t> sources;
-  for (const PairedError* member : members) {
-    row.n += member->n;
-    row.n_worse += member->n_worse;
-    row.n_better += member->n_better;
+  for (const MeasuredError* member : members) {
+    row.n += member->row.n;
+    row.n_worse += member->row.n_worse;
+    row.n_better += member->row.n_better;
     row.n_seeds = std::min(row.n_seeds, member->n_seeds);
     sources.insert(member->cases.stratum);
   }
@@ -317,7 +311,7 @@ FamilyRow pool(const Members& all, const AccuracyPolicy& policy) {
     return row;
   }
   std::vector<const PairedSample*> samples;
-  for (const PairedError* member : members) samples.push_back(&member->cases);
+  for (const MeasuredError* member : members) samples.push_back(&member->cases);
   static_cast<RatioChange&>(row) = change_of(samples, rules, policy);
   row.worse = rules.direction == Direction::higher ? -row.change : row.change;
   return row;
@@ -340,12 +334,14 @@ GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
 /// Judges the metrics whose minimum_effect is above 0; the exact gate judges every row separately. Returns
 /// families with the worst verdict first; families of equal verdict with the largest worsening first, or with
 /// the largest improvement first if they are improved.
-std::vector<FamilyRow> judge_families(const std::vector<PairedError>& errors, const AccuracyPolicy& policy) {
+std::vector<FamilyRow> judge_families(const std::vector<MeasuredError>& errors,
+                                      const AccuracyPolicy& policy) {
   std::map<std::tuple<std::string, bool, std::string>, Members>
       families;  // key: estimator, objects or camera, metric
-  for (const PairedError& error : errors) {
-    if (policy.of(error.metric).minimum_effect > 0)
-      families[{error.subject.estimator, error.subject.body != "ego", error.metric}].push_back(&error);
+  for (const MeasuredError& error : errors) {
+    const auto& [subject, metric] = std::tie(error.row.subject, error.row.metric);
+    if (policy.of(metric).minimum_effect > 0)
+      families[{subject.estimator, subject.body != "ego", metric}].push_back(&error);
   }
   std::vector<FamilyRow> rows;
   for (const auto& [key, members] : families) rows.push_back(pool(members, policy));
@@ -409,19 +405,18 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
     const Subject& subject = task.cases.base.subject;
     sources.push_back(known.try_emplace({subject.dataset, subject.sequence}, known.size()).first->second);
   }
-  std::vector<std::optional<Measured>> measured(tasks.size());
+  std::vector<std::optional<MeasuredError>> measured(tasks.size());
   parallel_for(static_cast<int>(tasks.size()), jobs, [&](int task) {
     const auto i = static_cast<size_t>(task);
     measured[i] = measure(tasks[i], sources[i], policy.accuracy);
   });
-  std::vector<PairedError> pooled;
-  for (std::optional<Measured>& one : measured) {
-    if (!one) continue;
-    out.accuracy.push_back(std::move(one->row));
-    if (one->error) pooled.push_back(std::move(*one->error));
+  std::vector<MeasuredError> errors;
+  for (std::optional<MeasuredError>& one : measured) {
+    if (one) errors.push_back(std::move(*one));
   }
+  out.families = judge_families(errors, policy.accuracy);
+  for (MeasuredError& error : errors) out.accuracy.push_back(std::move(error.row));
   judge_rows(policy.accuracy, out.accuracy);
-  out.families = judge_families(pooled, policy.accuracy);
 }
 
 }  // namespace sextant
