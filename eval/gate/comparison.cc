@@ -52,9 +52,7 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
     out.findings = compare_provenance(first, second, policy);
     compare_records(first, second, policy, jobs, out);
     if (policy.speed.judge) {
-      SpeedComparison speed = compare_speed(first, second, policy);
-      out.speed = std::move(speed.rows);
-      std::ranges::move(speed.findings, std::back_inserter(out.findings));
+      out.speed = compare_speed(first, second, policy, out.findings);
       if (out.speed.empty() && !first.runs.empty() && !second.runs.empty()) {
         const auto state = [](const Side& side) { return side.runs.front().has_times ? "there" : "missing"; };
         out.findings.push_back(
@@ -84,8 +82,6 @@ int count(const std::vector<Row>& rows, GateVerdict verdict) {
 std::optional<double> percent_of(const std::optional<double>& value, double base) {
   return value && base > 0 ? std::optional(100 * *value / base) : std::nullopt;
 }
-
-std::optional<double> percent(const std::optional<double>& share) { return percent_of(share, 1); }
 
 /// Returns an interval in percent of `base`; nullopt if there is no interval or `base` is 0.
 std::optional<Interval> percent_of(const std::optional<Interval>& interval, double base) {
@@ -228,7 +224,7 @@ Table family_table(const Comparison& c, bool changed_only) {
               {Column::p_value("p").only_in_files(), &Row::p},
               {Column::p_value("p_corrected"), &Row::p_corrected},
               {Column::number("detectable_percent", "detectable [%]", 2),
-               [](const Row& row) { return percent(row.detectable); }}});
+               [](const Row& row) { return percent_of(row.detectable, 1); }}});
   return table_of("Errors, pooled over sources and bodies",
                   "Change of the mean from BASE to NEW with 95 % interval over seeds; p corrected by Holm; "
                   "detectable: change that would be detected with probability 80 %.",

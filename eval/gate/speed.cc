@@ -119,24 +119,24 @@ SpeedRow compare_times(const std::string& name, const std::vector<double>& base_
   return row;
 }
 
-void compare_samples(const Samples& base, const Samples& fresh, const Policy& policy, SpeedComparison& out) {
+void compare_samples(const Samples& base, const Samples& fresh, const Policy& policy,
+                     std::vector<SpeedRow>& rows, std::vector<Mismatch>& findings) {
   for (const auto& [name, sample] : base) {
     const auto other = fresh.find(name);
     if (other == fresh.end()) {
-      out.findings.push_back(mismatch(policy.same.cases, "cases", name, "there", "missing"));
+      findings.push_back(mismatch(policy.same.cases, "cases", name, "there", "missing"));
     } else {
-      out.rows.push_back(
+      const SpeedRow& row = rows.emplace_back(
           compare_times(name, sample.ns, other->second.ns, policy.speed, other->second.ratios));
-      const SpeedRow& row = out.rows.back();
       if (row.n_base != row.n_new) {
-        out.findings.push_back(sextant::mismatch(Strictness::note, "repetitions", name,
-                                                 std::to_string(row.n_base), std::to_string(row.n_new)));
+        findings.push_back(mismatch(Strictness::note, "repetitions", name, std::to_string(row.n_base),
+                                    std::to_string(row.n_new)));
       }
     }
   }
   for (const auto& [name, sample] : fresh) {
     if (!base.contains(name))
-      out.findings.push_back(mismatch(policy.same.new_cases, "new_cases", name, "missing", "there"));
+      findings.push_back(mismatch(policy.same.new_cases, "new_cases", name, "missing", "there"));
   }
 }
 
@@ -172,13 +172,14 @@ std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjec
   return result;
 }
 
-SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy) {
-  SpeedComparison out;
+std::vector<SpeedRow> compare_speed(const Side& base, const Side& fresh, const Policy& policy,
+                                    std::vector<Mismatch>& findings) {
+  std::vector<SpeedRow> rows;
   const bool several = several_programs(base.benchmarks) || several_programs(fresh.benchmarks);
   compare_samples(benchmark_samples(base.benchmarks, several, policy.speed),
-                  benchmark_samples(fresh.benchmarks, several, policy.speed), policy, out);
-  compare_samples(run_samples(base, base), run_samples(fresh, base), policy, out);
-  return out;
+                  benchmark_samples(fresh.benchmarks, several, policy.speed), policy, rows, findings);
+  compare_samples(run_samples(base, base), run_samples(fresh, base), policy, rows, findings);
+  return rows;
 }
 
 }  // namespace sextant

@@ -42,11 +42,6 @@ struct SpeedRow {
   GateVerdict verdict = GateVerdict::ok;
 };
 
-struct SpeedComparison {
-  std::vector<SpeedRow> rows;
-  std::vector<Mismatch> findings;
-};
-
 /// Time of one stage of one estimator for the camera, or for the objects, of one sequence, relative to a
 /// reference.
 struct RunTime {
@@ -60,6 +55,8 @@ struct RunTime {
 std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
                                          const std::vector<SubjectCases>& reference);
 
-SpeedComparison compare_speed(const Side& base, const Side& fresh, const Policy& policy);
+/// Returns the compared times; appends to `findings` what prevents or limits their comparison.
+std::vector<SpeedRow> compare_speed(const Side& base, const Side& fresh, const Policy& policy,
+                                    std::vector<Mismatch>& findings);
 
 }  // namespace sextant
