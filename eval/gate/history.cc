@@ -24,30 +24,19 @@ namespace {
 using Key = std::pair<std::string, std::string>;
 using Point = std::map<Key, double>;
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-/// Natural order: runs of digits compare by value, other characters one by one.
-bool natural_less(const std::string& a, const std::string& b) {
-  size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (is_digit(a[i]) && is_digit(b[j])) {
-      const size_t end_a = std::min(a.find_first_not_of("0123456789", i), a.size());
-      const size_t end_b = std::min(b.find_first_not_of("0123456789", j), b.size());
-      const std::string x = a.substr(i, end_a - i), y = b.substr(j, end_b - j);
-      const size_t width = std::max(x.size(), y.size());
-      const std::string padded_x = std::string(width - x.size(), '0') + x;
-      const std::string padded_y = std::string(width - y.size(), '0') + y;
-      if (padded_x != padded_y) return padded_x < padded_y;
-      i = end_a;
-      j = end_b;
-    } else if (a[i] != b[j]) {
-      return a[i] < b[j];
-    } else {
-      ++i;
-      ++j;
-    }
+/// Returns a file's name with every run of digits padded to the same length, so that the order of such texts
+/// is the natural order of the names.
+std::string natural_key(const fs::path& path) {
+  constexpr size_t longest_name = 255;
+  const std::string name = path.filename().string();
+  std::string key;
+  for (size_t i = 0; i < name.size();) {
+    const size_t digits = std::min(name.find_first_not_of("0123456789", i), name.size()) - i;
+    if (digits > 0) key.append(longest_name - digits, '0');
+    key += name.substr(i, std::max<size_t>(digits, 1));
+    i += std::max<size_t>(digits, 1);
   }
-  return a.size() - i < b.size() - j;
+  return key;
 }
 
 std::vector<fs::path> points_of(const std::vector<fs::path>& paths) {
@@ -66,9 +55,7 @@ std::vector<fs::path> points_of(const std::vector<fs::path>& paths) {
     if (inside.empty())
       fail("{}: holds no results: expected records.jsonl, benchmark*.json, or folders with these",
            path.string());
-    std::ranges::sort(inside, [](const fs::path& a, const fs::path& b) {
-      return natural_less(a.filename().string(), b.filename().string());
-    });
+    std::ranges::sort(inside, std::ranges::lexicographical_compare, natural_key);
     points.insert(points.end(), inside.begin(), inside.end());
   }
   return points;
