@@ -273,8 +273,7 @@ std::vector<std::pair<int, Interned>> counted_bodies(const Sequence& sequence, c
   for (int frame = info.first_frame + 1; frame <= info.last_frame; ++frame) {
     FrameResult nothing{.prev = frame - 1, .curr = frame, .dt_s = 1.0 / info.rate_hz};
     nothing.ego.status = Status::lost;
-    const PairContext context{.dataset = info.dataset,
-                              .sequence = info.sequence,
+    const PairContext context{.identity = {.dataset = info.dataset, .sequence = info.sequence},
                               .camera = info.camera.left,
                               .truth = sequence.truth(),
                               .estimated = Trajectory()};

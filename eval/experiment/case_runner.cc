@@ -63,12 +63,17 @@ Flow FlowSamples::at(int x, int y) const {
   return it != samples_.end() && it->x == x && it->y == y ? it->flow : Flow{};
 }
 
+namespace {
+
+/// Samples `dense` at the pixels of all points of a pair.
 FlowSamples sample_flow(const Image<Flow>& dense, const FramePair& pair) {
   std::vector<FlowSamples::Sample> samples;
   add_samples(dense, pair.background, samples);
   for (const ObjectObservation& object : pair.objects) add_samples(dense, object.points, samples);
   return FlowSamples(std::move(samples));
 }
+
+}  // namespace
 
 PairReader::PairReader(const Sequence& sequence, const ExtractionOptions& options, Noise noise, int jobs)
     : sequence_(sequence),
@@ -151,7 +156,7 @@ class CaseRunner {
     for (const Result& result : results_) {
       std::ranges::move(result.solver->problems(), std::back_inserter(out_.problems));
       if (settings_.estimator->is_third_party())
-        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.label,
+        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.identity.estimator,
                                         result.solver->recorded_camera(), result.solver->declared_frame()),
                           std::back_inserter(out_.problems));
     }
@@ -161,7 +166,7 @@ class CaseRunner {
 
  private:
   struct Result {
-    std::string label;  ///< label in records
+    Record identity;  ///< PairContext::identity
     std::unique_ptr<PairSolver> solver;
     CaseMotions motions;
   };
@@ -172,8 +177,14 @@ class CaseRunner {
         settings_.estimator->begin({sequence_, settings_.pipeline, settings_.noise, settings_.seed,
                                     settings_.folder, settings_.rescore});
     for (NamedSolver& named : solvers) {
-      results_.push_back({settings_.estimator_label + (named.name.empty() ? "" : "." + named.name),
-                          std::move(named.solver), start_});
+      const Record identity{
+          .dataset = sequence_.info().dataset,
+          .sequence = sequence_.info().sequence,
+          .estimator = settings_.estimator_label + (named.name.empty() ? "" : "." + named.name),
+          .noise = settings_.noise.name(),
+          .level = settings_.level,
+          .seed = settings_.seed};
+      results_.push_back({identity, std::move(named.solver), start_});
     }
   }
 
@@ -200,11 +211,10 @@ void CaseRunner::process(const ExtractedPair& extracted, const PairObserver& on_
   for (Result& result : results_) {
     FrameResult frame = result.solver->process(noisy ? noisy->pair : extracted.pair);
     extend_motions(frame, result.motions);
-    std::vector<Record> records =
-        evaluate_pair(frame, {info.dataset, info.sequence, result.label, info.camera.left, sequence_.truth(),
-                              start_.starts_at_truth ? result.motions.estimated : none,
-                              extracted.true_flow ? &*extracted.true_flow : nullptr, settings_.noise.name(),
-                              settings_.level, settings_.seed, draws_ ? &extracted.pair : nullptr});
+    std::vector<Record> records = evaluate_pair(
+        frame, {result.identity, info.camera.left, sequence_.truth(),
+                start_.starts_at_truth ? result.motions.estimated : none,
+                extracted.true_flow ? &*extracted.true_flow : nullptr, draws_ ? &extracted.pair : nullptr});
     Record& ego = records.front();
     ego.time_ms["extraction"] = extracted.extraction_ms;
     ego.time_ms["decode"] = extracted.decode_ms;

@@ -49,9 +49,6 @@ class FlowSamples {
   std::vector<Sample> samples_;
 };
 
-/// Samples `dense` at the pixels of all points of a pair.
-FlowSamples sample_flow(const Image<Flow>& dense, const FramePair& pair);
-
 /// A pair's points, with the dense data needed to evaluate them.
 struct ExtractedPair {
   FramePair pair;

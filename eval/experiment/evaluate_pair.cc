@@ -32,13 +32,7 @@ std::optional<ObjectStep> object_step(const SequenceTruth& truth, int id, int pr
 }
 
 Record new_record(const FrameResult& result, const PairContext& context, std::string body) {
-  Record record;
-  record.dataset = context.dataset;
-  record.sequence = context.sequence;
-  record.estimator = context.estimator;
-  record.noise = context.noise;
-  record.level = context.level;
-  record.seed = context.seed;
+  Record record = context.identity;
   record.frame = result.curr;
   record.body = std::move(body);
   return record;
@@ -235,29 +229,6 @@ std::set<int> all_ids(const FrameResult& result, const SequenceTruth& truth) {
   return ids;
 }
 
-}  // namespace
-
-std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context) {
-  const std::optional<SE3> true_background = context.truth.background_motion(result.prev, result.curr);
-  std::map<int, const BodyResult*> bodies;
-  for (const BodyResult& body : result.objects) bodies[body.instance] = &body;
-
-  std::vector<Record> records = {evaluate_ego(result, context, true_background)};
-  for (const int id : all_ids(result, context.truth)) {
-    const auto it = bodies.find(id);
-    records.push_back(
-        evaluate_object(id, it == bodies.end() ? nullptr : it->second, result, context, true_background));
-  }
-  add_limits(result, context, records);
-  for (Record& record : records) {  // only finite numbers enter records, in memory as in files
-    for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms})
-      erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
-  }
-  return records;
-}
-
-namespace {
-
 const Correspondences& clean_points(const BodyResult& body, const FramePair& clean) {
   if (body.instance == 0) return clean.background;
   const auto object = std::ranges::find(clean.objects, body.instance, &ObjectObservation::instance);
@@ -298,8 +269,7 @@ void add_bound(const MotionBound& bound, const SE3& transport, Record& record) {
   if (bound.both_depths) put(rms_error(transported(*bound.both_depths, transport)), "_both", record.bound);
 }
 
-}  // namespace
-
+/// Adds the NEES and the bounds to `records`, which are the records of `result`.
 void add_limits(const FrameResult& result, const PairContext& context, std::vector<Record>& records) {
   const auto record_of = [&](Interned body) -> Record& {
     const auto record = std::ranges::find(records, body, &Record::body);
@@ -326,6 +296,27 @@ void add_limits(const FrameResult& result, const PairContext& context, std::vect
     put(rms_error(transported(ego->previous_depth + object->previous_depth, (*X * L).inverse())), "_body",
         record.bound);
   }
+}
+
+}  // namespace
+
+std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context) {
+  const std::optional<SE3> true_background = context.truth.background_motion(result.prev, result.curr);
+  std::map<int, const BodyResult*> bodies;
+  for (const BodyResult& body : result.objects) bodies[body.instance] = &body;
+
+  std::vector<Record> records = {evaluate_ego(result, context, true_background)};
+  for (const int id : all_ids(result, context.truth)) {
+    const auto it = bodies.find(id);
+    records.push_back(
+        evaluate_object(id, it == bodies.end() ? nullptr : it->second, result, context, true_background));
+  }
+  add_limits(result, context, records);
+  for (Record& record : records) {  // only finite numbers enter records, in memory as in files
+    for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms})
+      erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
+  }
+  return records;
 }
 
 }  // namespace sextant

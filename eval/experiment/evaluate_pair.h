@@ -22,23 +22,16 @@
 namespace sextant {
 
 struct PairContext {
-  std::string dataset;
-  std::string sequence;
-  std::string estimator;
+  Record identity;  ///< data set, sequence, estimator, noise, level and seed of the records
   PinholeCamera camera;
   const SequenceTruth& truth;
   /// T_world_camera accumulated from the estimate, starting at the true pose of the first frame. Frames
   /// without an estimated pose are missing; it is empty if the sequence has no true first pose.
   const Trajectory& estimated;
   const FlowSamples* true_flow = nullptr;  ///< at the points' pixels, previous to current frame; may be null
-  std::string noise = "none";
-  double level = 0;
-  uint64_t seed = 0;
   /// the pair before noise; null: no noise was added, and there is no bound
   const FramePair* clean = nullptr;
 };
-
-std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);
 
 // ---- CRLB and NEES of the bodies of one frame pair, stored in their records (docs/metrics.md):
 //
@@ -51,7 +44,6 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
 // their values before noise) and from the noise declared for them. It is left out without declared noise and
 // if motion_bound() (metrics/crlb.h) returns nullopt.
 
-/// Adds the NEES and the bounds to `records`, which are the records of `result`.
-void add_limits(const FrameResult& result, const PairContext& context, std::vector<Record>& records);
+std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context);
 
 }  // namespace sextant

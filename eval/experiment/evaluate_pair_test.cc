@@ -77,7 +77,9 @@ class EvaluatePair : public testing::Test {
   }
 
   std::vector<Record> evaluate(const FlowSamples* flow = nullptr) const {
-    return evaluate_pair(result_, {"vdo", "s", "joint_flow", camera, truth_, estimated_, flow});
+    return evaluate_pair(
+        result_,
+        {{.dataset = "vdo", .sequence = "s", .estimator = "joint_flow"}, camera, truth_, estimated_, flow});
   }
 
   SequenceTruth truth_;

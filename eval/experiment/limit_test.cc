@@ -60,8 +60,13 @@ class Limits : public testing::Test {
     options.start.inlier_threshold_px = 5;
     result_ = FrameEstimator(options, make_estimator("motion_only")).process(pair);
     const Trajectory none;
-    return evaluate_pair(result_, {"d", "s", "motion_only", stereo.left, truth_, none, nullptr, "n", 0, 0,
-                                   model.none() ? nullptr : &clean_});
+    return evaluate_pair(result_,
+                         {{.dataset = "d", .sequence = "s", .estimator = "motion_only", .noise = "n"},
+                          stereo.left,
+                          truth_,
+                          none,
+                          nullptr,
+                          model.none() ? nullptr : &clean_});
   }
 
   SequenceTruth truth_;
