@@ -233,9 +233,8 @@ std::vector<uint64_t> read_numbers(const fs::path& file) {
   std::vector<uint64_t> numbers;
   SummaryReader reader(file);
   while (const auto block = reader.next()) {
-    constexpr uint64_t most_cases = 10'000'000;  // per plan
-    if (block->number >= most_cases)
-      fail("{}: case {}: expected at most {} cases", file.string(), block->number, most_cases);
+    if (block->number >= max_plan_cases)
+      fail("{}: case {}: expected at most {} cases", file.string(), block->number, max_plan_cases);
     numbers.push_back(block->number);
   }
   return numbers;

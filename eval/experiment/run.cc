@@ -431,15 +431,11 @@ std::optional<SourceOutcome> RunJournal::find(size_t source) const {
   const auto block = journal_->blocks().find(source);
   if (block == journal_->blocks().end() || !same_inputs(block->second.noise.at("inputs")))
     return std::nullopt;
-  const std::string text = read_file(path_, records_file);
-  return outcome_of(block->second.noise,
-                    std::string_view(text).substr(block->second.offset, block->second.bytes));
+  return outcome_of(block->second.noise, journal_->content(block->second));
 }
 
 void RunJournal::append(size_t source, const SourceOutcome& outcome) {
-  if (!journal_) {
-    open();
-  }
+  if (!journal_) open();
   journal_->append(source, outcome.records.size(), write_records(outcome.records), note_of(outcome));
 }
 

@@ -189,25 +189,15 @@ uint64_t write_results(const SweepConfig& config, const PlanRunner& runner, cons
   return results.n_records();
 }
 
-/// Counts stale cases by estimator, for messages.
-class StaleCases {
- public:
-  void add(const std::string& label) {
-    ++n_[label];
-    ++total_;
-  }
-  uint64_t total() const { return total_; }
-  void report(const SweepConfig& config, const CaseVersions& versions, const char* what_becomes) const {
-    if (!config.on_message) return;
-    for (const auto& [label, n] : n_)
-      config.on_message(
-          fmt::format("{}: {}: {}", config.out.string(), versions.stale_text(label, n), what_becomes));
-  }
+using StaleCases = std::map<std::string, uint64_t>;  ///< number of stale cases by label of their estimator
 
- private:
-  std::map<std::string, uint64_t> n_;
-  uint64_t total_ = 0;
-};
+void report_stale(const SweepConfig& config, const CaseVersions& versions, const StaleCases& stale,
+                  const char* what_becomes) {
+  if (!config.on_message) return;
+  for (const auto& [label, n] : stale)
+    config.on_message(
+        fmt::format("{}: {}: {}", config.out.string(), versions.stale_text(label, n), what_becomes));
+}
 constexpr const char* is_kept = "kept, as --reuse-stale says";
 constexpr const char* is_run_again = "run again (--reuse-stale keeps them)";
 
@@ -319,21 +309,21 @@ SweepOutcome sweep(const SweepConfig& config) {
     StaleCases stale;
     for (const uint64_t number : numbers) {
       if (versions.is_stale(number))
-        stale.add(versions.label(number));
+        ++stale[versions.label(number)];
       else
         kept.insert(number);
     }
-    outcome.n_stale = stale.total();
-    if (stale.total() == 0 || config.reuse_stale) {
-      stale.report(config, versions, is_kept);
+    outcome.n_stale = numbers.size() - kept.size();
+    if (stale.empty() || config.reuse_stale) {
+      report_stale(config, versions, stale, is_kept);
       outcome.n_before = numbers.size();
       outcome.n_records = check_records(config);
       return outcome;
     }
     const bool is_summary = config.plan.keep == KeepOfCases::summary;
     if (is_summary) kept.clear();
-    stale.report(
-        config, versions,
+    report_stale(
+        config, versions, stale,
         is_summary ? "all cases are run again, because their summaries cannot be separated" : is_run_again);
     claimed = kept.empty() ? plan : join_claim(config.out, claimed, plan, config.allow_mixed);
   }
@@ -352,12 +342,12 @@ SweepOutcome sweep(const SweepConfig& config) {
     for (const uint64_t number : numbers) {
       const auto block = journal.blocks().find(number);
       const bool is_stale = block != journal.blocks().end() && block->second.version > 0;
-      if (is_stale) stale.add(versions.label(number));
+      if (is_stale) ++stale[versions.label(number)];
+      if (is_stale) ++outcome.n_stale;
       const bool is_done = block != journal.blocks().end() && (!is_stale || config.reuse_stale);
       if (!is_done && !finished.contains(number)) open.push_back(number);
     }
-    stale.report(config, versions, config.reuse_stale ? is_kept : is_run_again);
-    outcome.n_stale += stale.total();
+    report_stale(config, versions, stale, config.reuse_stale ? is_kept : is_run_again);
     outcome.n_before = numbers.size() - open.size();
     const Clock::time_point start = Clock::now();
     std::vector<std::vector<std::string>> problems(open.size());

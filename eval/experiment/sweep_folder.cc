@@ -52,13 +52,10 @@ Json read_plan_file(const fs::path& folder) {
 }
 
 ShardNumber shard_number(const Json& plan_file, const std::string& where) {
-  const Json& numbers = plan_file["shard"];
-  if (!numbers.is_array() || numbers.size() != 2 || !numbers[0].is_number_unsigned() ||
-      !numbers[1].is_number_unsigned() || numbers[0] >= numbers[1]) {
+  const auto shard = shard_of(plan_file);
+  if (!shard || shard->first >= shard->second)
     fail("{}: is not the plan file of a sweep: expected \"shard\": [I, N], I below N", where);
-  }
-  const ShardNumber found{numbers[0], numbers[1]};
-  return {found.number == 0 ? found.n_shards : found.number, found.n_shards};
+  return {shard->first == 0 ? shard->second : shard->first, shard->second};
 }
 
 uint64_t planned_cases(const Json& plan, const std::string& where) {
