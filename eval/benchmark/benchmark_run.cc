@@ -446,7 +446,8 @@ void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, c
     return;
   }
   const std::string key = sha256(json_line(stored.at("sweeps")));
-  for (int i = 0; i < options.n_rerun; ++i) {
+  constexpr int n_rerun = 5;
+  for (int i = 0; i < n_rerun; ++i) {
     const uint64_t draw = std::stoull(sha256(fmt::format("{} {}", key, i)).substr(0, 15), nullptr, 16);
     const CheckedSweep& part = sweeps[draw % sweeps.size()];
     const uint64_t number = draw / sweeps.size() % part.n_records.size();

@@ -76,7 +76,7 @@ SweepOutcome merge_benchmarks(const std::vector<std::filesystem::path>& shards,
 //              of the source, which is not checked for sources whose data are missing
 //   card       the card equals the one computed from the records, to the last digit, except for costs and the
 //              version of the program
-//   rerun      a sample of cases is run again and gives the same records within a relative difference of
+//   rerun      a sample of five cases is run again and gives the same records within a relative difference of
 //              1e-8, except for times. Cases of this program's estimators are always run again, cases of
 //              external programs on request only, because their command comes from the submitted
 //              configuration
@@ -84,7 +84,6 @@ SweepOutcome merge_benchmarks(const std::vector<std::filesystem::path>& shards,
 struct VerifyOptions {
   /// Name of a suite, or NAME.json; empty: the suite of the card, which must come with this program
   std::string suite;
-  int n_rerun = 5;            ///< number of cases that are run again
   bool run_external = false;  ///< also run cases of external programs again
   SweepConfig sweep;          ///< cache and jobs for the cases that are run again
   std::string data_root;

@@ -321,14 +321,6 @@ bool is_quick_run(const Suite& suite, const fs::path& folder) {
   fail("{}: holds no sweep of suite {}", folder.string(), suite.name);
 }
 
-const CurvePoint* Card::find_point(const std::string& result, const std::string& track,
-                                   const std::string& body, double level) const {
-  const auto at = std::ranges::find_if(curves, [&](const CurvePoint& p) {
-    return p.estimator == result && p.track == track && p.body == body && p.level == level;
-  });
-  return at == curves.end() ? nullptr : &*at;
-}
-
 Card make_card(const Suite& suite, const fs::path& folder) {
   Card card{.suite = suite.name,
             .suite_sha256 = suite.sha256,

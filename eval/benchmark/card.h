@@ -124,9 +124,6 @@ struct Card {
   std::vector<CurvePoint> curves;
   std::vector<Breakdown> breakdowns;
   std::vector<Cost> costs;
-
-  const CurvePoint* find_point(const std::string& result, const std::string& track, const std::string& body,
-                               double level) const;
 };
 
 /// Name of the file with the tracks that were not run, as {"TRACK": "reason"}, in the folder of the sweeps.

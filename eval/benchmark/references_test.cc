@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -22,8 +23,10 @@ Card card_of(const std::string& name) {
 
 /// Mean E_t of the only result of a card, m.
 double error_of(const Card& card, const std::string& track, const std::string& body, double level) {
-  const CurvePoint* point = card.find_point(card.results.front(), track, body, level);
-  return point == nullptr || !point->Et_m ? std::nan("") : point->Et_m->value;
+  const auto point = std::ranges::find_if(card.curves, [&](const CurvePoint& p) {
+    return p.estimator == card.results.front() && p.track == track && p.body == body && p.level == level;
+  });
+  return point == card.curves.end() || !point->Et_m ? std::nan("") : point->Et_m->value;
 }
 
 TEST(References, CardsAreWhatTheirRecordsGive) {

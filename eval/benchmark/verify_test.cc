@@ -125,8 +125,10 @@ TEST_F(Benchmark, NumbersAreThoseOfAPlainSweep) {
     ++n;
   }
   const Card card = parse_card(read_file(folder / "card.json"), "card");
-  const CurvePoint* point = card.find_point("joint_flow", "depth", "camera", 0.2);
-  ASSERT_NE(point, nullptr);
+  const auto point = std::ranges::find_if(card.curves, [](const CurvePoint& p) {
+    return p.estimator == "joint_flow" && p.track == "depth" && p.body == "camera" && p.level == 0.2;
+  });
+  ASSERT_NE(point, card.curves.end());
   EXPECT_EQ(point->n_truth, n);
   EXPECT_DOUBLE_EQ(point->Et_m->value, sum / n);
 }
