@@ -3,6 +3,7 @@
 // Evidence of a reproduction: the records of its experiments and the paper's published numbers. Tables and
 // claims depend on nothing else, so that equal evidence gives an equal report.
 
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -40,13 +41,17 @@ struct Evidence {
   std::vector<EvidencePart> parts;
   Json published = Json::object();  ///< Paper::published; empty: nothing is compared with the paper
 
-  std::vector<const EvidencePart*> with(PartRole role) const {
+  /// Returns the experiments with these roles, in order of the roles.
+  std::vector<const EvidencePart*> with(std::initializer_list<PartRole> roles) const {
     std::vector<const EvidencePart*> found;
-    for (const EvidencePart& part : parts) {
-      if (part.role == role) found.push_back(&part);
+    for (const PartRole role : roles) {
+      for (const EvidencePart& part : parts) {
+        if (part.role == role) found.push_back(&part);
+      }
     }
     return found;
   }
+  std::vector<const EvidencePart*> with(PartRole role) const { return with(std::initializer_list{role}); }
 };
 
 }  // namespace sextant

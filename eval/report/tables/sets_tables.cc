@@ -66,12 +66,10 @@ PublishedTable sets_table(const Evidence& evidence) {
                        .decimals = 4};
   for (const auto& [set, lines] : published_sets(evidence.published.at("tab:mot_all"))) {
     bool measured = false;
-    for (const PartRole role : {PartRole::sets, PartRole::sets_paper}) {
-      for (const EvidencePart* part : evidence.with(role)) {
-        for (const SetData& data : paper().sets) {
-          if (data.set != set) continue;
-          for (const Json& line : lines) measured |= add_measured(line, data, *part, table);
-        }
+    for (const EvidencePart* part : evidence.with({PartRole::sets, PartRole::sets_paper})) {
+      for (const SetData& data : paper().sets) {
+        if (data.set != set) continue;
+        for (const Json& line : lines) measured |= add_measured(line, data, *part, table);
       }
     }
     if (measured) continue;

@@ -73,12 +73,6 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
   add("Ev_kmh", "E_v [km/h]", mean_of(NumberMap::errors, "Ev_kmh"));
 }
 
-std::vector<const EvidencePart*> velocity_parts(const Evidence& evidence) {
-  std::vector<const EvidencePart*> parts = evidence.with(PartRole::real);
-  for (const EvidencePart* part : evidence.with(PartRole::recorded_objects)) parts.push_back(part);
-  return parts;
-}
-
 }  // namespace
 
 PublishedTable velocity_table(const Evidence& evidence) {
@@ -91,7 +85,7 @@ PublishedTable velocity_table(const Evidence& evidence) {
   std::vector<const Json*> unmeasured;
   for (const Json& column : evidence.published.at("tab:velocity").at("columns")) {
     bool measured = false;  // by an estimator that was run here
-    for (const EvidencePart* part : velocity_parts(evidence)) {
+    for (const EvidencePart* part : evidence.with({PartRole::real, PartRole::recorded_objects})) {
       std::set<std::string> estimators;
       for (const Record& record : part->records) {
         if (is_of(column, record)) estimators.insert(record.estimator);
