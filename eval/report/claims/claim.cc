@@ -14,25 +14,12 @@ void ClaimResult::set(const IntervalEstimate& estimate) {
   interval = estimate.interval;
 }
 
-Verdict is_below(double limit, const ClaimResult& result) {
-  if (!result.interval) return Verdict::undecided;
-  if (result.value < limit && result.interval->high < limit) return Verdict::reproduced;
-  if (result.value > limit && result.interval->low > limit) return Verdict::not_reproduced;
-  return Verdict::undecided;
-}
-
-Verdict is_above(double limit, const ClaimResult& result) {
-  if (!result.interval) return Verdict::undecided;
-  if (result.value > limit && result.interval->low > limit) return Verdict::reproduced;
-  if (result.value < limit && result.interval->high < limit) return Verdict::not_reproduced;
-  return Verdict::undecided;
-}
-
-Verdict is_between(double low, double high, const ClaimResult& result) {
-  const Verdict above = is_above(low, result);
-  const Verdict below = is_below(high, result);
-  if (above == Verdict::not_reproduced || below == Verdict::not_reproduced) return Verdict::not_reproduced;
-  return above == below ? above : Verdict::undecided;
+void ClaimResult::judge(const Limits& limits) {
+  verdict = Verdict::undecided;
+  if (!interval) return;
+  const auto [lowest, highest] = std::minmax({value, interval->low, interval->high});
+  if (lowest > limits.low && highest < limits.high) verdict = Verdict::reproduced;
+  if (highest < limits.low || lowest > limits.high) verdict = Verdict::not_reproduced;
 }
 
 Claim paper_claim(int order, const std::string& name, ClaimCheck check) {

@@ -11,6 +11,7 @@
 // A claim for which there are no records has no results: it was not tested.
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -30,6 +31,12 @@ constexpr double nearly = 0.25;                     ///< "nearly": within this s
 enum class Verdict { reproduced, not_reproduced, undecided };
 constexpr Names<3> names_of(Verdict) { return {"reproduced", "not reproduced", "undecided"}; }
 
+/// The values between two limits, which agree with a statement.
+struct Limits {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+};
+
 /// One measured value of a claim.
 struct ClaimResult {
   std::string dataset, sequence, estimator;
@@ -42,6 +49,8 @@ struct ClaimResult {
   std::string records{};  ///< the experiment that measured it
 
   void set(const IntervalEstimate& estimate);
+  /// Sets the verdict on the statement that the value lies within these limits.
+  void judge(const Limits& limits);
 };
 
 using ClaimCheck = std::function<std::vector<ClaimResult>(const Evidence&)>;
@@ -57,12 +66,6 @@ Claim paper_claim(int order, const std::string& name, ClaimCheck check);
 
 /// Returns all claims in the order of reports.
 std::span<const Claim> claims();
-
-/// Return the verdict on "value < limit", or on "value > limit", for the value and interval of `result`.
-Verdict is_below(double limit, const ClaimResult& result);
-Verdict is_above(double limit, const ClaimResult& result);
-/// Returns the verdict on "low <= value <= high".
-Verdict is_between(double low, double high, const ClaimResult& result);
 
 struct CheckedClaim {
   const Claim* claim;

@@ -101,8 +101,11 @@ std::vector<FigureOfPaper> figures_of_sweep(const NoiseSweep& sweep, const std::
 }
 
 ClaimResult result_for(const FigureOfPaper& figure, const std::string& subject, const std::string& quantity,
-                       const std::string& stated) {
-  return {figure.dataset, figure.sequence, figure.estimator, subject, quantity, stated};
+                       const std::string& stated, const IntervalEstimate& estimate, const Limits& limits) {
+  ClaimResult result{figure.dataset, figure.sequence, figure.estimator, subject, quantity, stated};
+  result.set(estimate);
+  result.judge(limits);
+  return result;
 }
 
 /// Sums of one error by cluster and level, from which statistics of resampled clusters are computed quickly.
@@ -210,13 +213,11 @@ std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
           if (means.empty()) continue;
           const std::string range =
               max_level == all_levels ? "all levels" : fmt::format("\u0394d \u2264 {}", max_level);
-          ClaimResult result =
+          const IntervalEstimate largest = cluster_estimate(
+              means.n_clusters(), [&](std::span<const size_t> c) { return means.largest(c); });
+          results.push_back(
               result_for(figure, body.title, fmt::format("largest mean {}, {}", kind.title(), range),
-                         fmt::format("< {}", kind.low_limit));
-          result.set(cluster_estimate(means.n_clusters(),
-                                      [&](std::span<const size_t> c) { return means.largest(c); }));
-          result.verdict = is_below(kind.low_limit, result);
-          results.push_back(std::move(result));
+                         fmt::format("< {}", kind.low_limit), largest, {.high = kind.low_limit}));
         }
       }
     }
@@ -230,11 +231,9 @@ std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
     for (const CurveOfBody& body : figure.bodies) {
       if (!has_two_levels(body.levels)) continue;
       const LevelMeans means(body.levels, compared_error("Et_m"), all_levels);
-      ClaimResult result = result_for(figure, body.title, "slope of E_t [m/px]", "> 0");
-      result.set(
-          cluster_estimate(means.n_clusters(), [&](std::span<const size_t> c) { return means.slope(c); }));
-      result.verdict = is_above(0, result);
-      results.push_back(std::move(result));
+      const IntervalEstimate slope =
+          cluster_estimate(means.n_clusters(), [&](std::span<const size_t> c) { return means.slope(c); });
+      results.push_back(result_for(figure, body.title, "slope of E_t [m/px]", "> 0", slope, {.low = 0}));
     }
   }
   return results;
@@ -243,28 +242,25 @@ std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
 std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
   return of_four_bodies(sweep, [](const FigureOfPaper& figure, const ErrorKind& kind,
                                   const FourBodies& means) {
-    ClaimResult result = result_for(figure, "objects 2, 3 - camera, object 1",
-                                    fmt::format("smallest difference of slopes, {}", kind.title()), "> 0");
-    result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
+    const auto difference = [&](std::span<const size_t> c) {
       return std::min(means[2].slope(c), means[3].slope(c)) - std::max(means[0].slope(c), means[1].slope(c));
-    }));
-    result.verdict = is_above(0, result);
-    return result;
+    };
+    return result_for(figure, "objects 2, 3 - camera, object 1",
+                      fmt::format("smallest difference of slopes, {}", kind.title()), "> 0",
+                      cluster_estimate(means[0].n_clusters(), difference), {.low = 0});
   });
 }
 
 std::vector<ClaimResult> check_flow_noise_highest(const NoiseSweep& sweep) {
-  return of_four_bodies(
-      sweep, [](const FigureOfPaper& figure, const ErrorKind& kind, const FourBodies& means) {
-        ClaimResult result =
-            result_for(figure, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
-                       fmt::format("nearly {}", kind.highest));
-        result.set(cluster_estimate(means[0].n_clusters(), [&](std::span<const size_t> c) {
-          return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
-        }));
-        result.verdict = is_between((1 - nearly) * kind.highest, (1 + nearly) * kind.highest, result);
-        return result;
-      });
+  return of_four_bodies(sweep, [](const FigureOfPaper& figure, const ErrorKind& kind,
+                                  const FourBodies& means) {
+    const auto larger = [&](std::span<const size_t> c) {
+      return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
+    };
+    return result_for(figure, "objects 2, 3", fmt::format("mean {} at the highest level", kind.title()),
+                      fmt::format("nearly {}", kind.highest), cluster_estimate(means[0].n_clusters(), larger),
+                      {(1 - nearly) * kind.highest, (1 + nearly) * kind.highest});
+  });
 }
 
 // ---- Independent against correlated noise.
@@ -326,19 +322,16 @@ bool has_both_noises(std::span<const NoiseLevelRef> curve) {
 
 std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  std::vector<const EvidencePart*> parts = evidence.with(PartRole::noise_correlated);
-  std::ranges::move(evidence.with(PartRole::noise), std::back_inserter(parts));
-  for (const EvidencePart* part : parts) {
+  for (const EvidencePart* part : evidence.with({PartRole::noise_correlated, PartRole::noise})) {
     for (const FigureOfPaper& figure : figures_with(part->sweep, has_both_noises)) {
       for (const auto& [subject, curve] : figure.bodies) {
         for (const char* key : {"Et_m", "ER_deg"}) {
           const std::optional<IntervalEstimate> k = error_ratio(curve, compared_error(key));
           if (!k) continue;
           const std::string symbol = metric(NumberMap::errors, key).symbol;
-          ClaimResult result = result_for(
-              figure, subject, fmt::format("mean {}, correlated / independent noise", symbol), "> 1");
-          result.set(*k);
-          result.verdict = is_above(1, result);
+          ClaimResult result =
+              result_for(figure, subject, fmt::format("mean {}, correlated / independent noise", symbol),
+                         "> 1", *k, {.low = 1});
           result.records = part->name;
           results.push_back(std::move(result));
         }

@@ -107,7 +107,7 @@ std::optional<ClaimResult> published_difference(const Evidence& evidence) {
                           table.at("proposed").at("Et_m").get<double>());
   result.interval = Interval{result.value, result.value};
   result.stated = fmt::format("< smallest floor, {:.4f}", smallest);
-  result.verdict = is_below(smallest, result);
+  result.judge({.high = smallest});
   result.records = part_name;
   return result;
 }
@@ -125,7 +125,7 @@ std::vector<ClaimResult> check_velocity(const Evidence& evidence) {
       result.subject = fmt::format("object {}, {} pairs", id, records.size());
       result.quantity = "mean E_v [km/h]";
       result.stated = "2 .. 5";
-      result.verdict = is_between(2, 5, result);
+      result.judge({2, 5});
       results.push_back(std::move(result));
     }
   }
@@ -139,7 +139,7 @@ std::vector<ClaimResult> check_ahead_of_orb_slam(const Evidence& evidence) {
     result.subject = fmt::format("camera, {} pairs of {}", difference.pairs.size(), difference.sequence);
     result.quantity = fmt::format("mean E_t less {}'s [m]", paper().reference.name);
     result.stated = "< 0";
-    result.verdict = is_below(0, result);
+    result.judge({.high = 0});
     results.push_back(std::move(result));
   }
   return results;
@@ -155,7 +155,7 @@ std::vector<ClaimResult> check_within_floor(const Evidence& evidence) {
     result.value = std::abs(result.value);
     result.interval = absolute(result.interval);
     result.stated = fmt::format("< floor, {:.4f}", difference.floor_m);
-    result.verdict = is_below(difference.floor_m, result);
+    result.judge({.high = difference.floor_m});
     results.push_back(std::move(result));
   }
   if (auto published = published_difference(evidence)) results.push_back(std::move(*published));
@@ -179,7 +179,7 @@ std::vector<ClaimResult> check_rotation_floor(const Evidence& evidence) {
   const auto judged = [&](ClaimResult result) {
     result.quantity = "mean E_R [deg]";
     result.stated = fmt::format("floor, {:.4f} (timing) .. {:.4f} (turn rates)", lowest, highest);
-    result.verdict = is_between(lowest, highest, result);
+    result.judge({lowest, highest});
     result.sequence = fmt::format("{} sequences", distinct(recorded, &Record::sequence).size());
     return result;
   };
@@ -223,7 +223,7 @@ std::vector<ClaimResult> check_frame_rate(const Evidence& evidence) {
     result.value = rate(frame->second);
     result.interval = bootstrap(frame->second, rate);
     result.stated = ">= 6";
-    result.verdict = is_above(stated_fps, result);
+    result.judge({.low = stated_fps});
     result.records = times.part;
     results.push_back(std::move(result));
   }

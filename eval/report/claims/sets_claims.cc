@@ -49,14 +49,12 @@ using Bodies = std::map<std::string, RecordRefs>;
 /// Visits every set of every experiment with these roles: experiment, set, bodies by estimator.
 template <typename Visit>
 void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> roles, const Visit& visit) {
-  for (const PartRole role : roles) {
-    for (const EvidencePart* part : evidence.with(role)) {
-      for (const SetData& data : paper().sets) {
-        std::map<std::string, Bodies> estimators;
-        for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter)))
-          estimators[estimator] = paper_bodies(records);
-        visit(*part, data, estimators);
-      }
+  for (const EvidencePart* part : evidence.with(roles)) {
+    for (const SetData& data : paper().sets) {
+      std::map<std::string, Bodies> estimators;
+      for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter)))
+        estimators[estimator] = paper_bodies(records);
+      visit(*part, data, estimators);
     }
   }
 }
@@ -105,9 +103,10 @@ std::vector<PairedValues> selection_samples(const Evidence& evidence) {
   return samples;
 }
 
-/// Computes `statistic` over the pairs of all seeds, with its interval over seeds.
+/// Computes `statistic` over the pairs of all seeds, with its interval over seeds, and judges it by `limits`.
 ClaimResult measured(const PairedValues& sample, const std::string& quantity, const std::string& stated,
-                     const std::function<double(const std::vector<const PairOfValues*>&)>& statistic) {
+                     const std::function<double(const std::vector<const PairOfValues*>&)>& statistic,
+                     const Limits& limits) {
   std::vector<const std::vector<PairOfValues>*> by_seed;
   for (const auto& [seed, of_seed] : sample.pairs) by_seed.push_back(&of_seed);
   ClaimResult result{.dataset = sample.filter.dataset,
@@ -124,6 +123,7 @@ ClaimResult measured(const PairedValues& sample, const std::string& quantity, co
     }
     return statistic(chosen);
   }));
+  result.judge(limits);
   return result;
 }
 
@@ -138,15 +138,14 @@ double percent_above(const std::vector<const PairOfValues*>& pairs) {
   return std::round(resolution * 100 * (first / second - 1)) / resolution + 0.0;  // avoids -0
 }
 
+constexpr Limits about_300_percent = {.low = least_of_about_300_percent};
 constexpr const char* gain_title = "E_t of motion only above that of joint [%]";
 
 std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
-    if (sample.body != "Ego") continue;
-    ClaimResult result = measured(sample, gain_title, "about 300", percent_above);
-    result.verdict = is_above(least_of_about_300_percent, result);
-    results.push_back(std::move(result));
+    if (sample.body == "Ego")
+      results.push_back(measured(sample, gain_title, "about 300", percent_above, about_300_percent));
   }
   return results;
 }
@@ -154,10 +153,8 @@ std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
 std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
-    if (sample.body == "Ego") continue;
-    ClaimResult result = measured(sample, gain_title, "10 .. 20", percent_above);
-    result.verdict = is_between(10, 20, result);
-    results.push_back(std::move(result));
+    if (sample.body != "Ego")
+      results.push_back(measured(sample, gain_title, "10 .. 20", percent_above, {10, 20}));
   }
   return results;
 }
@@ -170,17 +167,15 @@ std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {
     const size_t at = sample.estimator.find(" on ");
     if (at == std::string::npos) continue;
     const std::string points = sample.estimator.substr(at + 1);
-    ClaimResult result = measured(sample, fmt::format("{}, both {}", gain_title, points), "0", percent_above);
+    ClaimResult result = measured(sample, fmt::format("{}, both {}", gain_title, points), "0", percent_above,
+                                  {-none_percent, none_percent});
     result.estimator = fmt::format("{}, {}", paper().baseline, paper().method);
-    result.verdict = is_between(-none_percent, none_percent, result);
     results.push_back(std::move(result));
   }
-  for (PairedValues& sample : selection_samples(evidence)) {
-    if (sample.body != "Ego") continue;
-    ClaimResult result =
-        measured(sample, "E_t on the inliers above that on all points [%]", "about 300", percent_above);
-    result.verdict = is_above(least_of_about_300_percent, result);
-    results.push_back(std::move(result));
+  for (const PairedValues& sample : selection_samples(evidence)) {
+    if (sample.body == "Ego")
+      results.push_back(measured(sample, "E_t on the inliers above that on all points [%]", "about 300",
+                                 percent_above, about_300_percent));
   }
   return results;
 }
@@ -194,9 +189,8 @@ std::vector<ClaimResult> check_joint_is_matched(const Evidence& evidence) {
       for (const PairOfValues* pair : pairs) max = std::max(max, std::abs(pair->first - pair->second));
       return 1e6 * max;
     };
-    ClaimResult result = measured(sample, "largest |difference| of E_t in a pair [um]", "< 1", largest);
-    result.verdict = is_below(equal_um, result);
-    results.push_back(std::move(result));
+    results.push_back(
+        measured(sample, "largest |difference| of E_t in a pair [um]", "< 1", largest, {.high = equal_um}));
   }
   return results;
 }
@@ -214,9 +208,7 @@ std::vector<ClaimResult> check_epe_falls(const Evidence& evidence) {
         if (before && after) sample.pairs[r->seed].push_back({*after, *before});
       }
       if (sample.pairs.empty()) continue;
-      ClaimResult result = measured(sample, "change of the mean EPE [%]", "< 0", percent_above);
-      result.verdict = is_below(0, result);
-      results.push_back(std::move(result));
+      results.push_back(measured(sample, "change of the mean EPE [%]", "< 0", percent_above, {.high = 0}));
     }
   });
   return results;
@@ -255,10 +247,8 @@ std::vector<ClaimResult> check_classification(const Evidence& evidence) {
         }
         return wrong / all;
       };
-      ClaimResult result =
-          measured(sample, "wrong decisions [%], " + noise, fmt::format("<= {:.1f}", stated), share);
-      result.verdict = is_below(stated, result);
-      results.push_back(std::move(result));
+      results.push_back(measured(sample, "wrong decisions [%], " + noise, fmt::format("<= {:.1f}", stated),
+                                 share, {.high = stated}));
     }
   }
   return results;
