@@ -41,17 +41,6 @@ uint64_t Clusters::of(const Record& record) const {
   return are_frames() ? static_cast<uint64_t>(record.frame) : record.seed;
 }
 
-ErrorSample error_sample(const RecordRefs& records, const std::string& key, const Clusters& clusters) {
-  ErrorSample sample;
-  for (const Record* record : records) {
-    if (const auto value = find_number(record->errors, key)) {
-      sample.values.push_back(*value);
-      sample.clusters.push_back(clusters.of(*record));
-    }
-  }
-  return sample;
-}
-
 Column metric_column(const MetricDefinition& metric) {
   return {.key = metric.name, .title = metric.heading(), .decimals = metric.digits};
 }

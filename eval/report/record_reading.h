@@ -133,13 +133,6 @@ class Clusters {
   int n_seeds_;
 };
 
-/// One error with the cluster of each value, for intervals; records without the error are left out.
-struct ErrorSample {
-  std::vector<double> values;
-  std::vector<uint64_t> clusters;
-};
-ErrorSample error_sample(const RecordRefs& records, const std::string& key, const Clusters& clusters);
-
 /// Column titled "E_t [m]", with the decimals of the list of metrics.
 Column metric_column(const MetricDefinition& metric);
 

@@ -42,9 +42,17 @@ std::optional<IntervalEstimate> mean_epe(const RecordRefs& records, const char* 
   RecordRefs given;
   std::ranges::copy_if(records, std::back_inserter(given),
                        [](const Record* record) { return record->flow_truth == "given"; });
-  const ErrorSample sample = error_sample(given, key, Clusters(given));
-  if (sample.values.empty()) return std::nullopt;
-  return summarize_sample(ClusteredSample(sample.values, sample.clusters)).mean;
+  const Clusters clusters(given);
+  std::vector<double> values;
+  std::vector<uint64_t> labels;
+  for (const Record* record : given) {
+    const auto value = find_number(record->errors, key);
+    if (!value) continue;
+    values.push_back(*value);
+    labels.push_back(clusters.of(*record));
+  }
+  if (values.empty()) return std::nullopt;
+  return summarize_sample(ClusteredSample(values, labels)).mean;
 }
 
 /// A kind of bar that each body has: "before", or "after" for an estimator that refines the flow.

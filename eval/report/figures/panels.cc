@@ -229,13 +229,6 @@ std::string EqualAxes::scale_bar(double width_cm, double height_cm) const {
       gp_number(right - length_m), gp_number(right), gp_number(y), text);
 }
 
-double EqualAxes::step_m(double m_per_cm) const {
-  double decade = least_m_;
-  while (10 * decade < m_per_cm) decade *= 10;
-  for (const double digit : {1.0, 2.0, 5.0}) {
-    if (digit * decade >= m_per_cm) return digit * decade;
-  }
-  return 10 * decade;
-}
+double EqualAxes::step_m(double m_per_cm) const { return std::max(least_m_, tic_step(m_per_cm, 1)); }
 
 }  // namespace sextant

@@ -23,7 +23,18 @@ constexpr const char* no_estimate = "NaN";  // interrupts gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
 
-/// Returns the camera and the objects with the most estimates, six bodies at most, by body_order().
+/// Returns the bodies that come first in `by_size`, six at most, in ascending order. An entry of `by_size` is
+/// the negative number of estimates of a body, and its body_order().
+std::vector<int> largest(std::vector<std::pair<ptrdiff_t, int>> by_size) {
+  std::ranges::sort(by_size);
+  by_size.resize(std::min(by_size.size(), most_drawn_bodies));
+  std::vector<int> orders;
+  for (const auto& [negative_n, order] : by_size) orders.push_back(order);
+  std::ranges::sort(orders);
+  return orders;
+}
+
+/// Returns the camera and the objects with the most estimates, by body_order().
 std::vector<int> chosen(const Bodies& bodies) {
   std::vector<std::pair<ptrdiff_t, int>> by_size;
   for (const auto& [order, records] : bodies) {
@@ -31,12 +42,7 @@ std::vector<int> chosen(const Bodies& bodies) {
         records, [](const Record* r) { return r->status == Status::ok && has_truth(*r); });
     if (n > 0) by_size.emplace_back(records.front()->is_ego() ? -1'000'000'000 : -n, order);
   }
-  std::ranges::sort(by_size);
-  by_size.resize(std::min(by_size.size(), most_drawn_bodies));
-  std::vector<int> orders;
-  for (const auto& [n, order] : by_size) orders.push_back(order);
-  std::ranges::sort(orders);
-  return orders;
+  return largest(std::move(by_size));
 }
 
 std::string body_style(size_t i) {
@@ -145,27 +151,21 @@ std::vector<Figure> timeline_figures(const std::vector<Record>& records, const M
 
 namespace {
 
-constexpr size_t max_objects = 6;
 constexpr size_t min_estimates = 5;
 
 bool has_speed(const Record& record) {
   return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
 }
 
-/// Returns the ids of the objects with estimates in the most frames, at most max_objects, in ascending order.
+/// Returns the ids of the objects with estimates in the most frames.
 std::vector<int> chosen_objects(const RecordRefs& records) {
   std::map<int, std::set<int>> frames_of;
   for (const Record* record : records) frames_of[body_order(record->body)].insert(record->frame);
-  std::vector<std::pair<size_t, int>> by_size;
+  std::vector<std::pair<ptrdiff_t, int>> by_size;
   for (const auto& [id, frames] : frames_of) {
-    if (frames.size() >= min_estimates) by_size.emplace_back(frames.size(), -id);
+    if (frames.size() >= min_estimates) by_size.emplace_back(-std::ssize(frames), id);
   }
-  std::ranges::sort(by_size, std::greater());
-  by_size.resize(std::min(by_size.size(), max_objects));
-  std::vector<int> ids;
-  for (const auto& [n, negative_id] : by_size) ids.push_back(-negative_id);
-  std::ranges::sort(ids);
-  return ids;
+  return largest(std::move(by_size));
 }
 
 struct SpeedRow {
@@ -270,20 +270,13 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, siz
 
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
                                   const std::map<std::string, double>& floor_kmh) {
-  std::map<std::pair<std::string, std::string>, RecordRefs> groups;
-  std::map<std::pair<std::string, std::string>, std::set<uint64_t>> seeds;
+  std::map<std::pair<std::string, std::string>, std::map<uint64_t, RecordRefs>> groups;
   for (const Record& record : records) {
-    if (has_speed(record)) seeds[{record.dataset, record.sequence}].insert(record.seed);
-  }
-  for (const Record& record : records) {
-    const std::pair key(record.dataset, record.sequence);
-    if (has_speed(record) && record.seed == *seeds.at(key).begin()) groups[key].push_back(&record);
+    if (has_speed(record)) groups[{record.dataset, record.sequence}][record.seed].push_back(&record);
   }
   std::vector<Figure> figures;
-  for (const auto& [key, group] : groups) {
-    const auto floor = floor_kmh.find(key.second);
-    Figure figure = figure_of(group, floor == floor_kmh.end() ? std::nullopt : std::optional(floor->second),
-                              seeds.at(key).size());
+  for (const auto& [key, by_seed] : groups) {
+    Figure figure = figure_of(by_seed.begin()->second, find_number(floor_kmh, key.second), by_seed.size());
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;
