@@ -65,7 +65,7 @@ Paper::Paper(const Json& values, const Json& data)
   for (const Json& s : data.at("sequences")) {
     sequences_.push_back({s.at("paper"), s.at("dataset"), s.at("sequence")});
     if (s.contains("part_of"))
-      parts_of_recorded_.emplace_back(s.value("sequence", ""), s.value("part_of", ""));
+      parts_of_recorded.emplace_back(s.value("sequence", ""), s.value("part_of", ""));
   }
   for (const Json& o : data.at("objects"))
     objects_.push_back({o.at("sequence"), o.at("objects"), o.at("ids").get<std::set<int>>()});
@@ -92,7 +92,7 @@ std::string Paper::sequence_of(const std::string& dataset, const std::string& se
 }
 
 std::string Paper::recorded_sequence(const Record& record) const {
-  for (const auto& [own, recorded] : parts_of_recorded_) {
+  for (const auto& [own, recorded] : parts_of_recorded) {
     if (record.sequence == own) return recorded;
   }
   return record.sequence;

@@ -65,6 +65,9 @@ struct Paper {
   std::string code_procedure;  ///< the procedure of the published code
   std::string recorded_dataset, recorded_title;  ///< data set of recorded trajectories
   double recorded_rate_hz = 0;
+  /// Sequences that are a section of a recorded sequence under a name of their own: own name and recorded
+  /// name.
+  std::vector<std::pair<std::string, std::string>> parts_of_recorded;
   /// By noise parameter: title of a panel of fig. 4, and the largest errors that the text states
   Json stated;
 
@@ -75,11 +78,6 @@ struct Paper {
   std::set<int> ids_of(const std::string& sequence, const std::string& objects) const;
   /// Returns the paper's number of a record's sequence; empty if the paper does not have it.
   std::string sequence_of(const std::string& dataset, const std::string& sequence) const;
-  /// Sequences that are a section of a recorded sequence under a name of their own: own name and recorded
-  /// name.
-  const std::vector<std::pair<std::string, std::string>>& parts_of_recorded() const {
-    return parts_of_recorded_;
-  }
   /// Returns the name of the sequence under which trajectories of the record's frames are recorded.
   std::string recorded_sequence(const Record& record) const;
   /// Returns the texts of the table `number`, e.g. "III". Throws InternalError if there is none.
@@ -100,7 +98,6 @@ struct Paper {
   };
   std::vector<NamedSequence> sequences_;
   std::vector<Objects> objects_;
-  std::vector<std::pair<std::string, std::string>> parts_of_recorded_;
   Json tables_, claims_, fetch_;
 };
 

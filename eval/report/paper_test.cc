@@ -25,7 +25,7 @@ TEST(ReportSources, NameNoDataSetAndNoEstimator) {
   for (const SetData& data : paper().sets)
     names.merge(std::set<std::string>{'"' + data.filter.dataset + '"', data.filter.sequence, data.set});
   names.insert('"' + paper().recorded_dataset + '"');
-  for (const auto& [own, recorded] : paper().parts_of_recorded()) names.insert(own);
+  for (const auto& [own, recorded] : paper().parts_of_recorded) names.insert(own);
   ASSERT_GT(report_sources().size(), 30U);
   for (const fs::path& source : report_sources()) {
     const std::string text = read_file(source);

@@ -150,7 +150,7 @@ std::map<std::string, double> speed_floors_kmh(const Evidence& evidence) {
   std::map<std::string, double> floors;
   for (const EvidencePart* part : evidence.with(PartRole::recorded))
     floors.merge(recorded_speed_floor_kmh(part->records));
-  for (const auto& [own, recorded] : paper().parts_of_recorded()) {
+  for (const auto& [own, recorded] : paper().parts_of_recorded) {
     if (floors.contains(recorded)) floors[own] = floors.at(recorded);
   }
   return floors;

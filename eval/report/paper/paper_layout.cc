@@ -198,10 +198,6 @@ void mark_best(const Json& columns, LayoutRow& row) {
   }
 }
 
-std::string joined_labels(const std::vector<std::string>& labels) {
-  return fmt::format("{}", fmt::join(labels, " "));
-}
-
 /// Appends a text unless it is empty or the list contains it.
 void add_text(const std::string& text, std::vector<std::string>& list) {
   if (!text.empty()) add_distinct(text, list);
@@ -219,7 +215,7 @@ struct VersionMaker {
     LayoutRow row;
     row.labels = entry.at("labels").get<std::vector<std::string>>();
     row.decimals = entry.at("decimals").get<int>();
-    row.name = joined_labels(row.labels);
+    row.name = fmt::format("{}", fmt::join(row.labels, " "));
     if (system != nullptr) {
       row.is_ours = true;
       row.in_terminal = system->value("terminal", false);
