@@ -40,11 +40,6 @@ Part replay_part(const char* name, PartRole role, const char* plan, const std::s
   return part;
 }
 
-Part stored_part(const char* name, PartRole role, const char* title, const char* beside,
-                 const char* needs = "", const std::string& fetch = "") {
-  return {name, role, title, needs, fetch, "", beside};
-}
-
 }  // namespace
 
 std::vector<Part> reproduction_parts(const std::string& data_root) {
@@ -86,15 +81,13 @@ std::vector<Part> reproduction_parts(const std::string& data_root) {
       plan_part("sets_vkitti2", PartRole::sets, "sets_vkitti2", "vkitti_2.0.3", paper().fetch("vkitti2")),
       plan_part("classification_vkitti2", PartRole::classification, "classification_vkitti2", "vkitti_2.0.3",
                 paper().fetch("vkitti2")),
+      {"systems_sets", PartRole::sets, "published systems on the three sets", "", "", "", "sets"},
+      {"systems_depth", PartRole::systems_noise, "published systems under depth noise, scenario s18", "", "",
+       "", "depth"},
+      {"systems_demo", PartRole::real, "published systems on the authors' sample of KITTI tracking 0003",
+       "kitti_03_demo", paper().fetch("demo"), "", "demo"},
+      {"systems_run", PartRole::systems, "published systems and ours in one run", "", "", "", "sets"},
   };
-  parts.push_back(stored_part("systems_sets", PartRole::sets, "published systems on the three sets", "sets"));
-  parts.push_back(stored_part("systems_depth", PartRole::systems_noise,
-                              "published systems under depth noise, scenario s18", "depth"));
-  parts.push_back(stored_part("systems_demo", PartRole::real,
-                              "published systems on the authors' sample of KITTI tracking 0003", "demo",
-                              "kitti_03_demo", paper().fetch("demo")));
-  parts.push_back(
-      stored_part("systems_run", PartRole::systems, "published systems and ours in one run", "sets"));
   for (const std::string& sequence : recorded_sequences()) {
     Part& part = parts.emplace_back(
         plan_part("kitti", PartRole::real, "kitti", "kitti_tracking", paper().fetch("kitti")));
@@ -290,10 +283,7 @@ std::map<FrameKey, Record::Numbers> truth_values(const std::vector<Record>& reco
 }
 
 std::string embedded_text(const std::string& name) {
-  for (const EmbeddedFile& file : system_files()) {
-    if (file.name == name) return std::string(file.text);
-  }
-  fail("there is no file '{}' in results/systems", name);
+  return std::string(find_entry(system_files(), name, "file of results/systems").text);
 }
 
 }  // namespace
