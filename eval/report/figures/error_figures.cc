@@ -62,6 +62,8 @@ struct EpeBar {
   std::string colour;
   std::string estimator;
   const char* key;
+
+  std::string style() const { return fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", colour); }
 };
 
 std::vector<EpeBar> epe_bars(const std::vector<RecordSet>& sets) {
@@ -114,8 +116,7 @@ Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, std::vect
     }
     const std::string x = only_where({{"set", set.name}, {"stage", bars[i].name}}, "column(\"x\")");
     panel.plots.push_back(
-        fmt::format("data using {}:(column(\"epe_px\")):({}) with boxes fc rgb \"{}\" fs solid 0.75 noborder",
-                    x, 0.9 * slots.width(), bars[i].colour));
+        fmt::format("data using {}:(column(\"epe_px\")):({}) {}", x, 0.9 * slots.width(), bars[i].style()));
     panel.plots.push_back(interval_plot(x, "low_px", "high_px", "#000000", 0.8));
   }
   return panel;
@@ -203,8 +204,7 @@ std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
   if (panels.empty()) return {};
   figure.data = epe_table(rows);
   std::vector<LegendEntry> legend;
-  for (const EpeBar& bar : bars)
-    legend.push_back({bar.title, fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour)});
+  for (const EpeBar& bar : bars) legend.push_back({bar.title, bar.style()});
   const PanelLayout layout{.columns = std::min<size_t>(3, panels.size()),
                            .width_cm = panels.size() == 1 ? 8.8 : 18.0,
                            .panel_height_cm = 4.6,
@@ -244,12 +244,11 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
       gp_number(static_cast<double>(n) - 0.4), tics);
   std::vector<LegendEntry> legend;
   for (const EpeBar& bar : bars) {
-    const std::string style = fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", bar.colour);
     const std::string x = only_where({{"stage", bar.name}}, "column(\"x\")");
-    panel.plots.push_back(
-        fmt::format("data using {}:(column(\"epe_px\")):({}) {}", x, gp_number(0.9 * slots.width()), style));
+    panel.plots.push_back(fmt::format("data using {}:(column(\"epe_px\")):({}) {}", x,
+                                      gp_number(0.9 * slots.width()), bar.style()));
     panel.plots.push_back(interval_plot(x, "low_px", "high_px", "#000000", 0.8));
-    legend.push_back({bar.title, style});
+    legend.push_back({bar.title, bar.style()});
   }
   Figure figure;
   figure.name = "fig5_paper";

@@ -37,10 +37,12 @@ double top_of(const std::vector<LevelMark>& marks, std::optional<IntervalEstimat
 }
 
 std::string stated_line(double at, const char* axis, const std::string& colour) {
-  return fmt::format(
-      "set arrow from graph 0, {1} {0} to graph 1, {1} {0} nohead lc rgb \"{2}\" dt 2 lw "
-      "1\n",
-      gp_number(at), axis, colour);
+  return fmt::format("set arrow from graph 0, {1} {0} to graph 1, {1} {0} nohead lc rgb \"{2}\" dt 2 lw 1\n",
+                     gp_number(at), axis, colour);
+}
+
+std::string mark_style(size_t i) {
+  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", line_colour(i), filled_point(i));
 }
 
 Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
@@ -71,10 +73,7 @@ Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
             x, gp_number(0.9 * width), colour));
       } else {
         panel.plots.push_back(interval_plot(x, "Et_low_m", "Et_high_m", colour, 1));
-        panel.plots.push_back(
-            fmt::format("data using {}:(column(\"Et_m\")) with linespoints lc rgb \"{}\" lw 1.5 pt {} "
-                        "ps 0.5",
-                        x, colour, filled_point(i)));
+        panel.plots.push_back(fmt::format("data using {}:(column(\"Et_m\")) {}", x, mark_style(i)));
       }
     }
   }
@@ -129,10 +128,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   fields.add(estimate_fields(Column::text("ER_deg"), "ER_low_deg", "ER_high_deg"), &LevelMark::ER_deg);
   figure.data = table_of("", "", fields, all);
   std::vector<LegendEntry> legend;
-  for (size_t i = 0; i < bodies.size(); ++i)
-    legend.push_back({body_title(bodies[i]), fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} "
-                                                         "ps 0.5",
-                                                         line_colour(i), filled_point(i))});
+  for (size_t i = 0; i < bodies.size(); ++i) legend.push_back({body_title(bodies[i]), mark_style(i)});
   legend.push_back({"paper, E_t", "with lines lc rgb \"#000000\" dt 2 lw 1"});
   legend.push_back({"paper, E_R", "with lines lc rgb \"#909090\" dt 2 lw 1"});
   const PanelLayout layout{.columns = panels.size(),
@@ -145,8 +141,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   figure.script += "unset y2tics\nunset y2label\nunset arrow\n";
   figure.caption = fmt::format(
       "Fig. 4: mean error of the joint optimisation against {}. Curves: E_t with 95 % intervals, left "
-      "axis; bars: E_R, right "
-      "axis; dashed: largest errors that the paper states.",
+      "axis; bars: E_R, right axis; dashed: largest errors that the paper states.",
       fmt::join(sources, ", and "));
   return {figure};
 }
