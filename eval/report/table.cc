@@ -282,7 +282,8 @@ void join_range(Table& table, size_t j) {
   table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(j) + 1);
 }
 
-/// Formats 0.000178, 0.0886, -51.2, 195, 2430: with an exponent only for numbers that are long without one.
+/// Formats 0.000178, 0.0886, -51.2, 195, 2431: with `digits` significant digits, but never without the digits
+/// before the decimal point.
 std::string rounded_to_digits(double number, int digits) {
   constexpr double rounding = 1e-5;  // differences of equal numbers, in any unit of the claims
   const double size = std::abs(number);

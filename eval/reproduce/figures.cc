@@ -43,8 +43,7 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, Sections& se
     section.pictures = {
         {.name = part->name + "-picture",
          .caption = "Static features with a quarter of their flow; moving objects with their points, "
-                    "outline, "
-                    "estimated and true speed.",
+                    "outline, estimated and true speed.",
          .alt = "Camera image with static features on the background and the outlines of moving objects",
          .png = png,
          .link = "pictures/" + part->name + "-picture.png",
@@ -310,19 +309,15 @@ std::vector<PlacedSection> figure_sections(const fs::path& parts, const Evidence
   std::ranges::stable_sort(sweeps, {}, [](const std::vector<NoiseLevelRow>& rows) {
     return rows.empty() ? SIZE_MAX : data_nearness(rows.front().dataset);
   });
-  add_section(PaperPlace::fig_4, "fig4",
-              "Fig. 4: error against depth and flow "
-              "noise",
+  add_section(PaperPlace::fig_4, "fig4", "Fig. 4: error against depth and flow noise",
               paper_noise_figures(sweeps), sections, false);
   std::vector<RecordSet> sets;
   for (const EvidencePart* part : evidence.with(PartRole::sets))
     std::ranges::move(paper_record_sets(*part), std::back_inserter(sets));
   add_section(PaperPlace::fig_5, "fig5", "Fig. 5: flow before and after the optimisation",
               paper_epe_figures(nearest_sets(evidence)), sections, false);
-  add_section(PaperPlace::fig_5, "fig5_estimators",
-              "Fig. 5, by estimator "
-              "(ours)",
-              epe_figures(sets), sections);
+  add_section(PaperPlace::fig_5, "fig5_estimators", "Fig. 5, by estimator (ours)", epe_figures(sets),
+              sections);
   add_section(PaperPlace::fig_6, "fig6", "Fig. 6: camera paths",
               top_view_figures(recorded_views(parts / "recorded")), sections, false);
   add_section(PaperPlace::ours, "attribution", "From the published code to ours (ours)",

@@ -122,10 +122,8 @@ std::string version_html(const PaperLayout& layout, const LayoutVersion& version
 
 std::string layout_html(const PaperLayout& layout, bool for_print) {
   const char* wide = layout.columns.size() > 6 ? " wide" : "";
-  std::string html = fmt::format(
-      "<section class=\"paper-table{}\" id=\"paper_{}\">\n<h3>Table {}: "
-      "{}</h3>\n",
-      wide, layout.name, layout.number, html_escaped(layout.title));
+  std::string html = fmt::format("<section class=\"paper-table{}\" id=\"paper_{}\">\n<h3>Table {}: {}</h3>\n",
+                                 wide, layout.name, layout.number, html_escaped(layout.title));
   for (const LayoutVersion& version : layout.versions) {
     html += version_html(layout, version, for_print);
     if (for_print) break;

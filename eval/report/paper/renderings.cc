@@ -271,11 +271,8 @@ Json json_of(const PaperLayout& layout, const LayoutVersion& version) {
 }
 
 std::string number_words(const std::optional<Interval>& interval, int digits) {
-  return interval ? fmt::format(
-                        "{:.{}g} to "
-                        "{:.{}g}",
-                        interval->low, digits, interval->high, digits)
-                  : "none";
+  if (!interval) return "none";
+  return fmt::format("{:.{}g} to {:.{}g}", interval->low, digits, interval->high, digits);
 }
 
 }  // namespace
