@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
+#include "sextant/eval/logs/object_association.h"
 #include "sextant/geometry/object_motion.h"
 
 namespace sextant {

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
+#include "sextant/eval/logs/object_association.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
 #include "sextant/geometry/object_motion.h"

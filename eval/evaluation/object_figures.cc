@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "sextant/eval/logs/object_association.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/record_reading.h"
 

@@ -1,6 +1,7 @@
 #include "sextant/eval/evaluation/object_report.h"
 
 #include "sextant/base/testing.h"
+#include "sextant/eval/logs/object_association.h"
 
 namespace sextant {
 namespace {

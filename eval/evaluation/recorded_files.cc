@@ -16,6 +16,7 @@
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
+#include "sextant/eval/logs/object_association.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/zip_file.h"

@@ -8,6 +8,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/eval/logs/number_file.h"
+#include "sextant/eval/logs/object_association.h"
 #include "sextant/eval/logs/trajectory_files.h"
 #include "sextant/geometry/object_motion.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <tuple>
+#include <utility>
 
 #include "sextant/base/quantile.h"
 #include "sextant/eval/logs/number_file.h"
@@ -213,66 +213,37 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
   return {log};
 }
 
-// ---- association of ids
-
-/// Returns the distance of a logged object from a true one in frame k, m: between the positions relative to
-/// their own cameras if both cameras are known, otherwise in the world.
-double distance_m(const ObjectLog& log, ObjectFrame logged, const Trajectory& camera, const SE3& true_pose) {
-  const auto own = log.camera.pose(logged.second), other = camera.pose(logged.second);
-  const SE3& pose = log.poses.at(logged);
-  if (!own || !other) return (pose.translation() - true_pose.translation()).norm();
-  return ((own->inverse() * pose).translation() - (other->inverse() * true_pose).translation()).norm();
-}
-
-/// Returns the agreement of a logged step with the step of a true object, from 0 to 1 (equal): of the
-/// positions if the log has the pose, otherwise of the motions.
-double agreement(const ObjectLog& log, ObjectFrame logged, const std::map<ObjectFrame, SE3>& poses,
-                 const Trajectory& camera, ObjectFrame key) {
-  constexpr double near_m = 3, agrees_m = 0.5;
-  const auto H = world_step(poses, key);
-  if (!H) return 0;
-  if (log.poses.contains(logged))
-    return std::max(0.0, 1 - distance_m(log, logged, camera, poses.at(key)) / near_m);
-  const SE3& L = poses.at(previous(key));
-  const SE3& motion = log.motions.at(logged).estimate;
-  const SE3 body = log.frame == MotionFrame::world ? body_motion(motion, L) : motion;
-  return std::max(0.0, 1 - pose_change_error(body, body_motion(*H, L)).Et_m / agrees_m);
-}
-
-/// Returns the true id of each logged id that has a partner, see take_truth().
-std::map<int, int> matched_ids(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
-                               const Trajectory& camera) {
-  std::map<int, int> n_steps;
-  for (const auto& [key, motion] : log.motions) ++n_steps[key.first];
-  int fewest = 0;  // 3, or all steps of the longest object of a shorter log
-  for (const auto& [id, n] : n_steps) fewest = std::clamp(n, fewest, 3);
-  const std::set<int> true_ids = ids_of(poses);
-  struct Shared {
-    int steps = 0;
-    double agreement = 0;
+/// Warns of objects whose motions are exactly equal in all of at least three common frames: estimates of
+/// different objects are never the same numbers.
+void warn_of_copies(ObjectLog& log) {
+  constexpr int fewest = 3;
+  constexpr size_t most_named = 6;
+  const auto numbers = [](const SE3& motion) {
+    const Eigen::Matrix4d M = motion.matrix();
+    return std::vector<double>(M.data(), M.data() + M.size());
   };
-  std::map<std::pair<int, int>, Shared> shared;  // of logged id and true id
+  std::map<std::pair<int, std::vector<double>>, int> last;  // of frame and motion: the last id
+  std::map<std::pair<int, int>, int> equal;                 // of two ids: steps
   for (const auto& [key, motion] : log.motions) {
-    for (const int id : true_ids) {
-      const double agrees = agreement(log, key, poses, camera, {id, key.second});
-      Shared& both = shared[{key.first, id}];
-      both.steps += agrees > 0;
-      both.agreement += agrees;
-    }
+    if (is_identity(motion.estimate)) continue;
+    const auto [at, is_new] = last.try_emplace({key.second, numbers(motion.estimate)}, key.first);
+    if (!is_new) ++equal[{std::exchange(at->second, key.first), key.first}];
   }
-  // ordered by agreement, then equal ids, then small ids
-  std::vector<std::tuple<double, bool, int, int>> best;
-  for (const auto& [ids, both] : shared) {
-    if (both.steps >= fewest)
-      best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
+  std::vector<std::string> pairs;
+  for (const auto& [ids, n] : equal) {
+    int common = 0;
+    for (auto it = log.motions.lower_bound({ids.second, 0});
+         it != log.motions.end() && it->first.first == ids.second; ++it)
+      common += log.motions.contains({ids.first, it->first.second});
+    if (n >= fewest && n == common) pairs.push_back(fmt::format("{} and {} ({})", ids.first, ids.second, n));
   }
-  std::sort(best.begin(), best.end());
-  std::map<int, int> matched;
-  std::set<int> taken;
-  for (const auto& [n, differs, logged, id] : best) {
-    if (!matched.contains(logged) && taken.insert(id).second) matched[logged] = id;
-  }
-  return matched;
+  if (pairs.empty()) return;
+  const size_t n_named = std::min(pairs.size(), most_named);
+  log.warnings.push_back(fmt::format(
+      "{}: exactly the same motions have objects {}{}: an object that is logged twice counts twice "
+      "in the errors of all objects; remove one (in brackets the number of common frames)",
+      log.estimator, fmt::join(pairs.begin(), pairs.begin() + n_named, ", "),
+      pairs.size() > n_named ? ", ..." : ""));
 }
 
 }  // namespace
@@ -290,6 +261,7 @@ std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectL
            to_string(*request.frame));
     for (ObjectLog& log : logs) log.frame = *request.frame;
   }
+  for (ObjectLog& log : logs) warn_of_copies(log);
   return logs;
 }
 
@@ -375,81 +347,6 @@ void move_to_world_of(const Trajectory& camera, ObjectLog& log) {
     }
     return;
   }
-}
-
-namespace {
-
-/// Returns true if the object is known in the frame before, and moves from there to this frame unless it is
-/// declared static: the flag of a frame describes the step to the next one.
-bool moves_to(const SequenceTruth& truth, int frame, int id) {
-  const ObjectTruth* before = truth.find(frame - 1, id);
-  return before != nullptr && before->moving.value_or(true);
-}
-
-}  // namespace
-
-std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth) {
-  std::map<ObjectFrame, SE3> poses;
-  for (const auto& [frame, objects] : truth.objects) {
-    const std::optional<SE3> camera = truth.camera.pose(frame);
-    for (const ObjectTruth& object : objects) {
-      // The last step of an object that halts ends at a frame with the flag false.
-      if (camera && (object.moving.value_or(true) || moves_to(truth, frame, object.id)))
-        poses[{object.id, frame}] = *camera * object.T_camera_object;
-    }
-  }
-  return poses;
-}
-
-std::string object_text(int id) {
-  return id < unmatched_object ? std::to_string(id) : fmt::format("{} of the log", id - unmatched_object);
-}
-
-void take_truth(ObjectLog& log, const SequenceTruth& truth) {
-  std::map<ObjectFrame, SE3> poses = true_object_poses(truth);
-  move_to_world_of(truth.camera, log);
-  const std::map<int, int> ids = matched_ids(log, poses, truth.camera);
-  log.resting.clear();
-  for (const auto& [key, pose] : poses) {
-    if (poses.contains(previous(key)) && !moves_to(truth, key.second, key.first)) log.resting.insert(key);
-  }
-  std::map<int, int> renamed;
-  const auto new_id = [&](int id) {
-    const auto known = ids.find(id);
-    if (known != ids.end()) return known->second;
-    return renamed.try_emplace(id, unmatched_object + id).first->second;
-  };
-  std::map<ObjectFrame, LoggedMotion> motions;
-  for (const auto& [key, motion] : log.motions) {
-    const ObjectFrame own = {new_id(key.first), key.second};
-    LoggedMotion& m = motions[own];
-    m.estimate = motion.estimate;
-    const auto H = world_step(poses, own);
-    if (!H || log.resting.contains(own)) continue;
-    m.truth = log.frame == MotionFrame::world ? *H : body_motion(*H, poses.at(previous(own)));
-  }
-  std::map<ObjectFrame, SE3> estimated;
-  for (const auto& [key, pose] : log.poses) estimated[{new_id(key.first), key.second}] = pose;
-  for (LogCovariances* covariances : {&log.motion_covariances, &log.pose_covariances}) {
-    LogCovariances own;
-    for (const auto& [key, entry] : covariances->entries)
-      own.entries.emplace(ObjectFrame(new_id(key.first), key.second), entry);
-    for (const auto& [id, path] : covariances->paths) own.paths[new_id(id)] = path;
-    *covariances = std::move(own);
-  }
-  log.motions = std::move(motions);
-  log.poses = std::move(estimated);
-  log.true_poses = std::move(poses);
-  log.true_camera = truth.camera;
-  log.lost_truth.clear();
-  log.truth_of_source = true;
-  for (const auto& [logged, id] : ids) {
-    if (logged != id)
-      log.warnings.push_back(fmt::format("logged object {} is true object {}, by overlap", logged, id));
-  }
-  for (const auto& [logged, id] : renamed)
-    log.warnings.push_back(
-        fmt::format("logged object {} agrees with no true object that moves, so it has no truth", logged));
 }
 
 }  // namespace sextant

@@ -129,22 +129,4 @@ bool holds_poses(const Trajectory& camera);
 /// known, otherwise the estimated one. A log without cameras must already be in that world.
 void move_to_world_of(const Trajectory& camera, ObjectLog& log);
 
-/// Returns T_world_object of the objects that are not declared static, in the frames with a camera pose.
-std::map<ObjectFrame, SE3> true_object_poses(const SequenceTruth& truth);
-
-/// take_truth() gives a logged object without a partner its own id plus this, so that it differs from all
-/// true ids.
-inline constexpr int unmatched_object = 1'000'000'000;
-/// Formats the id of an object for readers: "3", or "3 of the log" without a partner.
-std::string object_text(int id);
-
-/// Replaces the log's truth by that of a data set. The log's world may differ: it is moved so that both agree
-/// in their first common camera pose. Ids may differ as well: pairs of a logged and a true object are formed
-/// in descending order of their agreement, summed over their common steps, and each object is used once. The
-/// agreement of a step decreases from 1 to 0 over 3 m between the positions in the camera frame or, if the
-/// log has no pose there, over 0.5 m between the motions in the body frame. A pair must agree in at least 3
-/// steps (agreement above 0), or in as many as the longest logged object has; logged objects without a
-/// partner get no truth.
-void take_truth(ObjectLog& log, const SequenceTruth& truth);
-
 }  // namespace sextant

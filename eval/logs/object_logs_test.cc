@@ -3,6 +3,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
+#include "sextant/eval/logs/object_association.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pair_errors.h"
 
@@ -287,6 +288,69 @@ TEST(ObjectLogs, PositionsDistinguishObjectsWithEqualMotion) {
   ObjectLog log = read_object_logs(folder.path(), {LogFormat::dynosam}).front();
   take_truth(log, two_alike());
   EXPECT_THAT(log.warnings, Contains("logged object 40 is true object 7, by overlap"));
+}
+
+/// Returns the exact log of `car` with the id `id_at(k)` in frame k, and as object 60 too if `twice`.
+ObjectLog log_of_car(const std::function<int(int)>& id_at, bool twice = false) {
+  ObjectLog log;
+  for (int k = 0; k < n_frames; ++k) {
+    log.camera.set(k, camera(k));
+    for (const int id : {id_at(k), 60}) {
+      if (id == 60 && !twice) continue;
+      log.poses[{id, k}] = car(k);
+      if (k > 0) log.motions[{id, k}].estimate = car(k) * car(k - 1).inverse();
+    }
+  }
+  return log;
+}
+
+/// Returns the truth of `car`, as object 7, and of object 3, a slow car that it approaches to less than 3 m
+/// in the last frames.
+SequenceTruth passing() {
+  SequenceTruth truth = two_alike();
+  for (auto& [k, objects] : truth.objects) {
+    objects.front().T_camera_object =
+        camera(k).inverse() *
+        SE3(Eigen::Quaterniond::Identity(), car(6).translation() + Eigen::Vector3d(0.5 * (k - 6), 0, 0));
+  }
+  return truth;
+}
+
+TEST(ObjectLogs, AnObjectThatChangesItsIdIsNotGivenToAStrangerNearby) {
+  ObjectLog log = log_of_car([](int k) { return k < 4 ? 1 : 8; });
+  take_truth(log, passing());
+  EXPECT_THAT(log.warnings, Contains(HasSubstr("the log changes the id of this object")));
+  for (const auto& [key, motion] : log.motions) {
+    EXPECT_NE(key.first, 3) << key.second;
+    EXPECT_EQ(motion.truth.has_value(), key.first == 7) << key.second;
+  }
+}
+
+TEST(ObjectLogs, AnObjectThatIsLoggedTwiceIsScoredOnce) {
+  ObjectLog log = log_of_car([](int) { return 1; }, true);
+  take_truth(log, passing());
+  EXPECT_THAT(log.warnings,
+              Contains(HasSubstr("logged object 60 follows true object 7 in frames 1-7, and logged "
+                                 "object 1 does so in 7 of these frames")));
+  EXPECT_EQ(std::ranges::count_if(log.motions, [](const auto& at) { return at.second.truth.has_value(); }),
+            7);
+}
+
+TEST(ObjectLogs, ACopyOfAnObjectIsNamedWithoutTruth) {
+  const TempFolder folder;
+  write_dynosam(folder, 3);
+  const auto warnings = [&] {
+    return read_object_logs(folder.path(), {LogFormat::dynosam}).front().warnings;
+  };
+  EXPECT_THAT(warnings(), Not(Contains(HasSubstr("exactly the same"))));
+  std::string motions = "frame_id,object_id,...\n";
+  for (int k = 1; k < n_frames; ++k) {
+    for (const int id : {3, 9})
+      motions += fmt::format("{},{},{},{}\n", k, id, row(world_of(body_estimate(k), k)),
+                             row(world_of(body_truth(k), k)));
+  }
+  folder.write("m_object_motion_log.csv", motions);
+  EXPECT_THAT(warnings(), Contains(HasSubstr("exactly the same motions have objects 3 and 9 (7)")));
 }
 
 TEST(ObjectLogs, ALogInAnotherWorldIsMovedToThatOfTheTruth) {

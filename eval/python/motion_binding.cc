@@ -109,7 +109,7 @@ Correspondences points_of(const py::object& pixels, const py::object& depth, con
   const py::array f = finite_numbers(flow, "flow", {n, 2}, fmt::format("({}, 2), as many as pixels", n));
   const std::string as_many = fmt::format("({},), as many as pixels", n);
   const py::array z = finite_numbers(depth, "depth", {n}, as_many);
-  const std::string bad = places_of<double>(z, [](double d) { return !(d > 0); });
+  const std::string bad = places_of<double>(z, [](double value) { return !(value > 0); });
   if (!bad.empty()) fail("depth: expected depths above 0 m, got {}", bad);
   Correspondences points;
   points.reserve(static_cast<size_t>(n));
@@ -120,7 +120,7 @@ Correspondences points_of(const py::object& pixels, const py::object& depth, con
   py::array z_curr;
   if (!depth_curr.is_none()) {
     z_curr = checked_array(depth_curr, "depth_curr", {"float64", {n}, as_many});
-    const std::string none = places_of<double>(z_curr, [](double d) { return d <= 0; });
+    const std::string none = places_of<double>(z_curr, [](double value) { return value <= 0; });
     if (!none.empty()) fail("depth_curr: expected depths above 0 m, or NaN without a depth, got {}", none);
     d_curr = static_cast<const double*>(z_curr.data());
   }
