@@ -51,7 +51,9 @@ struct Evidence {
     }
     return found;
   }
-  std::vector<const EvidencePart*> with(PartRole role) const { return with(std::initializer_list{role}); }
+  std::vector<const EvidencePart*> with(PartRole role) const {
+    return with(std::initializer_list<PartRole>{role});
+  }
 };
 
 }  // namespace sextant
