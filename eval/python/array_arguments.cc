@@ -132,7 +132,8 @@ Matrix6d covariance_of(const py::handle& value, const std::string& name) {
   const double least = Eigen::SelfAdjointEigenSolver<Matrix6d>(correlation).eigenvalues()[0];
   if (least < -rounding)
     fail(
-        "{}: expected a positive definite matrix, got one whose correlation matrix has the eigenvalue {:.3g}",
+        "{}: expected a positive semidefinite matrix, got one whose correlation matrix has the eigenvalue "
+        "{:.3g}",
         name, least);
   return C;
 }

@@ -32,6 +32,10 @@ class Trajectory(Shown):
         if found is None or found.ndim != 3 or found.shape[1:] != (4, 4):
             raise Error(f"poses: expected an array with shape (n, 4, 4), got "
                         f"{'none' if found is None else f'shape {found.shape}'}")
+        bad = numpy.flatnonzero(~numpy.isfinite(found).all(axis=(1, 2)))
+        if len(bad):
+            raise Error(f"poses: expected finite numbers, got others in {len(bad)} of {len(found)} poses, first in poses[{bad[0]}]: "
+                        "leave lost frames out, with their stamps or frames")
         frames = ascending("frames", self.frames, len(found))
         if frames is not None:
             if (frames != numpy.floor(frames)).any() or (abs(frames) >= 2**31).any():

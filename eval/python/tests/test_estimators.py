@@ -167,7 +167,7 @@ class Estimators(unittest.TestCase):
                              (2 * numpy.eye(4), "rigid motion"), ("no", "diverged.*got 'no'"), (None, "got NoneType"),
                              (sextant.Estimate(numpy.eye(4), covariance=numpy.eye(5)), r"covariance: .*got shape \(5, 5\)"),
                              (sextant.Estimate(numpy.eye(4), covariance=numpy.tri(6)), "estimator <?lambda>?: covariance: .*symmetric"),
-                             (sextant.Estimate(numpy.eye(4), covariance=-numpy.eye(6)), "covariance: .*positive definite"),
+                             (sextant.Estimate(numpy.eye(4), covariance=-numpy.eye(6)), "covariance: .*positive semidefinite"),
                              (numpy.ma.masked_equal(numpy.eye(4), 0), "T_curr_prev: expected .* with a mask"),
                              (sextant.Estimate(numpy.eye(4), iterations=-1), "estimator <?lambda>?: iterations: expected 0 to"),
                              (sextant.Estimate(numpy.eye(4), iterations=2**40), "iterations: expected 0 to"),

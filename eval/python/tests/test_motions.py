@@ -165,8 +165,8 @@ class Covariances(unittest.TestCase):
         whole = upper + numpy.triu(upper, 1).T
         self.assertGreater(sextant.nees(off, whole, truth), 0)
         for covariance, words in ((upper, r"symmetric matrix, got 9e-05 at \[0, 3\] and 0 at \[3, 0\]"), (upper.T, "symmetric"),
-                                  (-numpy.eye(6), "positive definite"), (numpy.diag([1, 1, 1, -1e-9, 1, 1]), "positive definite"),
-                                  (whole + numpy.triu(0.2 * upper, 1) + numpy.triu(0.2 * upper, 1).T, "positive definite")):
+                                  (-numpy.eye(6), "positive semidefinite"), (numpy.diag([1, 1, 1, -1e-9, 1, 1]), "positive semidefinite"),
+                                  (whole + numpy.triu(0.2 * upper, 1) + numpy.triu(0.2 * upper, 1).T, "positive semidefinite")):
             with self.assertRaisesRegex(sextant.Error, f"covariance: expected a {words}"):
                 sextant.nees(off, covariance, truth)
             with self.assertRaisesRegex(sextant.Error, words):

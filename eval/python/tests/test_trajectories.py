@@ -138,6 +138,7 @@ class Trajectories(unittest.TestCase):
         poses = path(4)
         for words, arguments in (("poses: expected an array with shape (n, 4, 4), got shape (4, 3, 4)", {"poses": poses[:, :3]}),
                                  ("poses: expected an array with shape (n, 4, 4), got none", {"poses": None}),
+                                 ("poses: expected finite numbers, got others in 4 of 4 poses, first in poses[0]", {"poses": poses * numpy.nan}),
                                  ("stamps: expected 4 numbers, one per pose, got shape (3,)", {"stamps": [0, 1, 2]}),
                                  ("stamps: expected finite numbers, got nan", {"stamps": [0, 1, numpy.nan, 3]}),
                                  ("stamps: expected each above the one before, got 1 after 2 at [2]", {"stamps": [0, 2, 1, 3]}),
