@@ -371,6 +371,35 @@ TEST(EgoEvaluation, RowsThatAreTakenAsFramesAreReported) {
   EXPECT_THAT(evaluate(reference, estimate).warnings, Contains(code("rows")));
 }
 
+TEST(EgoEvaluation, RowsWithStampsThatAreNotTheFramesAreAnError) {
+  PoseSeries whole = drive(144, 10), numbered = noisy(drive(144, 10));
+  numbered.stamps_s.clear();
+  for (int i = 0; i < 144; ++i) numbered.frames.push_back(i);
+  std::vector<int> gap, second;
+  for (int i = 0; i < 144; ++i) {
+    if (i < 20 || i >= 25) gap.push_back(i);
+    if (i % 2 == 0) second.push_back(i);
+  }
+  EXPECT_THAT(evaluate(whole, numbered).warnings, IsEmpty()) << "row k is frame k";
+  PoseSeries fewer = numbered, jittering = whole;
+  fewer.keep(gap);
+  EXPECT_THAT(evaluate(whole, fewer).warnings, IsEmpty()) << "frames that the estimate lost";
+  for (size_t i = 0; i < jittering.size(); i += 3) jittering.stamps_s[i] += 0.03;
+  EXPECT_EQ(evaluate(jittering, numbered).errors.size(), 144);
+  for (const bool swapped : {false, true}) {
+    for (const auto& [rows, why] :
+         {std::pair(&gap, "between rows 20 and 21 its stamps differ by 0.6 s"),
+          std::pair(&second, "it has 72 rows, but the frame numbers are 0 to 143")}) {
+      PoseSeries stamped = whole;
+      stamped.keep(*rows);
+      const auto run = [&] { swapped ? evaluate(numbered, stamped) : evaluate(stamped, numbered); };
+      expect_error(run, why);
+      expect_error(run, rows == &gap ? "the median rate of the stamps is 10 Hz"
+                                     : "the median rate of the stamps is 5 Hz, over 14.2 s");
+    }
+  }
+}
+
 TEST(EgoEvaluation, StampsThatAreNoSecondsAreReported) {
   PoseSeries reference = drive(60, 10), estimate = noisy(drive(60, 10));
   for (PoseSeries* s : {&reference, &estimate}) {

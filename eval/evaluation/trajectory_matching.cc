@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/evaluation/trajectory_offset.h"
 
 namespace sextant {
 namespace {
@@ -64,6 +65,34 @@ Association by_time(const PoseSeries& reference, const PoseSeries& estimate,
   return found;
 }
 
+/// If one side has frame numbers and the other one time stamps, the rows of the other side are taken as frame
+/// numbers. Throws Error if they are none: if its stamps show that frames are missing between its rows, or if
+/// it has fewer rows than the largest frame number requires.
+void check_rows_are_frames(const PoseSeries& reference, const PoseSeries& estimate, const std::string& name) {
+  constexpr double largest_share = 1.5;  // of the median step; a step of two is a missing frame
+  const bool of_reference = reference.frames.empty();
+  const PoseSeries& rows = of_reference ? reference : estimate;
+  const PoseSeries& numbered = of_reference ? estimate : reference;
+  if (!rows.frames.empty() || numbered.frames.empty() || rows.stamps_s.size() < 2) return;
+  const double step_s = median_step(rows.stamps_s);
+  const auto gap = std::ranges::adjacent_find(
+      rows.stamps_s, [&](double a, double b) { return b - a > largest_share * step_s; });
+  const auto [first, last] = std::ranges::minmax(numbered.frames);
+  const bool is_short = static_cast<size_t>(std::max(last, 0)) >= rows.size();
+  if (gap == rows.stamps_s.end() && !is_short) return;
+  const std::string why =
+      gap != rows.stamps_s.end()
+          ? fmt::format(
+                "between rows {} and {} its stamps differ by {:.4g} s, more than the median of {:.4g} s",
+                gap - rows.stamps_s.begin() + 1, gap - rows.stamps_s.begin() + 2, gap[1] - gap[0], step_s)
+          : fmt::format("it has {} rows, but the frame numbers are {} to {}", rows.size(), first, last);
+  fail(
+      "{}: the {} has time stamps and the {} frame numbers, and the rows of the {} are not these frames: {}; "
+      "give --rate, the frames per second (the median rate of the stamps is {:.4g} Hz, over {:.4g} s)",
+      name, of_reference ? "reference" : "estimate", of_reference ? "estimate" : "reference",
+      of_reference ? "reference" : "estimate", why, 1 / step_s, rows.stamps_s.back() - rows.stamps_s.front());
+}
+
 Association associate(const PoseSeries& reference, const PoseSeries& estimate,
                       const AssociationOptions& options, const std::string& name) {
   const bool range = options.start_s || options.end_s;
@@ -82,6 +111,7 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
           "--t-start and --t-end need a reference with time stamps, and this one has none: give --rate, or "
           "leave the flags out");
     }
+    check_rows_are_frames(reference, estimate, name);
     return restricted(associate_by_frame(frames_of(reference), frames_of(estimate)), reference, options);
   }
   if (reference.stamps_s.empty() != estimate.stamps_s.empty()) {

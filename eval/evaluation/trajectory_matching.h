@@ -4,7 +4,8 @@
 //
 //   by time    if both have time stamps: the nearest stamp within a largest difference (lib/metrics/
 //              trajectory_alignment.h), or the reference interpolated at the estimate's stamps
-//   by frame   otherwise, if one of them has frame numbers; rows are the frame numbers of the other one
+//   by frame   otherwise, if one of them has frame numbers; rows are the frame numbers of the other one. If
+//              that one has time stamps, their gaps and number must agree with this
 //   by row     otherwise; both must have the same number of poses
 
 #include <optional>
@@ -37,7 +38,8 @@ struct MatchedPoses {
 
 /// Matches the poses; `interpolate_max_gap_s` interpolates the reference over gaps up to this. `name` names
 /// the estimate in messages. Throws Error if the series have neither time stamps, frame numbers nor numbers
-/// of poses in common, or if an option needs time stamps that are missing.
+/// of poses in common, if rows with time stamps are not the frames of the other side, or if an option needs
+/// time stamps that are missing.
 MatchedPoses match_poses(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
                          std::optional<double> interpolate_max_gap_s, const std::string& name);
 
