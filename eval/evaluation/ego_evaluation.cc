@@ -180,7 +180,8 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                        std::vector<TrajectoryWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
   const bool is_explained = has_code(warnings, "lag") || has_code(warnings, "unit") ||
-                            has_code(warnings, "steps") || has_code(warnings, "inverse");
+                            has_code(warnings, "steps") || has_code(warnings, "inverse") ||
+                            has_code(warnings, "lost_poses");
   if (!scaled && !is_explained && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "

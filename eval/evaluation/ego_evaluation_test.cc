@@ -257,6 +257,33 @@ TEST(EgoEvaluation, ALostTrackerThatRepeatsItsPose) {
               Contains(text("repeats its last pose exactly 10 times")));
 }
 
+TEST(EgoEvaluation, LostFramesThatAreWrittenAsIdentityAreNamed) {
+  for (const size_t every : {10U, 40U, 200U}) {
+    PoseSeries estimate = noisy(drive(300, 10));
+    for (size_t i = 0; i < 300; i += every) {
+      estimate.positions_m[i].setZero();
+      estimate.rotations[i].setIdentity();
+    }
+    const EgoResult r = evaluate(drive(300, 10), estimate, {.alignment = Alignment::se3});
+    const std::string count =
+        every == 200 ? "1 pose of the estimate is" : fmt::format("{} poses", 299 / every);
+    EXPECT_THAT(r.warnings, Contains(AllOf(code("lost_poses"), text(count),
+                                           text(fmt::format("first at matched pose {},", every)))));
+    EXPECT_THAT(r.warnings, Not(Contains(testing::AnyOf(code("scale"), code("jump")))));
+  }
+}
+
+TEST(EgoEvaluation, AnEstimateThatStandsAtItsOriginHasLostNoPose) {
+  PoseSeries reference = drive(300, 10), estimate = noisy(drive(300, 10));
+  for (size_t i = 0; i < 40; ++i) {
+    for (PoseSeries* s : {&reference, &estimate}) {
+      s->positions_m[i] = {s == &estimate && i % 5 == 4 ? 0.001 : 0, 0, 0};  // written with three digits
+      s->rotations[i].setIdentity();
+    }
+  }
+  EXPECT_THAT(evaluate(reference, estimate).warnings, Not(Contains(code("lost_poses"))));
+}
+
 TEST(EgoEvaluation, ATrackerThatStartsAgainElsewhereIsReportedWithThePlace) {
   const EgoOptions options{.alignment = Alignment::se3};
   PoseSeries estimate = noisy(drive(300, 10));

@@ -136,28 +136,56 @@ std::optional<TrajectoryWarning> warning_of_jumps(const PoseSeries& reference, c
           reference.stamps_s.empty() ? "" : " (--t-start, --t-end)")};
 }
 
+bool is_identity(const PoseSeries& poses, size_t i) {
+  return poses.positions_m[i].isZero(0) &&
+         (!poses.has_rotations() || poses.rotations[i] == Eigen::Matrix3d::Identity());
+}
+
+/// Rows of the poses after the first one that are exactly the identity after the side, or the other side, has
+/// left its first pose. A recording may stand at its origin for a while, and the other side with it; written
+/// with few digits, it may return to the identity there.
+std::vector<size_t> lost_identities(const PoseSeries& side, const PoseSeries& other) {
+  constexpr double stands_m = 0.5, share_of_extent = 0.01, turns_rad = 0.01;
+  const auto moved_m = [](const PoseSeries& s, size_t i) {
+    return (s.positions_m[i] - s.positions_m[0]).norm();
+  };
+  double extent_m = 0;
+  for (size_t i = 0; i < side.size(); ++i) extent_m = std::max(extent_m, moved_m(side, i));
+  std::vector<size_t> rows;
+  bool left_origin = false;
+  for (size_t i = 1; i < side.size(); ++i) {
+    left_origin = left_origin || moved_m(side, i) > share_of_extent * extent_m ||
+                  rotation_angle_rad(Eigen::Quaterniond(relative_pose(side, 0, i).rotation)) > turns_rad ||
+                  moved_m(other, i) > stands_m;
+    if (left_origin && is_identity(side, i)) rows.push_back(i);
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate) {
   std::vector<TrajectoryWarning> warnings;
-  if (auto jumps = warning_of_jumps(reference, estimate)) warnings.push_back(std::move(*jumps));
-  if (!reference.has_rotations() || !estimate.has_rotations()) return warnings;
-  const auto is_identity = [&](size_t i) {
-    return reference.positions_m[i].isZero(0) && reference.rotations[i] == Eigen::Matrix3d::Identity();
-  };
+  const bool rotations = reference.has_rotations() && estimate.has_rotations();
+  const std::vector<size_t> lost = rotations ? lost_identities(estimate, reference) : std::vector<size_t>();
+  if (!lost.empty()) {
+    warnings.push_back(
+        {"lost_poses",
+         fmt::format("{} pose{} of the estimate {} exactly the identity, first at matched pose "
+                     "{}, although the trajectory has left its origin: lost frames that were "
+                     "written as identity? Leave them out, then they count against coverage",
+                     lost.size(), lost.size() > 1 ? "s" : "", lost.size() > 1 ? "are" : "is", lost.front())});
+  } else if (auto jumps = warning_of_jumps(reference, estimate)) {
+    warnings.push_back(std::move(*jumps));
+  }
+  if (!rotations) return warnings;
   const auto equal = [](const PoseSeries& s, size_t i, const PoseSeries& t, size_t j) {
     return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
   };
-  size_t identities = 0, repeated = 0, first_repeated = 0, same = 0;
-  // A recording may stand at its origin for a while, and the estimate with it.
-  constexpr double stands_m = 0.5;
-  bool left_origin = false;
+  size_t repeated = 0, first_repeated = 0, same = 0;
   for (size_t i = 0; i < estimate.size(); ++i) {
     same += equal(reference, i, estimate, i);
     if (i == 0) continue;
-    left_origin = left_origin || !is_identity(i) ||
-                  (estimate.positions_m[i] - estimate.positions_m[0]).norm() > stands_m;
-    identities += left_origin && is_identity(i);
     if (!equal(estimate, i, estimate, i - 1)) continue;
     constexpr double moves_m = 0.01, turns_rad = 0.001;
     const RelativePose step = relative_pose(reference, i - 1, i);
@@ -173,10 +201,10 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
                                        "lost poses out, then they count against coverage",
                                        repeated, first_repeated)});
   }
-  if (identities > 0) {
+  if (const std::vector<size_t> missing = lost_identities(reference, estimate); !missing.empty()) {
     warnings.push_back({"identity", fmt::format("{} reference poses are exactly the identity: missing truth "
                                                 "that was logged as identity? These errors mean nothing",
-                                                identities)});
+                                                missing.size())});
   }
   if (same == estimate.size() && estimate.size() > 1)
     warnings.push_back({"identical", "all poses of estimate and reference are equal: the same file twice?"});
@@ -230,15 +258,12 @@ void check_physical(const PoseSeries& poses, const std::string& name, double max
     if (place.empty())
       place =
           poses.frames.empty() ? fmt::format(": pose {}", i + 1) : fmt::format(": frame {}", poses.frames[i]);
-    const auto is_identity = [&](size_t k) {
-      return k > 0 && poses.positions_m[k].isZero(0) &&
-             (!poses.has_rotations() || poses.rotations[k] == Eigen::Matrix3d::Identity());
-    };
-    if (is_identity(i) || is_identity(i - 1)) {
+    const bool is_lost = is_identity(poses, i);
+    if (is_lost || (i > 1 && is_identity(poses, i - 1))) {
       fail(
           "{}{}: the true pose {} exactly the identity, {:.4g} m from the next: missing truth that was "
           "logged as identity? Leave such poses out",
-          name, place, is_identity(i) ? "is" : "before is", step_m);
+          name, place, is_lost ? "is" : "before is", step_m);
     }
     const std::string what = stamped ? fmt::format("{:.4g} m in {:.4g} s, {:.4g} m/s, is above {:.4g} m/s",
                                                    step_m, duration_s, step_m / duration_s, max_speed_m_s)

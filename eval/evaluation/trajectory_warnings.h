@@ -16,6 +16,8 @@
 //   repeated_poses  the estimate repeats a pose exactly, 5 times or more, while the reference moves
 //   jump            the estimate jumps in up to three steps, ten times more than in all others, and by a
 //                   twentieth of the reference's extent: a tracker that started again
+//   lost_poses      the estimate contains exact identity poses after it, or the reference, has left the
+//                   origin: lost frames that were written as identity; jumps are not reported then
 //   identity        the reference contains exact identity poses after it, or the estimate, has left the
 //                   origin: missing truth that was logged as identity
 //   identical       all poses of both are equal: the same file twice?
@@ -53,7 +55,8 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const TrajectorySide& estimate_side,
                                                 bool interpolates = false);
 
-/// Checks after the association and before the alignment: jump, repeated_poses, identity, identical.
+/// Checks after the association and before the alignment: lost_poses, jump, repeated_poses, identity,
+/// identical.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
 
 // ---- Checks for data that cannot be evaluated: a truth that no vehicle can drive, and time stamps that do
