@@ -141,12 +141,38 @@ TEST_F(EvaluateEgoPlants, TwoFilesAreTwoSystemsAndIntervalsNeedFiveRuns) {
   EXPECT_EQ(Json::parse(evaluate_ego_command({gt, est, other, "--json"}).out)["systems"].size(), 2);
   std::vector<std::string> runs = {gt};
   for (int n = 1; n <= 5; ++n) {
-    runs.push_back("mine=" + (n % 2 ? est : other));
+    runs.push_back("mine=" + write(fmt::format("run_{}.tum", n), drive(0, times(1), 0.01 * n)));
     const Outcome pooled = evaluate_ego_command(runs);
     EXPECT_EQ(pooled.out.find("interval over runs") != std::string::npos, n >= 5) << n;
   }
   EXPECT_THAT(evaluate_ego_command({gt, "orb=" + est}).out,
               AllOf(HasSubstr("orb "), Not(HasSubstr("est.tum"))));
+}
+
+TEST_F(EvaluateEgoPlants, ARunThatIsGivenSeveralTimesCountsOnce) {
+  const std::string other = write("other.tum", drive(0, times(1), 0.05));
+  std::vector<std::string> args = {gt};
+  for (int n = 0; n < 6; ++n) args.push_back("a=" + est), args.push_back("b=" + other);
+  const Outcome text = evaluate_ego_command(args);
+  EXPECT_EQ(text.code, 0);
+  EXPECT_THAT(text.err,
+              AllOf(HasSubstr("a 6: has the same poses as a 1"), HasSubstr("Both count as one run")));
+  EXPECT_THAT(text.out, AllOf(HasSubstr("No p of a and b"), Not(HasSubstr("interval over runs")),
+                              Not(HasSubstr("pooled"))));
+  args.push_back("--json");
+  const Json same = Json::parse(evaluate_ego_command(args).out);
+  EXPECT_EQ(same["systems"][0]["runs"], 1);
+  EXPECT_FALSE(same["comparisons"][0].contains("p"));
+  EXPECT_EQ(same["runs"].size(), 12);
+  args = {gt, "--json"};
+  for (int n = 1; n <= 6; ++n) {
+    args.push_back("a=" + write(fmt::format("a_{}.tum", n), drive(0, times(1), 0.01 * n)));
+    args.push_back("b=" + write(fmt::format("b_{}.tum", n), drive(0, times(1), 0.1 + 0.01 * n)));
+  }
+  const Json distinct = Json::parse(evaluate_ego_command(args).out);
+  EXPECT_EQ(distinct["systems"][0]["runs"], 6);
+  EXPECT_TRUE(distinct["comparisons"][0].contains("p"));
+  EXPECT_EQ(evaluate_ego_command({gt, "a=" + est, "b=" + est}).err, "") << "two systems that agree";
 }
 
 TEST_F(EvaluateEgoPlants, PositionsWithoutRotations) {

@@ -247,11 +247,29 @@ std::string EgoResult::text_of(const TrajectoryWarning& warning) const {
   return names_file ? warning.text : fmt::format("{}: {}", name, warning.text);
 }
 
+void mark_same_runs(std::vector<EgoResult>& runs) {
+  for (size_t i = 1; i < runs.size(); ++i) {
+    EgoResult& run = runs[i];
+    const auto end = runs.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto same = std::find_if(runs.begin(), end, [&](const EgoResult& other) {
+      return other.system == run.system && other.reference_rows == run.reference_rows &&
+             other.estimate.positions_m == run.estimate.positions_m &&
+             other.estimate.rotations == run.estimate.rotations;
+    });
+    if (same == end) continue;
+    run.warnings.push_back(
+        {"same_run", fmt::format("has the same poses as {}: a file given twice, or a system without any "
+                                 "randomness? Both count as one run in pooled errors, intervals and p",
+                                 same->name)});
+  }
+}
+
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   std::vector<RunErrors> out;
   for (const EgoResult& r : runs) {
-    RunErrors run{r.system, r.name, r.errors, {}};
-    for (size_t i = 0; i < r.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
+    RunErrors run{r.system, r.name, {}, {}};
+    if (!has_code(r.warnings, "same_run")) run.errors = r.errors;
+    for (size_t i = 0; i < run.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
     out.push_back(std::move(run));
   }
   return out;

@@ -114,7 +114,10 @@ struct EgoResult {
   std::string text_of(const TrajectoryWarning& warning) const;
 };
 
+/// Adds the warning "same_run" to each run whose poses equal those of an earlier run of the same system.
+void mark_same_runs(std::vector<EgoResult>& runs);
 /// Returns the errors of the runs for a comparison; the step of each error is its row_of() in the reference.
+/// A run that mark_same_runs() marked has no errors.
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
 
 /// Evaluates one estimate. Throws Error if fewer poses match than fewest_matched() (3, and 10 % of the

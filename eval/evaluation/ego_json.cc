@@ -456,6 +456,7 @@ std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
                                            std::vector<double> PerFrameErrors::*which) {
   std::vector<RunErrors> out = run_errors(runs);
   for (size_t i = 0; i < runs.size(); ++i) {
+    if (out[i].errors.empty()) continue;  // the same run as another one
     out[i].errors = runs[i].per_frame.*which;
     out[i].steps.clear();
     for (const int row : runs[i].per_frame.row) out[i].steps.emplace_back(0, row);

@@ -281,6 +281,7 @@ EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
     }
   }
   if (!problems.empty()) fail("{}", problems);
+  mark_same_runs(scores.runs);
   if (files.rate_hz && !used_rate) {
     fail("--rate {}: gives times to files without time stamps, but all of these have some: leave it out",
          *files.rate_hz);

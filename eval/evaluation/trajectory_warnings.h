@@ -21,6 +21,7 @@
 //   identity        the reference contains exact identity poses after it, or the estimate, has left the
 //                   origin: missing truth that was logged as identity
 //   identical       all poses of both are equal: the same file twice?
+//   same_run        all poses equal those of an earlier run of the same system (ego_evaluation.h)
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary
 //   still_pairs     pairs between which the reference stands still are left out of relative errors in percent
 //   repaired        the file was repaired while it was read (trajectory_files.h)
