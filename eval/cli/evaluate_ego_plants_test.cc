@@ -119,6 +119,15 @@ TEST_F(EvaluateEgoPlants, OneBadSystemAmongGoodOnesIsAnErrorThatNamesItAlone) {
   EXPECT_THAT(r.err, AllOf(HasSubstr("bad.tum"), HasSubstr("/nowhere.tum"), Not(HasSubstr("est.tum"))));
 }
 
+TEST_F(EvaluateEgoPlants, AnEstimateThatCannotBeAlignedIsNamedAmongSeveral) {
+  std::string standing;
+  for (int i = 0; i < 20; ++i) standing += fmt::format("{:.1f} 0 0 0 0 0 0 1\n", 0.1 * i);
+  const std::string bad = write("standing.tum", standing);
+  const Outcome r = evaluate_ego_command({gt, "good=" + est, "bad=" + bad, "--align", "se3"});
+  EXPECT_EQ(r.code, 2);
+  EXPECT_THAT(r.err, AllOf(HasSubstr("standing.tum: cannot align 20 poses"), Not(HasSubstr("est.tum"))));
+}
+
 TEST_F(EvaluateEgoPlants, AbsurdTruthIsAnErrorWithItsLine) {
   const std::string mm = write("mm.tum", "# truth\n" + drive(0, times(1), 0, 100));
   const Outcome r = evaluate_ego_command({mm, est});

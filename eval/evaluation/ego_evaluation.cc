@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "sextant/base/error.h"
 #include "sextant/eval/evaluation/time_shift_warnings.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
@@ -345,7 +346,11 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
         by_convention ? std::nullopt : warning_of_alignment_kind(r.reference, r.estimate, choice);
     if (kind) add({*kind});
   }
-  r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
+  try {
+    r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
+  } catch (const Error& error) {
+    fail("{}: {}", name, error.what());
+  }
   warn_of_alignment(r, options, r.warnings);
   if (options.rpe) {
     r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe);
