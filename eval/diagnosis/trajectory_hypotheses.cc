@@ -155,7 +155,10 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
               of_rotations([inverse](PoseSeries& poses) { poses = chained(poses, inverse); }));
   }
   if (!options.scales) {
-    for (const auto& [factor, text] : {std::pair(0.01, "centimetres"), std::pair(0.001, "millimetres")}) {
+    std::vector<std::pair<double, const char*>> units = {{0.01, "centimetres"}, {0.001, "millimetres"}};
+    // A reference in kilometres differs from its estimate as an estimate in millimetres from its reference.
+    if (side.name == "estimate") units.emplace_back(1000, "kilometres");
+    for (const auto& [factor, text] : units) {
       // An alignment with scale would keep the unit of the reference.
       const char* or_scaled = side.name == "estimate" ? ", or give --align sim3" : "";
       table.add_of_pair("unit", fmt::format("'s positions are in {}", text),

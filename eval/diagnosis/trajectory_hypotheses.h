@@ -9,7 +9,7 @@
 //   transposed  with transposed rotations, positions as they are    the pair, or each alone
 //   mirrored    with one axis of the opposite sign: of both        the pair
 //               world and body, or of the positions alone
-//   unit        in cm or mm, on either side                         the pair, unless the alignment scales
+//   unit        in cm or mm, on either side, or the estimate in km  the pair, unless the alignment scales
 //   steps       T_k-1,k or T_k,k-1 instead of T_0,k                 the pair
 //   body        of a body with other axes: turned from the right    the pair
 //   world       in a world with other axes: turned from the left    the pair, unless the alignment rotates

@@ -177,6 +177,9 @@ std::vector<PlantedMistake> plants() {
       {"estimate cm", [](S&, S& e) { scaled(e, 100); }, "unit", "centimetres"},
       {"reference mm", [](S& r, S&) { scaled(r, 1000); }, "unit",
        "the reference's positions are in millimetres: multiply them by 0.001 ("},
+      {"estimate km", [](S&, S& e) { scaled(e, 0.001); }, "unit",
+       "the estimate's positions are in kilometres: multiply them by 1000, or give --align sim3; the other "
+       "way round, the reference's positions are in millimetres"},
       {"estimate mm", [](S&, S& e) { scaled(e, 1000); }, "unit", "millimetres"},
       {"estimate opengl", [=](S&, S& e) { turned(e, gl, gl.transpose()); }, "axes", "--axes opengl"},
       {"estimate ned", [=](S&, S& e) { turned(e, ned.transpose(), ned); }, "axes", "--axes ned"},
