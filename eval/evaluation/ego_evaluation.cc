@@ -182,7 +182,8 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
   const bool is_explained = has_code(warnings, "lag") || has_code(warnings, "unit") ||
                             has_code(warnings, "steps") || has_code(warnings, "inverse") ||
-                            has_code(warnings, "lost_poses");
+                            has_code(warnings, "lost_poses") || has_code(warnings, "no_offset") ||
+                            has_code(warnings, "clock_rate") || has_code(warnings, "reversed");
   if (!scaled && !is_explained && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
@@ -308,7 +309,10 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     return fmt::format("--offset {:.4f}, or --estimate-offset{}", offset_s, interpolate);
   };
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
-  const auto lag = warning_of_lag(reference.poses, estimate.poses, association.offset_s, remedy);
+  const AlignmentChoice choice = {options.alignment, options.n_to_align,
+                                  options.up.value_or(Eigen::Vector3d::Zero())};
+  auto lag = warning_of_clock_rate(reference.poses, estimate.poses, association.offset_s, choice);
+  if (!lag) lag = warning_of_lag(reference.poses, estimate.poses, association.offset_s, choice, remedy);
   if (lag) add({*lag});
   const bool clock_is_reported = lag || options.estimate_offset;
   MatchedPoses matched =
@@ -325,8 +329,6 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
 
   if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
     r.umeyama_scale = u->y_from_x.scale;
-  const AlignmentChoice choice = {options.alignment, options.n_to_align,
-                                  options.up.value_or(Eigen::Vector3d::Zero())};
   const auto clock =
       clock_is_reported ? std::nullopt
                         : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice, remedy);

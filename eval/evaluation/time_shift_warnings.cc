@@ -13,10 +13,9 @@ namespace {
 
 /// Warns if the motions determine a shift of the estimate's clock by more than half a time step, although
 /// they agree well without it.
-std::optional<TrajectoryWarning> warning_of_offset(PoseSeries reference, PoseSeries estimate,
-                                                   const std::vector<double>& reference_times,
-                                                   const std::vector<double>& estimate_times, bool seconds,
-                                                   double offset_s, const OffsetRemedy& remedy) {
+std::optional<std::pair<TrajectoryWarning, double>> warning_of_offset(
+    PoseSeries reference, PoseSeries estimate, const std::vector<double>& reference_times,
+    const std::vector<double>& estimate_times, bool seconds, double offset_s, const OffsetRemedy& remedy) {
   reference.stamps_s = reference_times;
   estimate.stamps_s = estimate_times;
   if (reference.size() < 2 || estimate.size() < 2) return std::nullopt;
@@ -24,32 +23,44 @@ std::optional<TrajectoryWarning> warning_of_offset(PoseSeries reference, PoseSer
   try {
     const OffsetEstimate found = estimate_offset(reference, estimate, 0, "");
     if (found.low_s <= half_step && found.high_s >= -half_step) return std::nullopt;
-    return TrajectoryWarning{
-        "lag", fmt::format("the estimate's motion is {} by {:.3g} {} (95 % interval {:.3g} to {:.3g}){}",
-                           found.offset_s < 0 ? "late" : "early", std::abs(found.offset_s),
-                           seconds ? "s" : "frames", std::min(std::abs(found.low_s), std::abs(found.high_s)),
-                           std::max(std::abs(found.low_s), std::abs(found.high_s)),
-                           seconds ? "; try " + remedy(offset_s + found.offset_s)
-                                   : fmt::format(": add {:.0f} to its frame numbers", found.offset_s))};
+    return std::pair(
+        TrajectoryWarning{
+            "lag",
+            fmt::format("the estimate's motion is {} by {:.3g} {} (95 % interval {:.3g} to {:.3g}){}",
+                        found.offset_s < 0 ? "late" : "early", std::abs(found.offset_s),
+                        seconds ? "s" : "frames", std::min(std::abs(found.low_s), std::abs(found.high_s)),
+                        std::max(std::abs(found.low_s), std::abs(found.high_s)),
+                        seconds ? "; try " + remedy(offset_s + found.offset_s)
+                                : fmt::format(": add {:.0f} to its frame numbers", found.offset_s))},
+        found.offset_s);
   } catch (const Error&) {  // the motions do not determine the offset
     return std::nullopt;
   }
 }
 
-/// Returns the mean squared distance after `shift_s` is added to the estimate's stamps; empty if fewer than
-/// 10 poses match, or cannot be aligned.
-std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSeries& estimate, double shift_s,
-                                      const AlignmentChoice& choice) {
+/// Matches the poses after `shift_s` is added to the estimate's stamps; empty if fewer than 10 match.
+std::optional<MatchedPoses> shifted(const PoseSeries& reference, const PoseSeries& estimate, double shift_s) {
   std::vector<double> times;
   for (const double t : estimate.stamps_s) times.push_back(t + shift_s);
   const double max_gap_s = 2 * std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
-  const InterpolatedPoses at = interpolate_poses(reference, times, max_gap_s);
+  InterpolatedPoses at = interpolate_poses(reference, times, max_gap_s);
   if (at.asked.size() < fewest_explained_poses) return std::nullopt;
-  PoseSeries matched = estimate;
-  matched.keep(at.asked);
-  const auto found = aligned_agreement(at.poses, std::move(matched), choice);
+  MatchedPoses matched{std::move(at.poses), estimate, {}, {}};
+  matched.estimate.keep(at.asked);
+  return matched;
+}
+
+/// Returns the mean squared distance of the matched poses; empty if they are empty or cannot be aligned.
+std::optional<double> squares_of(const std::optional<MatchedPoses>& matched, const AlignmentChoice& choice) {
+  if (!matched) return std::nullopt;
+  const auto found = aligned_agreement(matched->reference, matched->estimate, choice);
   if (!found) return std::nullopt;
   return found->mean_squares_m2();
+}
+
+std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSeries& estimate, double shift_s,
+                                      const AlignmentChoice& choice) {
+  return squares_of(shifted(reference, estimate, shift_s), choice);
 }
 
 /// Returns the mean squared difference of the steps, m^2: of the lengths of their translations, and of their
@@ -69,6 +80,60 @@ double step_squares(const PoseSeries& reference, const PoseSeries& estimate, siz
   return sum / static_cast<double>(n - 1);
 }
 
+/// Longer recordings are not copied for the checks of a pair with times.
+bool is_short(const PoseSeries& reference, const PoseSeries& estimate) {
+  constexpr size_t most_poses = 1'000'000;
+  return std::max(reference.size(), estimate.size()) <= most_poses;
+}
+
+/// A pair of trajectories with the times at which they are compared, the estimate's thinned.
+struct TimedPair {
+  PoseSeries reference, estimate;
+};
+
+TimedPair timed_pair(const PoseSeries& reference, const PoseSeries& estimate, double offset_s) {
+  TimedPair pair{reference, estimate};
+  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  if (!seconds) {
+    for (PoseSeries* side : {&pair.reference, &pair.estimate}) {
+      const std::vector<int> frames = frames_of(*side);
+      side->stamps_s.assign(frames.begin(), frames.end());
+    }
+  }
+  pair.estimate = thinned(pair.estimate);
+  for (double& t : pair.estimate.stamps_s) t += seconds ? offset_s : 0;
+  return pair;
+}
+
+/// Root mean squared distances, m, without a shift and with it.
+struct ShiftedErrors {
+  double now_m = 0, then_m = 0;
+};
+
+/// Returns the errors if a shift explains neither the positions, of which at most half the RMSE may be left
+/// after the chosen alignment or one with scale, nor half of the squared differences of the steps. Empty if
+/// it does, or if too few poses match without the shift.
+std::optional<ShiftedErrors> unexplained_by(const TimedPair& pair, double shift, AlignmentChoice choice) {
+  constexpr double largest_rmse_share = 0.5;
+  choice.n_to_align = 0;
+  const auto before = shifted(pair.reference, pair.estimate, 0),
+             after = shifted(pair.reference, pair.estimate, shift);
+  const auto now = squares_of(before, choice), then = squares_of(after, choice);
+  if (!now || !then) return std::nullopt;
+  AlignmentChoice with_scale = choice;
+  with_scale.alignment = Alignment::sim3;
+  const auto scaled_now = squares_of(before, with_scale), scaled_then = squares_of(after, with_scale);
+  constexpr double largest_share = largest_rmse_share * largest_rmse_share;
+  if (*then <= largest_share * *now) return std::nullopt;
+  if (scaled_now && scaled_then && *scaled_then <= largest_share * *scaled_now) return std::nullopt;
+  const auto steps = [](const MatchedPoses& m) {
+    return step_squares(m.reference, m.estimate, 0, 0, m.estimate.size());
+  };
+  const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
+  if (rotations && steps(*after) <= largest_left_share * steps(*before)) return std::nullopt;
+  return ShiftedErrors{std::sqrt(*now), std::sqrt(*then)};
+}
+
 /// Least sum of squared distances that another place of the world or of the body on its carrier leaves.
 double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate, AlignmentChoice choice) {
   if (!turns_world(choice.alignment)) choice.alignment = Alignment::se3;
@@ -82,10 +147,11 @@ double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate,
   return least;
 }
 
-}  // namespace
-
-std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
-                                                double offset_s, const OffsetRemedy& remedy) {
+/// Returns the warning of a shift of the motions, and the shift itself, to be added to the estimate's times.
+std::optional<std::pair<TrajectoryWarning, double>> shift_of_motions(const PoseSeries& reference,
+                                                                     const PoseSeries& estimate,
+                                                                     double offset_s,
+                                                                     const OffsetRemedy& remedy) {
   const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   std::vector<double> a, b;
   if (seconds) {
@@ -103,12 +169,87 @@ std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, con
     return warning_of_offset(reference, estimate, a, b, seconds, offset_s, remedy);
   }
   const std::string advice = seconds ? "; try " + remedy(offset_s - lag->lag) : "";
+  return std::pair(
+      TrajectoryWarning{
+          "lag",
+          fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
+                      "shift, {:.3f} without{}",
+                      lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
+                      lag->correlation, lag->correlation_0, advice)},
+      -lag->lag);
+}
+
+}  // namespace
+
+std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
+                                                double offset_s, const AlignmentChoice& choice,
+                                                const OffsetRemedy& remedy) {
+  const auto found = shift_of_motions(reference, estimate, offset_s, remedy);
+  if (!found) return std::nullopt;
+  if (!is_short(reference, estimate)) return found->first;
+  const auto left = unexplained_by(timed_pair(reference, estimate, offset_s), found->second, choice);
+  if (!left) return found->first;
+  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   return TrajectoryWarning{
-      "lag",
-      fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
-                  "shift, {:.3f} without{}",
-                  lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
-                  lag->correlation, lag->correlation_0, advice)};
+      "no_offset",
+      fmt::format("no offset explains the errors: the motions agree best when the estimate is shifted by "
+                  "{:.3g} {}, which leaves a position RMSE of {:.3g} m of {:.3g} m: is it of another "
+                  "recording, or does its clock run at another rate?",
+                  found->second, seconds ? "s" : "frames", left->then_m, left->now_m)};
+}
+
+std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& reference,
+                                                       const PoseSeries& estimate, double offset_s,
+                                                       AlignmentChoice choice) {
+  constexpr double least_change = 0.002;
+  if (std::min(reference.size(), estimate.size()) < fewest_explained_poses || !is_short(reference, estimate))
+    return std::nullopt;
+  const TimedPair pair = timed_pair(reference, estimate, offset_s);
+  const std::vector<double>&a = pair.reference.stamps_s, &b = pair.estimate.stamps_s;
+  const double factor = (a.back() - a.front()) / (b.back() - b.front());
+  if (!(factor > 0 && std::isfinite(factor))) return std::nullopt;
+  choice.n_to_align = 0;
+  AlignmentChoice with_scale = choice;
+  with_scale.alignment = Alignment::sim3;
+  const auto matched = shifted(pair.reference, pair.estimate, 0);
+  const auto now = squares_of(matched, choice), scaled = squares_of(matched, with_scale);
+  if (!now || !scaled) return std::nullopt;
+  const auto explained = [&](const PoseSeries& read) {
+    const auto then = squares_of(shifted(pair.reference, read, 0), choice);
+    const bool explains = then && explains_times * *then + negligible_residual <= std::min(*now, *scaled);
+    return explains ? then : std::nullopt;
+  };
+  const auto rmse = [&](double then) {
+    return fmt::format(" (position RMSE {:.3g} m read so, {:.3g} m as declared)", std::sqrt(then),
+                       std::sqrt(*now));
+  };
+  const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  const char* const times = by_time ? "time stamps" : "frame numbers";
+  PoseSeries read = pair.estimate;
+  for (double& t : read.stamps_s) t = a.front() + factor * (t - b.front());
+  if (std::abs(factor - 1) > least_change) {
+    if (const auto then = explained(read)) {
+      return TrajectoryWarning{
+          "clock_rate",
+          fmt::format("the estimate's {0} advance at {1:.5g} times the rate of the reference's: "
+                      "replace each t by {2:.10g} + {3:.6g} (t - {4:.10g}){5}",
+                      times, 1 / factor, a.front(), factor, b.front() - (by_time ? offset_s : 0),
+                      rmse(*then))};
+    }
+  }
+  std::vector<int> rows(read.size());
+  for (size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<int>(rows.size() - 1 - i);
+  read = pair.estimate;
+  read.keep(rows);
+  for (size_t i = 0; i < rows.size(); ++i)
+    read.stamps_s[i] = b.front() + (b.back() - b[static_cast<size_t>(rows[i])]);
+  if (const auto then = explained(read)) {
+    return TrajectoryWarning{"reversed",
+                             fmt::format("the estimate is reversed in time: write its poses in the "
+                                         "opposite order, with the {} ascending{}",
+                                         times, rmse(*then))};
+  }
+  return std::nullopt;
 }
 
 std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,

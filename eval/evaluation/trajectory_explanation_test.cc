@@ -226,6 +226,36 @@ TEST(Explanation, AClockThatIsFarOffIsReportedByItsOffset) {
   }
 }
 
+std::vector<TrajectoryWarning> warnings_with(const PoseSeries& reference, PoseSeries estimate) {
+  TrajectoryFile file;
+  file.poses = std::move(estimate);
+  return evaluate_ego({.poses = reference}, file, "planted", {.alignment = Alignment::se3}).warnings;
+}
+
+TEST(Explanation, AClockAtAnotherRateAndAReversedPathAreNoOffset) {
+  const PoseSeries truth = flight(400);
+  PoseSeries drifting = with_random_errors(truth), half = drifting, reversed = drifting;
+  for (double& t : drifting.stamps_s) t = 100 + 1.02 * (t - 100);
+  std::vector<int> second, backwards;
+  for (int i = 0; i < 400; i += 2) second.push_back(i);
+  for (int i = 399; i >= 0; --i) backwards.push_back(i);
+  half.keep(second);
+  for (double& t : half.stamps_s) t = 100 + 0.5 * (t - 100);
+  reversed.keep(backwards);
+  reversed.stamps_s = truth.stamps_s;
+  for (const auto& [planted, name] : {std::pair(&drifting, "clock_rate"), std::pair(&half, "clock_rate"),
+                                      std::pair(&reversed, "reversed")}) {
+    const auto found = warnings_with(truth, *planted);
+    EXPECT_THAT(found, Contains(has_code(name)));
+    EXPECT_THAT(found, Not(Contains(testing::AnyOf(has_code("lag"), has_code("scale")))));
+  }
+  PoseSeries part = with_random_errors(truth);
+  std::vector<int> first;
+  for (int i = 0; i < 250; ++i) first.push_back(i);
+  part.keep(first);
+  EXPECT_THAT(warnings_with(truth, part), Each(has_code("coverage")));
+}
+
 // ---- The same mistakes, planted in recorded trajectories.
 
 struct Real {
@@ -318,6 +348,15 @@ TEST_P(PlantedInRealTrajectories, TimeOffset) {
       EXPECT_THAT(reported.warnings, Contains(has_code("lag"))) << late_s << " s late";
     }
   }
+}
+
+TEST_P(PlantedInRealTrajectories, AnotherRecordingHasNoOffset) {
+  EgoFiles files{.reference = "kitti:" + real_data("kitti_tracking").string() + "#0003",
+                 .estimate_format = "kitti"};
+  files.estimates = {(real_data("kitti_tracking_peers") / "orbslam3_camera").string() + "/" + GetParam() +
+                     ".txt"};
+  for (const EgoResult& r : evaluate_ego_files(files, {.alignment = Alignment::se3}).runs)
+    EXPECT_THAT(r.warnings, Not(Contains(has_code("lag"))));
 }
 
 TEST_P(PlantedInRealTrajectories, AClockThatIsFarOff) {
