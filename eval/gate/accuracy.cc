@@ -70,6 +70,38 @@ void check_truth(const PairedCases& cases, Tally& truth) {
   }
 }
 
+/// Judges cases that got worse (lost, wrong) against cases that got better (gained, corrected).
+GateVerdict judge_counts(int n_worse, int n_better, const AccuracyPolicy& policy) {
+  if (n_worse > n_better + policy.max_lost) return GateVerdict::regressed;
+  return n_better > n_worse ? GateVerdict::improved : GateVerdict::ok;
+}
+
+/// Adds the decisions between dynamic and static that differ. Like the counts of a report, the judged ones do
+/// not include records that are gated for another reason: their decision has no effect. A decision that only
+/// one side made is listed if the statuses are equal; otherwise it is missing because of the status.
+void compare_decisions(const PairedCases& cases, StatusRow& row) {
+  const SubjectCases &base = cases.base, &fresh = cases.fresh;
+  const NumberColumn *before = find_column(base.decisions, "dynamic"),
+                     *after = find_column(fresh.decisions, "dynamic"),
+                     *truth = find_column(base.truth, "dynamic_gt");
+  const auto word = [](std::optional<double> dynamic) {
+    return !dynamic ? "undecided" : *dynamic == 0 ? "static" : "dynamic";
+  };
+  for (const auto& [b, f] : cases.rows) {
+    const std::optional<double> was = number_at(before, b), is = number_at(after, f),
+                                right = number_at(truth, b);
+    if (was == is) continue;
+    if ((!was || !is) && (base.statuses[b] != fresh.statuses[f] || base.gates[b] != fresh.gates[f])) continue;
+    const bool is_judged = was && is && right && base.has_decision(b) && fresh.has_decision(f);
+    (!is_judged ? row.n_other : is == right ? row.n_corrected : row.n_wrong)++;
+    const bool is_first_wrong = row.n_lost == 0 && row.n_wrong == 1 && is_judged && is != right;
+    if (row.example.empty() || is_first_wrong) {
+      row.example = fmt::format("{}: {} -> {}{}", short_case(base, b), word(was), word(is),
+                                right ? fmt::format(", truly {}", word(right)) : "");
+    }
+  }
+}
+
 StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& policy) {
   const SubjectCases &base = cases.base, &fresh = cases.fresh;
   StatusRow row{.subject = base.subject, .n = static_cast<int>(cases.rows.size())};
@@ -86,9 +118,11 @@ StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& polic
                                 to_string(fresh.statuses[f]));
     }
   }
-  if (row.n_gained > row.n_lost) row.verdict = GateVerdict::improved;
-  if (!has_common_case && row.n_lost > 0 && row.n_gained > 0) row.verdict = GateVerdict::inconclusive;
-  if (row.n_lost > row.n_gained + policy.max_lost) row.verdict = GateVerdict::regressed;
+  compare_decisions(cases, row);
+  row.verdict = judge_counts(row.n_lost, row.n_gained, policy);
+  if (!has_common_case && row.n_lost > 0 && row.n_gained > 0)
+    row.verdict = std::min(row.verdict, GateVerdict::inconclusive);
+  row.verdict = std::min(row.verdict, judge_counts(row.n_wrong, row.n_corrected, policy));
   return row;
 }
 

@@ -28,6 +28,10 @@
 // cases are gained than lost. A subject that both sides have estimated, but in no common case, has no error
 // to compare: it is `inconclusive` unless it is `regressed`. Truth that appears or disappears is not a change
 // of the estimator; it is a finding.
+//
+// Decisions: a case whose value `dynamic` differs from `dynamic_gt` in NEW but not in BASE has become wrong;
+// the opposite is corrected. They are judged like lost and gained cases, and a subject has the worse of the
+// two verdicts. Decisions of bodies that are gated for another reason (distance, area) are not judged.
 
 #include <string>
 #include <vector>
@@ -108,13 +112,17 @@ struct AccuracyRow : JudgedError, PairedComparison {
   }
 };
 
-/// Changes of status of one subject.
+/// Changes of status, and of the decision between dynamic and static, of one subject.
 struct StatusRow {
   Subject subject;
   int n = 0;
   int n_lost = 0;
   int n_gained = 0;
-  int n_other = 0;      ///< cases that neither side estimated, with another status or another Gate
+  /// Cases that neither side estimated, with another status or another Gate; and other decisions that differ
+  /// but are not judged: without truth, of a body gated for another reason, or made by one side only
+  int n_other = 0;
+  int n_wrong = 0;      ///< decisions that are wrong in NEW, but not in BASE
+  int n_corrected = 0;  ///< decisions that are wrong in BASE, but not in NEW
   std::string example;  ///< "seed 0 frame 3: ok -> lost"
   GateVerdict verdict = GateVerdict::ok;
 };
@@ -123,7 +131,7 @@ struct StatusRow {
 struct AccuracyComparison {
   std::vector<FamilyRow> families;    ///< worst first
   std::vector<AccuracyRow> accuracy;  ///< in order of subject
-  std::vector<StatusRow> statuses;    ///< subjects with any change of status
+  std::vector<StatusRow> statuses;    ///< subjects with any change of status or decision
   std::vector<Mismatch> findings;
   int n_cases = 0;  ///< number of cases that both sides have
 

@@ -173,7 +173,7 @@ std::string headline(const Comparison& c) {
     const std::string word(to_string(verdict));
     add_part(parts, count(c.families, verdict), "pooled errors " + word);
     add_part(parts, count(c.accuracy, verdict), "errors " + word);
-    add_part(parts, count(c.statuses, verdict), "coverages " + word);
+    add_part(parts, count(c.statuses, verdict), "coverages or decisions " + word);
     add_part(parts, count(c.speed, verdict), "times " + word);
   }
   std::string scope;
@@ -266,13 +266,19 @@ Table status_table(const Comparison& c) {
   fields.add({{Column::count("n", "cases"), &Row::n},
               {Column::count("n_lost", "lost"), &Row::n_lost},
               {Column::count("n_gained", "gained"), &Row::n_gained},
+              {Column::count("n_wrong", "wrong"), &Row::n_wrong},
+              {Column::count("n_corrected", "corrected"), &Row::n_corrected},
               {Column::count("n_other", "other"), &Row::n_other},
               {Column::text("example"), &Row::example},
               {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
-  return with_distinct(table_of("Cases lost and gained",
-                                "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE.",
-                                fields, by_weight(c.statuses, false)),
-                       {"level"});
+  return with_distinct(
+      table_of(
+          "Cases lost and gained, and decisions between dynamic and static",
+          "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE. Wrong: the decision "
+          "contradicts the truth in NEW, not in BASE. Corrected: in BASE, not in NEW. Other: another "
+          "status without an estimate, or another decision that is not judged.",
+          fields, by_weight(c.statuses, false)),
+      {"level"});
 }
 
 Table speed_table(const Comparison& c, bool changed_only) {

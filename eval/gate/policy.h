@@ -50,7 +50,8 @@ struct AccuracyPolicy {
     v("inconclusive_effect", inconclusive_effect, "share",
       "a pooled error that is worse by more, but without evidence, is inconclusive");
     v("replicates", replicates, "count", "resamples of the 95 % intervals of the exact gate");
-    v("max_lost", max_lost, "count", "cases of one body that may be lost beyond those gained");
+    v("max_lost", max_lost, "count",
+      "cases of one body that may be lost beyond those gained; as many decisions may become wrong");
     v("default", other, "", "metrics that 'metrics' does not name");
     v("metrics", metrics, "",
       "by key of a record's errors; a key that an entry lacks has its value from 'default'");

@@ -56,12 +56,13 @@ std::vector<SubjectCases> resample(const std::vector<SubjectCases>& subjects,
     }
     chosen.errors = rows_of(cases.errors, rows);
     chosen.truth = rows_of(cases.truth, rows);
+    chosen.decisions = rows_of(cases.decisions, rows);
     out.push_back(std::move(chosen));
   }
   return out;
 }
 
-/// Replaces the status and errors of all but a share of NEW's cases by BASE's.
+/// Replaces the status, errors and decisions of all but a share of NEW's cases by BASE's.
 void keep_unchanged(const std::vector<SubjectCases>& base, double changed_share, PhiloxStream& random,
                     std::vector<SubjectCases>& fresh) {
   for (const SubjectPair& pair : pair_subjects(base, fresh)) {
@@ -71,9 +72,11 @@ void keep_unchanged(const std::vector<SubjectCases>& base, double changed_share,
       if (random.uniform() < changed_share) continue;
       changed.statuses[f] = pair.base->statuses[b];
       changed.gates[f] = pair.base->gates[b];
-      for (NumberColumn& column : changed.errors) {
-        const NumberColumn* before = find_column(pair.base->errors, column.name);
-        if (before != nullptr) column.numbers[f] = before->numbers[b];
+      for (const auto columns : {&SubjectCases::errors, &SubjectCases::decisions}) {
+        for (NumberColumn& column : changed.*columns) {
+          const NumberColumn* before = find_column(pair.base->*columns, column.name);
+          if (before != nullptr) column.numbers[f] = before->numbers[b];
+        }
       }
     }
   }

@@ -48,6 +48,11 @@ const std::vector<Interned>& stage_names() {
   return names;
 }
 
+const std::vector<Interned>& decision_names() {
+  static const std::vector<Interned> names = {"dynamic"};
+  return names;
+}
+
 /// Appends one row to the columns; numbers must be put in order of name.
 class RowWriter {
  public:
@@ -89,7 +94,7 @@ void sort_cases(SubjectCases& cases) {
   reorder(*order, cases.statuses);
   reorder(*order, cases.gates);
   reorder(*order, cases.have_truth);
-  for (auto* columns : {&cases.errors, &cases.truth, &cases.times}) {
+  for (auto* columns : {&cases.errors, &cases.truth, &cases.decisions, &cases.times}) {
     for (NumberColumn& column : *columns) reorder(*order, column.numbers);
   }
 }
@@ -173,6 +178,7 @@ void SubjectCollector::add(const Record& record, size_t line) {
   RowWriter errors(cases.errors, row);
   for (const auto& [name, number] : record.errors) errors.put(name, internal::summarised(number));
   RowWriter(cases.truth, row).put(truth_names(), record.values);
+  RowWriter(cases.decisions, row).put(decision_names(), record.values);
   RowWriter(cases.times, row).put(stage_names(), record.time_ms);
   has_times_ = has_times_ || !record.time_ms.empty();
 }

@@ -53,10 +53,16 @@ struct SubjectCases : CaseColumns {
   // Columns in order of name.
   std::vector<NumberColumn> errors;
   std::vector<NumberColumn> truth;  ///< values that depend on the truth only
+  std::vector<NumberColumn>
+      decisions;                    ///< `dynamic`: 1 if the body was classified as dynamic, 0 if as static
   std::vector<NumberColumn> times;  ///< times of the estimator's stages refine, start and total, ms
 
   bool is_estimated(size_t row) const {
     return statuses[row] == Status::ok || statuses[row] == Status::no_truth;
+  }
+  /// Returns false if the body was gated for another reason than its decision, so that this has no effect.
+  bool has_decision(size_t row) const {
+    return statuses[row] != Status::gated || gates[row] == Gate::is_static;
   }
 };
 
