@@ -75,7 +75,7 @@ void run(int argc, char** argv) {
     scenarios.push_back({"reordered points", seeds, neutral, reordered});
     scenarios.push_back({"10 % more points", seeds, neutral, more});
     scenarios.push_back({"reordered points, other seeds", seeds, neutral, reordered, true});
-    scenarios.push_back({"1 case of 20 drawn again", seeds, neutral, base, true, 0.05});
+    scenarios.push_back({"1 record of 20 drawn again", seeds, neutral, base, true, 0.05});
     scenarios.push_back(
         {"other seeds, objects with heavy tails", seeds, neutral, base, true, 1, heavy_tail, heavy_tail});
     scenarios.push_back(

@@ -37,7 +37,8 @@ class GateProgram : public ::testing::Test {
 
 TEST_F(GateProgram, ExitCodesAreTheVerdict) {
   EXPECT_EQ(run("compare base new"), 0);
-  EXPECT_TRUE(text("out.txt").ends_with("ok: nothing changed (16 errors over 108 cases, 8 times compared)\n"))
+  EXPECT_TRUE(
+      text("out.txt").ends_with("ok: nothing changed (16 errors over 108 records, 8 times compared)\n"))
       << text("out.txt");
   write("new", 0.9);
   EXPECT_EQ(run("compare base new --quiet"), 0);

@@ -24,7 +24,7 @@ std::string full_case(const SubjectCases& cases, size_t row) {
   return fmt::format("{} {}", to_string(cases.subject), short_case(cases, row));
 }
 
-/// A subject that both sides have, with the cases that they share.
+/// A subject that both sides have, with the records that they share.
 struct PairedCases {
   const SubjectCases& base;
   const SubjectCases& fresh;
@@ -70,7 +70,7 @@ void check_truth(const PairedCases& cases, Tally& truth) {
   }
 }
 
-/// Judges cases that got worse (lost, wrong) against cases that got better (gained, corrected).
+/// Judges records that got worse (lost, wrong) against records that got better (gained, corrected).
 GateVerdict judge_counts(int n_worse, int n_better, const AccuracyPolicy& policy) {
   if (n_worse > n_better + policy.max_lost) return GateVerdict::regressed;
   return n_better > n_worse ? GateVerdict::improved : GateVerdict::ok;
@@ -126,7 +126,7 @@ StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& polic
   return row;
 }
 
-/// Reports errors that only one side has, among the cases that both have estimated.
+/// Reports errors that only one side has, among the records that both have estimated.
 void check_which_errors(const PairedCases& cases, const std::vector<ColumnPair>& errors, Tally& missing,
                         Tally& added) {
   for (const auto& [b, f] : cases.rows) {
@@ -149,7 +149,7 @@ struct PairedErrors {
   const NumberColumn& fresh;
 };
 
-/// Returns the cases that both sides have estimated, in order.
+/// Returns the records that both sides have estimated, in order.
 std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
   const SubjectCases &base = errors.cases.base, &fresh = errors.cases.fresh;
   std::vector<ErrorPair> pairs;
@@ -178,7 +178,7 @@ RatioChange change_of(std::span<const PairedSample* const> samples, const Metric
 /// With fewer seeds the signed-rank test cannot reach p = 0.05.
 constexpr size_t enough_seeds = 6;
 
-/// Counts the seeds with distinct errors; cases are in order of seed.
+/// Counts the seeds with distinct errors; records are in order of seed.
 int count_different_seeds(const std::vector<PairedCase>& cases) {
   std::vector<std::pair<double, double>> sums;
   for (size_t i = 0; i < cases.size(); ++i) {
@@ -193,7 +193,8 @@ int count_different_seeds(const std::vector<PairedCase>& cases) {
 /// Applies the tests of the exact gate to a row that changed.
 PairedComparison compare_exactly(const std::vector<double>& differences, std::vector<uint64_t> clusters,
                                  const AccuracyPolicy& policy) {
-  // The independent units are the seeds, which are in order; with too few seeds every case counts separately.
+  // The independent units are the seeds, which are in order; with too few seeds every record counts
+  // separately.
   size_t n_seeds = 1;
   for (size_t i = 1; i < clusters.size(); ++i) n_seeds += clusters[i] != clusters[i - 1];
   if (n_seeds < enough_seeds) std::iota(clusters.begin(), clusters.end(), 0);
@@ -216,7 +217,7 @@ PairedComparison compare_by_seeds(const MeasuredError& error, const MetricPolicy
   return out;
 }
 
-/// Compares one error; empty if no case has it on both sides.
+/// Compares one error; empty if no record has it on both sides.
 std::optional<MeasuredError> measure(const PairedErrors& errors, size_t source,
                                      const AccuracyPolicy& policy) {
   const std::vector<ErrorPair> pairs = pairs_of(errors);

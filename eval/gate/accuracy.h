@@ -1,37 +1,37 @@
 #pragma once
 
-// Compares errors and statuses case by case: a case (seed, frame) of BASE with the same case of NEW. The
-// verdict is decided by errors pooled over sources and bodies (families, below). In addition there is one row
-// per subject (data set, sequence, estimator, noise, level, body) and error, over the cases estimated on both
-// sides:
+// Compares errors and statuses record by record: a record (seed, frame) of BASE with the same record of NEW.
+// The verdict is decided by errors pooled over sources and bodies (families, below). In addition there is one
+// row per subject (data set, sequence, estimator, noise, level, body) and error, over the records estimated
+// on both sides:
 //
-//   difference   mean of new - base; a case that changed by no more than rounding contributes 0
+//   difference   mean of new - base; a record that changed by no more than rounding contributes 0
 //   p            two-sided p-value over seeds and frames, by stats/paired_comparison.h
-//   p_corrected  Holm correction over all rows that changed and have enough seeds and cases to judge
+//   p_corrected  Holm correction over all rows that changed and have enough seeds and records to judge
 //
-// A row with at least `minimum_seeds` seeds and `minimum_cases` cases is `regressed` if its mean got worse by
-// more than minimum_effect with p_corrected <= alpha, `improved` if it got better in the same way, and
-// otherwise `ok`. A row with fewer seeds or cases is `ok`; too_few is set if its mean changed by more than
+// A row with at least `minimum_seeds` seeds and `minimum_cases` records is `regressed` if its mean got worse
+// by more than minimum_effect with p_corrected <= alpha, `improved` if it got better in the same way, and
+// otherwise `ok`. A row with fewer seeds or records is `ok`; too_few is set if its mean changed by more than
 // minimum_effect.
 //
 // The exact gate (minimum_effect 0): the same program gives the same numbers for the same seeds, so there is
-// no noise between the two sides. A row is `regressed` if its mean got worse at all and either no case got
-// better or p_corrected <= alpha. It is `inconclusive` if its mean got worse, some cases got better, and
-// p_corrected is above alpha or empty. It is `improved` if its mean got better and either no case got worse
-// or p_corrected <= alpha. p is Wilcoxon's test of the means per seed, or of the cases if there are fewer
+// no noise between the two sides. A row is `regressed` if its mean got worse at all and either no record got
+// better or p_corrected <= alpha. It is `inconclusive` if its mean got worse, some records got better, and
+// p_corrected is above alpha or empty. It is `improved` if its mean got better and either no record got worse
+// or p_corrected <= alpha. p is Wilcoxon's test of the means per seed, or of the records if there are fewer
 // than 6 seeds. Holm's correction covers all rows that could reach alpha (Tarone 1990: a test that cannot
 // reject does not count for the others). If a verdict `regressed` or `improved` does not follow from p, p is
 // not reported.
 //
-// Statuses: a case that was estimated in BASE (status ok or no_truth) and is not in NEW is lost; the opposite
-// is gained. A subject is `regressed` if more than gained + max_lost cases are lost, and `improved` if more
-// cases are gained than lost. A subject that both sides have estimated, but in no common case, has no error
-// to compare: it is `inconclusive` unless it is `regressed`. Truth that appears or disappears is not a change
-// of the estimator; it is a finding.
+// Statuses: a record that was estimated in BASE (status ok or no_truth) and is not in NEW is lost; the
+// opposite is gained. A subject is `regressed` if more than gained + max_lost records are lost, and
+// `improved` if more records are gained than lost. A subject that both sides have estimated, but in no common
+// record, has no error to compare: it is `inconclusive` unless it is `regressed`. Truth that appears or
+// disappears is not a change of the estimator; it is a finding.
 //
-// Decisions: a case whose value `dynamic` differs from `dynamic_gt` in NEW but not in BASE has become wrong;
-// the opposite is corrected. They are judged like lost and gained cases, and a subject has the worse of the
-// two verdicts. Decisions of bodies that are gated for another reason (distance, area) are not judged.
+// Decisions: a record whose value `dynamic` differs from `dynamic_gt` in NEW but not in BASE has become
+// wrong; the opposite is corrected. They are judged like lost and gained records, and a subject has the worse
+// of the two verdicts. Decisions of bodies that are gated for another reason (distance, area) are not judged.
 
 #include <string>
 #include <vector>
@@ -55,24 +55,24 @@ namespace sextant {
 // A body with fewer than `minimum_seeds` seeds is left out of a family in which other bodies have enough.
 // Seeds with identical errors, as of a deterministic estimator without noise, count once.
 //
-//   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no case better and
-//                  at least minimum_cases worse
+//   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no record better
+//                  and at least minimum_cases worse
 //   inconclusive   worse by more than minimum_effect and by more than inconclusive_effect, and not proven
 //   improved       better by more than minimum_effect and proven
 //   ok             otherwise
 //
-// With fewer than `minimum_seeds` seeds or `minimum_cases` cases a p-value is no proof. An error that is then
-// worse by more than minimum_effect, with p_corrected <= alpha or without any case that got better, is
+// With fewer than `minimum_seeds` seeds or `minimum_cases` records a p-value is no proof. An error that is
+// then worse by more than minimum_effect, with p_corrected <= alpha or without any record that got better, is
 // inconclusive. p_corrected is Holm's correction over the errors of the cameras, or of the objects, of all
 // estimators.
 
-/// One error over the cases that both sides have estimated, with its verdict.
+/// One error over the records that both sides have estimated, with its verdict.
 struct JudgedError {
   std::string metric;
-  int n = 0;         ///< cases estimated on both sides
+  int n = 0;         ///< records estimated on both sides
   int n_worse = 0;   ///< by more than rounding
   int n_better = 0;  ///< by more than rounding
-  /// Too few seeds or cases to judge; in a row also: its mean changed by more than minimum_effect
+  /// Too few seeds or records to judge; in a row also: its mean changed by more than minimum_effect
   bool too_few = false;
   GateVerdict verdict = GateVerdict::ok;
 
@@ -91,22 +91,22 @@ struct FamilyRow : JudgedError, RatioChange {
   std::optional<double> p_corrected;
 };
 
-/// One case of one error on both sides, with the lines of its records.
+/// One error of one record on both sides.
 struct ErrorPair {
   SeedFrame at;
   double base = 0, fresh = 0;
   size_t base_line = 0, fresh_line = 0;  ///< line in records.jsonl
 };
 
-/// One error of one subject. p is empty if no case changed, if there is only one case (outside of the exact
-/// gate), or if a verdict `regressed` or `improved` does not follow from p. p_corrected is also empty if
-/// there are too few seeds or cases, or, in the exact gate, if p could not reach alpha.
+/// One error of one subject. p is empty if no record changed, if there is only one record (outside of the
+/// exact gate), or if a verdict `regressed` or `improved` does not follow from p. p_corrected is also empty
+/// if there are too few seeds or records, or, in the exact gate, if p could not reach alpha.
 struct AccuracyRow : JudgedError, PairedComparison {
   Subject subject;
   double base = 0;                    ///< mean in BASE
-  ErrorPair most_worse, most_better;  ///< over all cases, including changes within rounding
+  ErrorPair most_worse, most_better;  ///< over all records, including changes within rounding
 
-  /// Returns the case that improved most if the row is improved, otherwise the case that worsened most.
+  /// Returns the record that improved most if the row is improved, otherwise the record that worsened most.
   const ErrorPair& largest_change() const {
     return verdict == GateVerdict::improved ? most_better : most_worse;
   }
@@ -133,7 +133,7 @@ struct AccuracyComparison {
   std::vector<AccuracyRow> accuracy;  ///< in order of subject
   std::vector<StatusRow> statuses;    ///< subjects with any change of status or decision
   std::vector<Mismatch> findings;
-  int n_cases = 0;  ///< number of cases that both sides have
+  int n_cases = 0;  ///< number of records that both sides have
 
   GateVerdict worst_verdict() const;
 };

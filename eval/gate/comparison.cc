@@ -15,13 +15,14 @@ namespace sextant {
 
 namespace {
 
-/// Reports repetitions with another number of cases than the first one; only the first repetition is judged.
+/// Reports repetitions with another number of records than the first one; only the first repetition is
+/// judged.
 void check_repetitions(const Side& side, const Policy& policy, std::vector<Mismatch>& findings) {
   for (const RunFolder& run : side.runs) {
     const size_t n = side.runs.front().n_cases;
     if (run.n_cases == n) continue;
     findings.push_back(mismatch(policy.same.cases, "cases", run.path + ": repetition",
-                                fmt::format("{} cases in the first", n),
+                                fmt::format("{} records in the first", n),
                                 fmt::format("{} here", run.n_cases)));
   }
 }
@@ -145,9 +146,9 @@ std::string largest_change(const Comparison& c) {
   if (first != nullptr) {
     return text(fmt::format("{} {} of {}", first->body, first->metric, first->estimator), first->change,
                 first->interval) +
-           fmt::format(", {} of {} cases worse, {} seeds, {} sources: {}{}", first->n_worse, first->n,
+           fmt::format(", {} of {} records worse, {} seeds, {} sources: {}{}", first->n_worse, first->n,
                        first->n_seeds, first->n_sources, to_string(first->verdict),
-                       first->too_few ? " (few seeds or cases)" : "");
+                       first->too_few ? " (few seeds or records)" : "");
   }
   const AccuracyRow* row = nullptr;
   const auto change_of = [](const AccuracyRow& r) { return r.base > 0 ? r.difference / r.base : 0; };
@@ -161,7 +162,7 @@ std::string largest_change(const Comparison& c) {
   std::optional<Interval> interval = row->interval;
   if (interval && row->base > 0) interval = Interval{interval->low / row->base, interval->high / row->base};
   return text(fmt::format("{} {}", to_string(row->subject), row->metric), change_of(*row), interval) +
-         fmt::format(", {} of {} cases worse: {}", row->n_worse, row->n, row->word());
+         fmt::format(", {} of {} records worse: {}", row->n_worse, row->n, row->word());
 }
 
 std::string headline(const Comparison& c) {
@@ -177,7 +178,7 @@ std::string headline(const Comparison& c) {
     add_part(parts, count(c.speed, verdict), "times " + word);
   }
   std::string scope;
-  if (!c.accuracy.empty()) scope = fmt::format("{} errors over {} cases", c.accuracy.size(), c.n_cases);
+  if (!c.accuracy.empty()) scope = fmt::format("{} errors over {} records", c.accuracy.size(), c.n_cases);
   if (!c.speed.empty()) scope += fmt::format("{}{} times", scope.empty() ? "" : ", ", c.speed.size());
   const auto is_changed = [](const SpeedRow& row) {
     return std::abs(std::log(row.ratio)) > std::log1p(SpeedPolicy{}.minimum_effect);
@@ -216,7 +217,7 @@ Table family_table(const Comparison& c, bool changed_only) {
   add_percent_range(
       2, [](const Row& row) { return percent_of(row.interval, 1); }, fields);
   fields.add({{Column::text("verdict"), &Row::word},
-              {Column::count("n", "cases"), &Row::n},
+              {Column::count("n", "records"), &Row::n},
               {Column::count("n_worse", "worse"), &Row::n_worse},
               {Column::count("n_better", "better"), &Row::n_better},
               {Column::count("n_seeds", "seeds"), &Row::n_seeds},
@@ -236,7 +237,7 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
   Fields<Row> fields;
   fields.add(subject_fields(), [](const Row& row) { return &row.subject; });
   fields.add({{Column::text("metric", "error"), &Row::metric},
-              {Column::count("n", "cases"), &Row::n},
+              {Column::count("n", "records"), &Row::n},
               {Column::count("n_worse", "worse"), &Row::n_worse},
               {Column::count("n_better", "better"), &Row::n_better},
               {Column::number("base", "BASE", 6), &Row::base},
@@ -252,8 +253,8 @@ Table accuracy_table(const Comparison& c, bool changed_only) {
               {Column::text("verdict"), &Row::word}});
   return with_distinct(
       table_of(
-          "Errors, case by case",
-          "Change of the mean from BASE to NEW over the cases that both have estimated, 95 % "
+          "Errors, record by record",
+          "Change of the mean from BASE to NEW over the records that both have estimated, 95 % "
           "interval, p corrected by Holm; detectable: change that would be detected with probability 80 %.",
           fields, by_weight(c.accuracy, changed_only)),
       {"level"});
@@ -263,7 +264,7 @@ Table status_table(const Comparison& c) {
   using Row = StatusRow;
   Fields<Row> fields;
   fields.add(subject_fields(), [](const Row& row) { return &row.subject; });
-  fields.add({{Column::count("n", "cases"), &Row::n},
+  fields.add({{Column::count("n", "records"), &Row::n},
               {Column::count("n_lost", "lost"), &Row::n_lost},
               {Column::count("n_gained", "gained"), &Row::n_gained},
               {Column::count("n_wrong", "wrong"), &Row::n_wrong},
@@ -273,7 +274,7 @@ Table status_table(const Comparison& c) {
               {Column::text("verdict"), [](const Row& row) { return to_string(row.verdict); }}});
   return with_distinct(
       table_of(
-          "Cases lost and gained, and decisions between dynamic and static",
+          "Records lost and gained, and decisions between dynamic and static",
           "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE. Wrong: the decision "
           "contradicts the truth in NEW, not in BASE. Corrected: in BASE, not in NEW. Other: another "
           "status without an estimate, or another decision that is not judged.",
@@ -345,8 +346,8 @@ std::string source_flag(const fs::path& folder, const Subject& subject, int fram
   return "";
 }
 
-/// Lists one row per error that is not ok or has too few cases to judge, and the shell commands that make the
-/// pages to which the rows link.
+/// Lists one row per error that is not ok or has too few records to judge, and the shell commands that make
+/// the pages to which the rows link.
 ReportSection frames_section(const Comparison& c, const fs::path& out) {
   struct Row {
     const AccuracyRow* error;
@@ -391,7 +392,7 @@ ReportSection frames_section(const Comparison& c, const fs::path& out) {
        {Column::text("new_records").only_in_files(), [&](const Row&) { return address_from(out, fresh); }},
        {Column::text("page").only_in_files(), &Row::page}});
   section.paragraphs.push_back(
-      "The case in which each error changed most. Its frame links to a page with both runs, after the "
+      "The record in which each error changed most. Its frame links to a page with both runs, after the "
       "command for it below has been run; line numbers link to the records.");
   section.tables = {{"frames", table_of("", "", fields, rows), {"dataset", "sequence", "estimator"}}};
   return section;

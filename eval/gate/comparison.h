@@ -28,7 +28,7 @@ Comparison compare_paths(const std::filesystem::path& base, const std::filesyste
                          const Policy& policy, int jobs);
 
 /// Formats one line: the verdict, the number of findings and errors by verdict, and what was compared, e.g.
-/// "regressed: 2 pooled errors regressed, 1 errors improved (54 errors over 360 cases compared)".
+/// "regressed: 2 pooled errors regressed, 1 errors improved (54 errors over 360 records compared)".
 std::string headline(const Comparison& comparison);
 
 /// Formats the largest change with its interval, e.g. "camera Et_m of joint_flow: +10.2 % [+8.1, +12.3],
@@ -37,7 +37,8 @@ std::string headline(const Comparison& comparison);
 std::string largest_change(const Comparison& comparison);
 
 /// Tables with the worst verdict first. `changed_only` leaves out pooled errors that did not change, and
-/// errors and times of single subjects whose verdict is ok, unless they have too few seeds or cases to judge.
+/// errors and times of single subjects whose verdict is ok, unless they have too few seeds or records to
+/// judge.
 Table findings_table(const Comparison& comparison);
 Table family_table(const Comparison& comparison, bool changed_only);
 Table accuracy_table(const Comparison& comparison, bool changed_only);
@@ -45,7 +46,7 @@ Table status_table(const Comparison& comparison);
 Table speed_table(const Comparison& comparison, bool changed_only);
 
 /// Makes report.html of `sextant compare --out`: the verdict, the findings, the tables and, for the worst 40
-/// errors that are not ok or have too few cases to judge, the frame of AccuracyRow::largest_change(), with
+/// errors that are not ok or have too few records to judge, the frame of AccuracyRow::largest_change(), with
 /// the command that shows both runs there and links to their records. `out` is the folder of the page. Frames
 /// are listed only if BASE and NEW are folders that contain records.jsonl.
 ReportDocument comparison_document(const Comparison& comparison, const std::filesystem::path& out);

@@ -441,7 +441,7 @@ TEST_F(Gate, ACameraThatIsTenPercentWorseIsProvenByTenSeeds) {
   EXPECT_EQ(first.n_seeds, 10);
   EXPECT_EQ(first.n_sources, 2);
   EXPECT_EQ(largest_change(c),
-            "camera Et_m of joint_flow: +10.0 % [+10.0, +10.0], 120 of 120 cases worse, 10 seeds, "
+            "camera Et_m of joint_flow: +10.0 % [+10.0, +10.0], 120 of 120 records worse, 10 seeds, "
             "2 sources: regressed");
   EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
 }

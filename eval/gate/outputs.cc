@@ -220,7 +220,7 @@ Suite accuracy(const Comparison& c) {
   for (const StatusRow& row : c.statuses) {
     suite.cases.push_back(
         {names(row.subject) + " coverage", row.verdict,
-         fmt::format("{} of {} cases lost, {} gained; {} decisions wrong, {} corrected; {}", row.n_lost,
+         fmt::format("{} of {} records lost, {} gained; {} decisions wrong, {} corrected; {}", row.n_lost,
                      row.n, row.n_gained, row.n_wrong, row.n_corrected, row.example)});
   }
   for (const FamilyRow& row : c.families) {
@@ -229,18 +229,18 @@ Suite accuracy(const Comparison& c) {
                      : "";
     suite.cases.push_back(
         {fmt::format("{} {} {}", row.estimator, row.body, row.metric), row.verdict,
-         fmt::format("{:+.2f} %{}; {} of {} cases worse, {} better, {} seeds", 100 * row.change, interval,
+         fmt::format("{:+.2f} %{}; {} of {} records worse, {} better, {} seeds", 100 * row.change, interval,
                      row.n_worse, row.n, row.n_better, row.n_seeds)});
   }
   for (const AccuracyRow& row : c.accuracy) {
     if (row.too_few) {
       suite.cases.push_back({fmt::format("{} {}", names(row.subject), row.metric), GateVerdict::inconclusive,
-                             fmt::format("too few to judge: mean {} -> {}, {} cases", row.base,
+                             fmt::format("too few to judge: mean {} -> {}, {} records", row.base,
                                          row.base + row.difference, row.n)});
       continue;
     }
     suite.cases.push_back({fmt::format("{} {}", names(row.subject), row.metric), row.verdict,
-                           fmt::format("mean {} -> {}; {} of {} cases worse, {} better", row.base,
+                           fmt::format("mean {} -> {}; {} of {} records worse, {} better", row.base,
                                        row.base + row.difference, row.n_worse, row.n, row.n_better)});
   }
   return suite;

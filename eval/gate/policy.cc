@@ -67,8 +67,8 @@ void SpeedPolicy::check() const {
 
 std::span<const SamenessPolicy::Rule> SamenessPolicy::rules() {
   static constexpr std::array<Rule, 6> rules = {
-      {{"cases", &SamenessPolicy::cases, "all cases, benchmarks and errors of BASE are in NEW"},
-       {"new_cases", &SamenessPolicy::new_cases, "all cases, benchmarks and errors of NEW are in BASE"},
+      {{"cases", &SamenessPolicy::cases, "all records, benchmarks and errors of BASE are in NEW"},
+       {"new_cases", &SamenessPolicy::new_cases, "all records, benchmarks and errors of NEW are in BASE"},
        {"data", &SamenessPolicy::data,
         "files, caches, camera and rate of the sources; true values in the records"},
        {"configuration", &SamenessPolicy::configuration,

@@ -18,12 +18,12 @@ namespace sextant {
 enum class Direction { lower, higher, ignore };
 constexpr Names<3> names_of(Direction) { return {"lower", "higher", "ignore"}; }
 
-/// Tolerances for one metric. A case is one body in one frame pair of one seed. Its change counts as rounding
-/// if |new - base| <= max(absolute, relative |base|). The change of the mean over all cases of a body, or of
-/// the mean pooled over bodies, counts if it exceeds minimum_effect |mean of base|. With minimum_effect 0,
-/// the exact gate (accuracy.h), every body is judged and nothing is pooled.
+/// Tolerances for one metric. A record is one body in one frame pair of one seed. Its change counts as
+/// rounding if |new - base| <= max(absolute, relative |base|). The change of the mean over all records of a
+/// body, or of the mean pooled over bodies, counts if it exceeds minimum_effect |mean of base|. With
+/// minimum_effect 0, the exact gate (accuracy.h), every body is judged and nothing is pooled.
 struct MetricPolicy {
-  SEXTANT_OPTIONS((double, absolute, 1e-9, "of metric", "smaller changes of a case count as rounding"),
+  SEXTANT_OPTIONS((double, absolute, 1e-9, "of metric", "smaller changes of a record count as rounding"),
                   (double, relative, 1e-6, "share", "as absolute, as a share of the value in BASE"),
                   (double, minimum_effect, 0.01, "share", "smallest change of a mean that counts; 0: any"),
                   (Direction, direction, Direction::lower, "",
@@ -46,12 +46,12 @@ struct AccuracyPolicy {
     v("judge", judge, "", "false: errors and statuses are left out");
     v("alpha", alpha, "0..1", "two-sided p-values (Holm) up to this are evidence");
     v("minimum_seeds", minimum_seeds, "count", "fewer seeds with different errors are too few to judge");
-    v("minimum_cases", minimum_cases, "count", "fewer cases are too few to judge");
+    v("minimum_cases", minimum_cases, "count", "fewer records are too few to judge");
     v("inconclusive_effect", inconclusive_effect, "share",
       "a pooled error that is worse by more, but without evidence, is inconclusive");
     v("replicates", replicates, "count", "resamples of the 95 % intervals of the exact gate");
     v("max_lost", max_lost, "count",
-      "cases of one body that may be lost beyond those gained; as many decisions may become wrong");
+      "records of one body that may be lost beyond those gained; as many decisions may become wrong");
     v("default", other, "", "metrics that 'metrics' does not name");
     v("metrics", metrics, "",
       "by key of a record's errors; a key that an entry lacks has its value from 'default'");
@@ -74,7 +74,7 @@ struct SpeedPolicy {
       (double, alpha, 0.05, "0..1", "p-values (Mann-Whitney) up to this are evidence"),
       (double, minimum_effect, 0.05, "share", "smallest change of a time that counts"),
       (double, unrepeated_effect, 0.5, "share",
-       "without repetitions: slower by more (runs: nine of ten cases) is inconclusive; less is not judged"),
+       "without repetitions: slower by more (runs: nine of ten records) is inconclusive; less is not judged"),
       (BenchmarkTime, time, BenchmarkTime::cpu, "",
        "time of Google Benchmark that is compared; always real if the benchmark requests it"))
   void check() const;

@@ -31,13 +31,14 @@ RunFolder read_run(const fs::path& folder) {
   SubjectCollector collector;
   for_each_record(folder / "records.jsonl",
                   [&](const Record& record) { collector.add(record, ++run.n_cases); });
-  if (run.n_cases == 0) fail("{}: has no records: expected one line for each case", file);
+  if (run.n_cases == 0)
+    fail("{}: has no records: expected one line for each body in each pair of frames", file);
   run.has_times = collector.has_times();
   run.subjects = collector.take();
   for (const SubjectCases& cases : run.subjects) {
     for (size_t row = 1; row < cases.size(); ++row) {
       if (cases.case_of(row) == cases.case_of(row - 1))
-        fail("{}: the case '{}' occurs twice", file, case_name(cases.subject, cases.case_of(row)));
+        fail("{}: the record '{}' occurs twice", file, case_name(cases.subject, cases.case_of(row)));
     }
   }
   if (!fs::exists(folder / "run.json")) return run;

@@ -61,7 +61,7 @@ struct Side {
 };
 
 /// Reads one side, streaming the records. Throws Error on a path without results, on the path of a
-/// records.jsonl instead of its folder, on an empty or damaged file, on an unfinished sweep, and on a case
+/// records.jsonl instead of its folder, on an empty or damaged file, on an unfinished sweep, and on a record
 /// that occurs twice.
 Side read_side(const std::filesystem::path& path);
 
@@ -77,7 +77,7 @@ bool is_benchmark_file(const std::filesystem::directory_entry& entry);
 OutputFiles baseline_files(const std::filesystem::path& run);
 
 // ---- Checks that two sides are comparable: same data, definitions, configuration and machine, and the same
-// cases. Differences that the policy accepts are reported as well. The first five differences of a kind are
+// records. Differences that the policy accepts are reported as well. The first five differences of a kind are
 // listed, and further ones are counted.
 
 /// A difference between the two sides.
@@ -91,8 +91,8 @@ struct Mismatch {
   bool invalidates = true;
 };
 
-/// Compares the provenance of the two sides: run.json, and the context of benchmark files. Missing cases are
-/// found where cases are paired (accuracy.h, speed.h).
+/// Compares the provenance of the two sides: run.json, and the context of benchmark files. Missing records
+/// are found where records are paired (accuracy.h, speed.h).
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy);
 
 /// Makes a mismatch that invalidates the comparison if the rule is Strictness::must.

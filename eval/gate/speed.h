@@ -1,7 +1,7 @@
 #pragma once
 
 // Compares times. A sample is one repetition: each repetition of a benchmark, for Google Benchmark; each
-// folder, for runs, as the median over its cases of time / time in the first folder of BASE, per data set,
+// folder, for runs, as the median over its records of time / time in the first folder of BASE, per data set,
 // sequence, estimator and stage, separately for the camera and for all objects. All computations use
 // logarithms, so effects are ratios new / base:
 //
@@ -15,7 +15,7 @@
 // repetitions are needed. Without repetitions, or with fewer than the test needs (4 on each side if alpha is
 // 0.05), there is no interval: a time that is slower by more than unrepeated_effect is `inconclusive`, and
 // any other time `ok`, because nothing is proven. The times of runs are wall-clock times, so nine of ten
-// cases must be slower by more than unrepeated_effect.
+// records must be slower by more than unrepeated_effect.
 
 #include <map>
 #include <optional>
@@ -46,12 +46,12 @@ struct SpeedRow {
 /// reference.
 struct RunTime {
   double reference_ms = 0;  ///< median time in the reference
-  double ratio = 1;         ///< median over the cases of time / reference time
+  double ratio = 1;         ///< median over the records of time / reference time
   Interval ratios;          ///< 10 % and 90 % quantiles of these ratios
 };
 
 /// Returns times by "dataset sequence estimator stage" for the camera, and by the same name followed by " of
-/// objects" for all objects, over the cases that have status ok and a time above 0 on both sides.
+/// objects" for all objects, over the records that have status ok and a time above 0 on both sides.
 std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
                                          const std::vector<SubjectCases>& reference);
 

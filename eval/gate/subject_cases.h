@@ -1,7 +1,7 @@
 #pragma once
 
 // Records of a run arranged for a comparison: by subject, in columns of 8 bytes per number. A subject is the
-// unit that is judged: data set, sequence, estimator, noise, level and body. A case of it is one seed and
+// unit that is judged: data set, sequence, estimator, noise, level and body. A record of it is one seed and
 // frame.
 
 #include <cstdint>
@@ -41,7 +41,7 @@ struct NumberColumn {
   bool has(size_t row) const;
 };
 
-/// All cases of one subject, in order of seed and frame.
+/// All records of one subject, in order of seed and frame.
 struct SubjectCases : CaseColumns {
   explicit SubjectCases(const Subject& of) : subject(of) {}
 
@@ -90,11 +90,11 @@ struct SubjectPair {
 std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
                                        const std::vector<SubjectCases>& fresh);
 
-/// Rows of the same case on both sides.
+/// Rows of the same record on both sides.
 struct RowPair {
   uint32_t base, fresh;
 };
-/// Rows of the cases that both sides have, and of those that only one side has, in order of case.
+/// Rows of the records that both sides have, and of those that only one side has, in order of seed and frame.
 struct PairedRows {
   std::vector<RowPair> both;
   std::vector<size_t> only_base, only_fresh;
@@ -107,7 +107,7 @@ class SubjectCollector {
   /// Adds a record; `line` is its line in the file.
   void add(const Record& record, size_t line = 0);
   bool has_times() const { return has_times_; }
-  /// Returns the subjects in order, each with its cases in order.
+  /// Returns the subjects in order, each with its records in order.
   std::vector<SubjectCases> take();
 
  private:

@@ -284,8 +284,13 @@ class Comparison(Shown):
     verdict: str  #: ok, improved, regressed, inconclusive or invalid
     exit_code: int
     headline: str
-    cases: int
+    records: int  #: number of records that both sides have
     rows: typing.List[Finding]
+
+    @property
+    def cases(self):
+        """Former name of `records`."""
+        return self.records
 
     def __bool__(self):
         """Returns true if the verdict is ok or improved."""

@@ -88,6 +88,8 @@ class Command(unittest.TestCase):
         same = sextant.compare(self.folder / "a", self.folder / "a", only="accuracy")
         self.assertTrue(same)
         self.assertEqual((same.verdict, same.exit_code), ("ok", 0))
+        self.assertEqual((same.records, same.cases), (first.n_records, first.n_records))
+        self.assertIn(f"records: {first.n_records}", repr(same))
         self.assertTrue(any(finding.row["metric"] == "Et_m" for finding in same.rows if finding.kind == "accuracy"))
         plan["noise"]["levels"] = [0.1, 2.0]
         plan["noise"]["base"] = {"flow": {"epe_px": 2}}
