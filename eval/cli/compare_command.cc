@@ -81,7 +81,10 @@ void run_compare(const CompareFlags& flags) {
   }
   if (comparison.verdict == GateVerdict::invalid) {
     const auto first = std::ranges::find(comparison.findings, true, &Mismatch::invalidates);
-    print_message("error", fmt::format("not comparable: {} {}", first->what, first->subject));
+    const std::string sides = first->base.empty() && first->fresh.empty()
+                                  ? ""
+                                  : fmt::format(": BASE '{}', NEW '{}'", first->base, first->fresh);
+    print_message("error", fmt::format("not comparable: {} {}{}", first->what, first->subject, sides));
   }
   throw Finished{exit_code(comparison.verdict)};
 }

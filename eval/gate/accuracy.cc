@@ -20,15 +20,14 @@ std::string short_case(const SubjectCases& cases, size_t row) {
   return fmt::format("seed {} frame {}", cases.seeds[row], cases.frames[row]);
 }
 
-std::string full_case(const SubjectCases& cases, size_t row) {
-  return fmt::format("{} {}", to_string(cases.subject), short_case(cases, row));
-}
-
 /// A subject that both sides have, with the records that they share.
 struct PairedCases {
   const SubjectCases& base;
   const SubjectCases& fresh;
+  std::string name;  ///< of the subject, with the noise if the level does not determine it
   std::vector<RowPair> rows;
+
+  std::string name_of(const RowPair& row) const { return name + " " + short_case(base, row.base); }
 };
 
 std::vector<PairedCases> pair_up(const std::vector<SubjectCases>& base,
@@ -36,11 +35,18 @@ std::vector<PairedCases> pair_up(const std::vector<SubjectCases>& base,
                                  std::vector<Mismatch>& findings) {
   Tally missing("cases", same.cases), added("new_cases", same.new_cases);
   std::vector<PairedCases> shared;
-  for (const SubjectPair& pair : pair_subjects(base, fresh)) {
+  const std::vector<SubjectPair> pairs = pair_subjects(base, fresh);
+  report_noises(pairs, same.cases, findings);
+  SubjectNames names;
+  for (const SubjectPair& pair : pairs) names.add(pair.subject());
+  for (const SubjectPair& pair : pairs) {
     PairedRows rows = pair_rows(pair);
-    for (const size_t row : rows.only_base) missing.add(full_case(*pair.base, row), "there", "missing");
-    for (const size_t row : rows.only_fresh) added.add(full_case(*pair.fresh, row), "missing", "there");
-    if (!rows.both.empty()) shared.push_back({*pair.base, *pair.fresh, std::move(rows.both)});
+    const std::string name = names(pair.subject());
+    for (const size_t row : rows.only_base)
+      missing.add(name + " " + short_case(*pair.base, row), "there", "missing");
+    for (const size_t row : rows.only_fresh)
+      added.add(name + " " + short_case(*pair.fresh, row), "missing", "there");
+    if (!rows.both.empty()) shared.push_back({*pair.base, *pair.fresh, name, std::move(rows.both)});
   }
   missing.move_to(findings);
   added.move_to(findings);
@@ -55,8 +61,9 @@ std::optional<double> number_at(const NumberColumn* column, size_t row) {
 void check_truth(const PairedCases& cases, Tally& truth) {
   constexpr double rounding = 1e-9;
   const std::vector<ColumnPair> columns = pair_columns(cases.base.truth, cases.fresh.truth);
-  for (const auto& [b, f] : cases.rows) {
+  for (const RowPair& row : cases.rows) {
     for (const ColumnPair& column : columns) {
+      const auto& [b, f] = row;
       const std::optional<double> before = number_at(column.base, b), after = number_at(column.fresh, f);
       const bool same =
           before.has_value() == after.has_value() &&
@@ -65,7 +72,7 @@ void check_truth(const PairedCases& cases, Tally& truth) {
       const auto text_of = [](const std::optional<double>& x) {
         return x ? fmt::format("{}", *x) : "missing";
       };
-      truth.add(fmt::format("{} {}", full_case(cases.base, b), column.name), text_of(before), text_of(after));
+      truth.add(fmt::format("{} {}", cases.name_of(row), column.name), text_of(before), text_of(after));
     }
   }
 }
@@ -129,13 +136,14 @@ StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& polic
 /// Reports errors that only one side has, among the records that both have estimated.
 void check_which_errors(const PairedCases& cases, const std::vector<ColumnPair>& errors, Tally& missing,
                         Tally& added) {
-  for (const auto& [b, f] : cases.rows) {
+  for (const RowPair& row : cases.rows) {
+    const auto& [b, f] = row;
     if (!cases.base.is_estimated(b) || !cases.fresh.is_estimated(f)) continue;
     for (const ColumnPair& error : errors) {
       const bool before = error.base != nullptr && error.base->has(b),
                  after = error.fresh != nullptr && error.fresh->has(f);
       if (before == after) continue;
-      const std::string what = fmt::format("{} {}", full_case(cases.base, b), error.name);
+      const std::string what = fmt::format("{} {}", cases.name_of(row), error.name);
       if (before) missing.add(what, "there", "missing");
       if (after) added.add(what, "missing", "there");
     }

@@ -167,11 +167,27 @@ TEST_F(Gate, NamesOfSubjectsAreDistinctWhereLevelsOfTwoNoisesAreEqual) {
   write_run(base(), records);
   write_run(fresh(), records);
   const Comparison c = compare();
+  EXPECT_TRUE(c.findings.empty());
   std::set<std::string> names;
   const Json entries = comparison_github(c, defaults());
   for (const Json& entry : entries) names.insert(entry["name"]);
   EXPECT_EQ(names.size(), entries.size());
   EXPECT_TRUE(names.contains("synthetic s18 joint_flow level 0.1 (flow 0.1 px) ego Et_m"));
+}
+
+TEST_F(Gate, NoisesThatOnlyOneSideHasAreTheFirstFinding) {
+  const Comparison c = compare_changed([](Record& r) { r.noise = "depth 0.4 px"; });
+  EXPECT_EQ(c.verdict, GateVerdict::invalid);
+  EXPECT_EQ(c.findings.at(0).what, "cases");
+  EXPECT_EQ(c.findings[0].subject, "noises that only one side has");
+  EXPECT_EQ(c.findings[0].base, "depth 0.1 px (level 0.1)");
+  EXPECT_EQ(c.findings[0].fresh, "depth 0.4 px (level 0.1)");
+  EXPECT_EQ(c.findings[1].subject, "synthetic city joint_flow level 0.1 (depth 0.1 px) ego seed 0 frame 1");
+  // A body that NEW lacks is no difference of the noises.
+  std::vector<Record> records = sweep_records();
+  std::erase_if(records, is_target);
+  write_run(fresh(), records);
+  EXPECT_EQ(compare().findings.at(0).subject, "synthetic s18 joint_flow level 0.1 object:1 seed 0 frame 1");
 }
 
 TEST_F(Gate, ALostCaseIsRegressedAndAGainedOneImproved) {

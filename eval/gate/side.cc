@@ -1,10 +1,13 @@
 #include "sextant/eval/gate/side.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -377,6 +380,31 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
 Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base,
                   std::string fresh) {
   return {std::move(what), std::move(subject), std::move(base), std::move(fresh), rule == Strictness::must};
+}
+
+void report_noises(const std::vector<SubjectPair>& pairs, Strictness rule, std::vector<Mismatch>& findings) {
+  const auto body_of = [](Subject s) {
+    s.noise = Interned();
+    s.level = 0;
+    return s;
+  };
+  std::set<Subject> only_base, only_fresh;
+  for (const SubjectPair& pair : pairs) {
+    if (pair.fresh == nullptr) only_base.insert(body_of(pair.subject()));
+    if (pair.base == nullptr) only_fresh.insert(body_of(pair.subject()));
+  }
+  std::set<std::string> base, fresh;
+  for (const SubjectPair& pair : pairs) {
+    const Subject& s = pair.subject();
+    if (!only_base.contains(body_of(s)) || !only_fresh.contains(body_of(s))) continue;
+    const std::string noise = s.noise == "none" ? "none" : fmt::format("{} (level {})", s.noise, s.level);
+    if (pair.fresh == nullptr) base.insert(noise);
+    if (pair.base == nullptr) fresh.insert(noise);
+  }
+  if (base.empty()) return;
+  findings.push_back(mismatch(rule, "cases", "noises that only one side has",
+                              fmt::format("{}", fmt::join(base, ", ")),
+                              fmt::format("{}", fmt::join(fresh, ", "))));
 }
 
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy) {

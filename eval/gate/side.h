@@ -95,6 +95,10 @@ struct Mismatch {
 /// are found where records are paired (accuracy.h, speed.h).
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy);
 
+/// Reports the noises and levels that only one side has, of bodies that both sides have: the reason why
+/// records are missing or new.
+void report_noises(const std::vector<SubjectPair>& pairs, Strictness rule, std::vector<Mismatch>& findings);
+
 /// Makes a mismatch that invalidates the comparison if the rule is Strictness::must.
 Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base,
                   std::string fresh);
