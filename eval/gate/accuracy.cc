@@ -77,6 +77,30 @@ void check_truth(const PairedCases& cases, Tally& truth) {
   }
 }
 
+/// Returns false if a finding explains why measurements differ: another configuration, or other data.
+bool expects_equal_measurements(const std::vector<Mismatch>& findings) {
+  return std::ranges::none_of(
+      findings, [](const Mismatch& f) { return f.what == "configuration" || f.what == "data"; });
+}
+
+/// Reports errors of the measured flow that differ. They do not depend on the estimator, unlike the errors
+/// over its inliers (epe_initial_px).
+void check_measurements(const PairedCases& cases, const AccuracyPolicy& policy, Tally& measurements) {
+  for (const ColumnPair& column : pair_columns(cases.base.errors, cases.fresh.errors)) {
+    if (!column.name.str().starts_with("epe_measured_")) continue;
+    const MetricPolicy rules = policy.of(column.name);
+    for (const RowPair& row : cases.rows) {
+      const std::optional<double> before = number_at(column.base, row.base),
+                                  after = number_at(column.fresh, row.fresh);
+      if (!before || !after) continue;
+      if (std::abs(*after - *before) <= std::max(rules.absolute, rules.relative * std::abs(*before)))
+        continue;
+      measurements.add(fmt::format("{} {}", cases.name_of(row), column.name), fmt::format("{}", *before),
+                       fmt::format("{}", *after));
+    }
+  }
+}
+
 /// Judges records that got worse (lost, wrong) against records that got better (gained, corrected).
 GateVerdict judge_counts(int n_worse, int n_better, const AccuracyPolicy& policy) {
   if (n_worse > n_better + policy.max_lost) return GateVerdict::regressed;
@@ -423,12 +447,14 @@ GateVerdict AccuracyComparison::worst_verdict() const {
 void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
                       const Policy& policy, int jobs, AccuracyComparison& out) {
   Tally truth("data", policy.same.data), missing("cases", policy.same.cases),
-      added("new_cases", policy.same.new_cases);
+      added("new_cases", policy.same.new_cases), measurements("measurements", Strictness::note);
+  const bool equal_measurements = expects_equal_measurements(out.findings);
   const std::vector<PairedCases> shared = pair_up(base, fresh, policy.same, out.findings);
   std::vector<PairedErrors> tasks;
   for (const PairedCases& cases : shared) {
     out.n_cases += static_cast<int>(cases.rows.size());
     check_truth(cases, truth);
+    if (equal_measurements) check_measurements(cases, policy.accuracy, measurements);
     const StatusRow statuses = compare_statuses(cases, policy.accuracy);
     if (policy.accuracy.judge && !statuses.example.empty()) out.statuses.push_back(statuses);
     const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
@@ -441,6 +467,7 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
   truth.move_to(out.findings);
   missing.move_to(out.findings);
   added.move_to(out.findings);
+  measurements.move_to(out.findings);
   if (!policy.accuracy.judge) return;
   std::vector<size_t> sources;
   std::map<std::pair<std::string, std::string>, size_t> known;

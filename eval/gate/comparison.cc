@@ -25,6 +25,12 @@ void check_repetitions(const Side& side, const Policy& policy, std::vector<Misma
                                 fmt::format("{} records in the first", n),
                                 fmt::format("{} here", run.n_cases)));
   }
+  if (!policy.accuracy.judge || side.runs.size() < 2) return;
+  findings.push_back(
+      mismatch(Strictness::note, "repetitions",
+               fmt::format("{}: errors and statuses are judged in {} only, the first of {} runs", side.path,
+                           fs::path(side.runs.front().path).filename().string(), side.runs.size()),
+               "", ""));
 }
 
 void compare_records(const Side& base, const Side& fresh, const Policy& policy, int jobs, Comparison& out) {

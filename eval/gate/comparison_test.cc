@@ -190,6 +190,34 @@ TEST_F(Gate, NoisesThatOnlyOneSideHasAreTheFirstFinding) {
   EXPECT_EQ(compare().findings.at(0).subject, "synthetic s18 joint_flow level 0.1 object:1 seed 0 frame 1");
 }
 
+TEST_F(Gate, OtherMeasurementsOfTheSameConfigurationAreNoted) {
+  std::vector<Record> records = sweep_records();
+  for (Record& r : records) r.errors["epe_measured_px"] = r.errors["epe_initial_px"] = 0.4;
+  write_run(base(), records);
+  write_run(fresh(), records);
+  EXPECT_TRUE(compare().findings.empty());
+  // The errors over the inliers depend on the estimator.
+  for (Record& r : records) r.errors["epe_initial_px"] = 0.3;
+  write_run(fresh(), records);
+  EXPECT_TRUE(compare().findings.empty());
+  for (Record& r : records) r.errors["epe_measured_px"] = 0.8;
+  write_run(fresh(), records);
+  const Comparison c = compare();
+  EXPECT_EQ(c.verdict, GateVerdict::ok);
+  ASSERT_EQ(c.findings.size(), 6U);
+  EXPECT_EQ(c.findings[0].what, "measurements");
+  EXPECT_EQ(c.findings[0].subject, "synthetic city joint_flow level 0.1 ego seed 0 frame 1 epe_measured_px");
+  EXPECT_EQ(c.findings[0].base, "0.4");
+  EXPECT_EQ(c.findings[0].fresh, "0.8");
+  // Other noise measures other flow.
+  Policy policy;
+  policy.same.configuration = Strictness::note;
+  Json run = sweep_provenance();
+  run["configuration"]["noise"] = "another";
+  write_run(fresh(), records, run);
+  for (const Mismatch& f : compare(policy).findings) EXPECT_EQ(f.what, "configuration");
+}
+
 TEST_F(Gate, ALostCaseIsRegressedAndAGainedOneImproved) {
   const auto lose = [](Record& r) {
     if (!is_target(r) || r.seed != 3 || r.frame != 2) return;
@@ -573,6 +601,14 @@ TEST_F(Gate, RepeatedRunsAreJudgedByTheirTimes) {
   write(fresh(), 1.15);
   const Comparison c = compare();
   EXPECT_EQ(c.verdict, GateVerdict::regressed) << headline(c);
+  ASSERT_EQ(c.findings.size(), 2U);
+  EXPECT_EQ(c.findings[1].what, "repetitions");
+  EXPECT_FALSE(c.findings[1].invalidates);
+  EXPECT_THAT(c.findings[1].subject,
+              HasSubstr("new: errors and statuses are judged in 0 only, the first of 6 runs"));
+  Policy speed_only;
+  speed_only.accuracy.judge = false;
+  EXPECT_TRUE(compare(speed_only).findings.empty());
   const Table speeds = speed_table(c, true);
   EXPECT_THAT(*speeds.rows.at(0).at(0).text(), HasSubstr("refine"));
   EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);

@@ -83,7 +83,8 @@ OutputFiles baseline_files(const std::filesystem::path& run);
 /// A difference between the two sides.
 struct Mismatch {
   /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program", "records"
-  /// (fewer or more than run.json states), "repetitions", "times" (not judged, because a side has none)
+  /// (fewer or more than run.json states), "repetitions", "measurements" (other errors of the measured flow),
+  /// "times" (not judged, because a side has none)
   std::string what;
   std::string subject;
   std::string base;   ///< value in BASE
