@@ -129,15 +129,15 @@ constexpr float unknown_limit = 1e9f;
 constexpr float unknown_value = 1e10f;
 
 // Returns true if a pixel of the row is unknown. Bit patterns are compared as integers, which puts NaN and
-// infinity above the limit, and without branches, which lets the loop vectorise: files without an unknown
-// pixel, as networks write them, cost one pass at memory speed.
+// infinity above the largest known value, and without branches, which lets the loop vectorise: files without
+// an unknown pixel, as networks write them, cost one pass at memory speed.
 bool has_unknown(const Flow* row, size_t n) {
-  const uint32_t limit = std::bit_cast<uint32_t>(unknown_limit);
+  const uint32_t largest = std::bit_cast<uint32_t>(unknown_limit) - 1;
   uint32_t above = 0;
   for (size_t i = 0; i < n; ++i) {
     const uint32_t u = std::bit_cast<uint32_t>(row[i].u) & 0x7fffffffu;
     const uint32_t v = std::bit_cast<uint32_t>(row[i].v) & 0x7fffffffu;
-    above |= (limit - u) | (limit - v);
+    above |= (largest - u) | (largest - v);
   }
   return (above >> 31) != 0;
 }
@@ -172,7 +172,7 @@ Image<Flow> decode_flo(std::string_view bytes, const std::string& name) {
     Flow* row = flow.row(y);
     if (!has_unknown(row, n)) continue;
     for (size_t x = 0; x < n; ++x) {
-      if (!(std::abs(row[x].u) <= unknown_limit && std::abs(row[x].v) <= unknown_limit)) row[x] = Flow{};
+      if (!(std::abs(row[x].u) < unknown_limit && std::abs(row[x].v) < unknown_limit)) row[x] = Flow{};
     }
   }
   return flow;

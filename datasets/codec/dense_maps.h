@@ -49,8 +49,9 @@ Image<float> depth_from_tartanair(const Image<Rgba>& image);
 Image<Flow> flow_from_tartanair(const Image<Rgb16>& image);
 
 // Middlebury .flo optical flow: "PIEH" (the float 202021.25), int32 width, int32 height, then width*height
-// pairs of float (u, v), px, row by row; all little-endian. A component above 1e9 in magnitude or NaN means
-// "unknown" and is an invalid Flow here. Source: vision.middlebury.edu/flow/code/flow-code/README.txt
+// pairs of float (u, v), px, row by row; all little-endian. A component of 1e9 or more in magnitude, or
+// NaN, means "unknown" and is an invalid Flow here.
+// Source: vision.middlebury.edu/flow/code/flow-code/README.txt
 
 /// Decodes a .flo file. Throws Error on another magic number, a width or height outside 1..1000000, or a
 /// number of bytes that does not match them.

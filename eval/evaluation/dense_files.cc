@@ -9,6 +9,7 @@
 #include <set>
 
 #include "sextant/base/files.h"
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/eval/diagnosis/dense_readings.h"
 #include "sextant/eval/diagnosis/hypothesis.h"
@@ -17,13 +18,33 @@
 namespace sextant {
 namespace {
 
-Image<Flow> read_flow(const std::string& path, FlowFormat format) {
+/// Returns true if a PNG with the channels u, v and validity seems to have them in the order B, G, R: red
+/// holds only a flag, and blue does not.
+bool has_reversed_channels(const Image<Rgb16>& image) {
+  const auto is_flag = [&](uint16_t Rgb16::*channel) {
+    uint16_t largest = 0;
+    for (size_t i = 0; i < image.size(); ++i) largest = std::max(largest, image.data()[i].*channel);
+    return std::all_of(image.data(), image.data() + image.size(), [&](const Rgb16& pixel) {
+      return (pixel.*channel == 0 || pixel.*channel == largest) && (largest <= 1 || largest == 65535);
+    });
+  };
+  return is_flag(&Rgb16::r) && !is_flag(&Rgb16::b);
+}
+
+/// Adds a warning, unless `warnings` is null, if the channels of a PNG seem to be in the wrong order.
+Image<Flow> read_flow(const std::string& path, FlowFormat format, std::vector<std::string>* warnings) {
   const std::string bytes = read_file(path);
   if (format == FlowFormat::flo || (format == FlowFormat::by_name && path.ends_with(".flo")))
     return decode_flo(bytes, path);
   if (format == FlowFormat::by_name)
     fail("{}: flow in a PNG may be of kitti or vkitti: give --est-format and --gt-format", path);
   const Image<Rgb16> image = decode_png_rgb16(bytes, path);
+  if (warnings != nullptr && warnings->empty() && has_reversed_channels(image)) {
+    warnings->push_back(fmt::format(
+        "flow: the channels of {} seem to be in the order B, G, R: its red channel holds only a flag, its "
+        "blue channel does not: write u to red, v to green, and 1 for valid pixels to blue",
+        path));
+  }
   return format == FlowFormat::kitti ? flow_from_kitti(image) : flow_from_vkitti(image);
 }
 
@@ -170,6 +191,7 @@ Cell percent(double share) { return finite_cell(100 * share); }
 struct DensePair {
   Eigen::Vector2d estimate, truth;
   double width = 0, height = 0;  ///< of the image, px
+  Eigen::Vector2d pixel;         ///< its coordinates x, y
 };
 using DensePairs = std::vector<DensePair>;
 
@@ -185,8 +207,12 @@ void add_pairs(const Image<T>& estimate, const Image<T>& truth, DensePairs& pair
   const size_t stride = n / most + 1;
   for (size_t i = 0; i < truth.size(); ++i) {
     if (!both(i) || seen++ % stride != 0) continue;
-    pairs.push_back({vector_of(estimate.data()[i]), vector_of(truth.data()[i]),
-                     static_cast<double>(truth.width()), static_cast<double>(truth.height())});
+    pairs.push_back({vector_of(estimate.data()[i]),
+                     vector_of(truth.data()[i]),
+                     static_cast<double>(truth.width()),
+                     static_cast<double>(truth.height()),
+                     {static_cast<double>(i % static_cast<size_t>(truth.width())),
+                      static_cast<double>(i / static_cast<size_t>(truth.width()))}});
   }
 }
 
@@ -208,6 +234,30 @@ Hypothesis<DensePairs> hypothesis(Eigen::Vector2d DensePair::*side, const std::s
           }};
 }
 
+constexpr const char* factor_code = "factor";
+
+/// Returns the hypothesis that the estimate is the truth times one factor, which is a median over the pixels:
+/// factor_of(pair), NaN where the pixel does not determine it. divide(pair, factor) corrects a pixel. A
+/// factor within 25 % of 1 is an error of the estimate, not of its scale.
+template <typename FactorOf, typename Divide>
+Hypothesis<DensePairs> one_factor(const FactorOf& factor_of, const Divide& divide,
+                                  const std::string& remedy) {
+  const auto undo = [factor_of, divide](DensePairs& pairs, double& fitted) {
+    std::vector<double> factors;
+    for (const DensePair& pair : pairs) {
+      if (const double factor = factor_of(pair); std::isfinite(factor)) factors.push_back(factor);
+    }
+    if (factors.empty()) return false;
+    fitted = middle_of(factors);
+    if (!(fitted > 0) || std::abs(std::log(fitted)) < std::log(1.25)) return false;
+    for (DensePair& pair : pairs) divide(pair, fitted);
+    return true;
+  };
+  return {factor_code, "the estimate is about {:.4g} times the truth: one factor explains the errors",
+          remedy,      undo,
+          /*price=*/1, /*fits_number=*/true};
+}
+
 /// A side of the comparison, its format, and the flag that sets the format.
 struct Side {
   Eigen::Vector2d DensePair::*vector;
@@ -224,8 +274,25 @@ void explain_errors(const DensePairs& pairs, const std::vector<Hypothesis<DenseP
                     double null, const char* subject, const char* unit, std::vector<std::string>& warnings) {
   const std::optional<double> declared = mean_square(pairs);
   if (!declared) return;
-  const auto found = explain(*declared, read_as(hypotheses, pairs, mean_square), {.null = null});
+  auto found = explain(*declared, read_as(hypotheses, pairs, mean_square), {.null = null});
+  if (found) std::erase_if(found->alike, [](const Reading& other) { return other.code == factor_code; });
   if (found) warnings.push_back(message(*found, subject, unit));
+}
+
+/// Warns if much of the estimate is exactly (0, 0) where the truth is not, as pixels without an estimate are
+/// that were not marked as invalid.
+void find_empty_flow(const DensePairs& pairs, std::vector<std::string>& warnings) {
+  constexpr double moving_px = 1, large_share = 0.25;
+  const auto is_zero = [](const DensePair& pair) { return pair.estimate.isZero(0); };
+  const auto n_zero = std::ranges::count_if(pairs, is_zero);
+  const auto n_wrong = std::ranges::count_if(
+      pairs, [&](const DensePair& pair) { return is_zero(pair) && pair.truth.norm() > moving_px; });
+  const auto n = static_cast<double>(pairs.size());
+  if (std::ssize(pairs) == n_zero || static_cast<double>(n_wrong) < large_share * n) return;
+  warnings.push_back(fmt::format(
+      "flow: the estimate is exactly (0, 0) in {:.0f} % of the pixels, where the true flow is above {} px: "
+      "if these have no estimate, mark them as invalid (1e10 in .flo, 0 in the blue channel of PNG)",
+      100 * static_cast<double>(n_wrong) / n, moving_px));
 }
 
 void explain_flow(const DensePairs& pairs, const DenseFiles<FlowFormat>& files,
@@ -241,13 +308,41 @@ void explain_flow(const DensePairs& pairs, const DenseFiles<FlowFormat>& files,
           of_format ? fmt::format("{} {}", side.flag, reading.stored_as) : reading.remedy, reading.read));
     }
   }
+  hypotheses.push_back({"target",
+                        "in the estimate, flow holds the target (x + u, y + v) of each pixel (x, y)",
+                        "subtract the coordinates of the pixel", [](DensePairs& all, double&) {
+                          for (DensePair& pair : all) pair.estimate -= pair.pixel;
+                          return true;
+                        }});
+  hypotheses.push_back(one_factor(
+      [](const DensePair& pair) {
+        constexpr double shortest_px = 1;
+        const double length = pair.truth.norm();
+        return length < shortest_px ? NAN : pair.estimate.dot(pair.truth) / (length * length);
+      },
+      [](DensePair& pair, double factor) { pair.estimate /= factor; },
+      "check the unit and scale of the flow"));
   DensePairs still = pairs;
   for (DensePair& pair : still) pair.estimate.setZero();
   explain_errors(pairs, hypotheses, mean_square(still).value_or(0), "flow", "px", warnings);
 }
 
-void explain_depth(const DensePairs& pairs, const DenseFiles<DepthFormat>& files, double bf,
+/// Removes the pixels with the largest estimate if they are 5 to 95 % of all: the format of the files, or
+/// their writer, has clipped them.
+DensePairs without_clipped(const DensePairs& pairs) {
+  constexpr double least_share = 0.05;
+  double largest = -INFINITY;
+  for (const DensePair& pair : pairs) largest = std::max(largest, pair.estimate.x());
+  DensePairs others;
+  std::ranges::copy_if(pairs, std::back_inserter(others),
+                       [&](const DensePair& pair) { return pair.estimate.x() < largest; });
+  const double share = static_cast<double>(others.size()) / static_cast<double>(pairs.size());
+  return share < least_share || share > 1 - least_share ? pairs : others;
+}
+
+void explain_depth(const DensePairs& all_pairs, const DenseFiles<DepthFormat>& files, double bf,
                    std::vector<std::string>& warnings) {
+  const DensePairs pairs = without_clipped(all_pairs);
   std::vector<Hypothesis<DensePairs>> hypotheses;
   for (const Side& side : sides_of(files)) {
     std::vector<DepthReading> readings = depth_readings(side.format);
@@ -267,6 +362,10 @@ void explain_depth(const DensePairs& pairs, const DenseFiles<DepthFormat>& files
                                       }));
     }
   }
+  hypotheses.push_back(one_factor(
+      [](const DensePair& pair) { return std::exp(pair.estimate.x() - pair.truth.x()); },
+      [](DensePair& pair, double factor) { pair.estimate.x() -= std::log(factor); },
+      "check the unit and scale of the depth, and that --bf is focal length times baseline in px m"));
   DensePairs even = pairs;
   double mean = 0;
   for (const DensePair& pair : pairs) mean += pair.truth.x() / static_cast<double>(pairs.size());
@@ -279,7 +378,10 @@ void explain_depth(const DensePairs& pairs, const DenseFiles<DepthFormat>& files
 Table evaluate_flow(const DenseFiles<FlowFormat>& files, std::vector<std::string>* warnings) {
   std::map<std::string, std::vector<DenseFlowError>> errors;
   DensePairs pairs;
-  for_subsets<Flow>(files, read_flow,
+  const auto read = [&](const std::string& path, FlowFormat format) {
+    return read_flow(path, format, warnings);
+  };
+  for_subsets<Flow>(files, read,
                     [&](const std::string& subset, const Image<Flow>& estimate, const Image<Flow>& truth) {
                       errors[subset].push_back(dense_flow_error(estimate, truth));
                       if (warnings && subset == "all") add_pairs(estimate, truth, pairs);
@@ -299,7 +401,10 @@ Table evaluate_flow(const DenseFiles<FlowFormat>& files, std::vector<std::string
                    finite_cell(e.y_px), percent(e.outlier_share)});
   }
   note_missing_images(files, table);
-  if (warnings) explain_flow(pairs, files, *warnings);
+  if (warnings) {
+    explain_flow(pairs, files, *warnings);
+    find_empty_flow(pairs, *warnings);
+  }
   return table;
 }
 

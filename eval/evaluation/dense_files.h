@@ -16,6 +16,10 @@
 //
 //   flow    squared length of the error, px^2; the null reading is no flow
 //   depth   (ln z - ln z_true)^2; the null reading is one depth everywhere, the geometric mean of the truth
+//
+// Further readings: flow that holds target coordinates, and an estimate that is one factor times the truth
+// (its median over the pixels). Other warnings: PNG flow in the order B, G, R, and flow that is exactly (0,
+// 0) in a quarter of the pixels, although it is not in truth.
 
 #include <string>
 #include <vector>

@@ -142,6 +142,38 @@ TEST(DenseFiles, OtherReadingsOfTheFilesAreNamed) {
                 return Flow{64 * (f.u + e), 64 * f.v};
               }),
               ElementsAre(HasSubstr("64 times too large")));
+  const auto target = image_of(40, 30, [&](int x, int y) {
+    return Flow{truth(x, y).u + static_cast<float>(x), truth(x, y).v + static_cast<float>(y)};
+  });
+  EXPECT_THAT(flow_warnings(folder.write("est.flo", encode_flo(target)), FlowFormat::flo),
+              ElementsAre(HasSubstr("flow holds the target (x + u, y + v) of each pixel")));
+  for (const float factor : {0.05F, 50.0F}) {
+    EXPECT_THAT(changed([&](Flow f, float e) {
+                  return Flow{factor * (f.u + e), factor * f.v};
+                }),
+                ElementsAre(HasSubstr(fmt::format("the estimate is about {} times the truth", factor))));
+  }
+  EXPECT_THAT(changed([](Flow f, float) {
+                return Flow{1.2F * f.u, 1.2F * f.v};  // an error of the estimate
+              }),
+              IsEmpty());
+  // Pixels without an estimate that are not marked; a part of the scene that stands still.
+  const auto partly = [&](bool in_truth) {
+    const auto half = image_of(40, 30, [&](int x, int y) { return y % 2 == 0 ? Flow{0, 0} : truth(x, y); });
+    DenseFiles<FlowFormat> o;
+    o.estimate = folder.write("half.flo", encode_flo(half));
+    o.truth = folder.write("gt.flo", encode_flo(in_truth ? half : truth));
+    std::vector<std::string> warnings;
+    evaluate_flow(o, &warnings);
+    return warnings;
+  };
+  EXPECT_THAT(partly(false), ElementsAre(HasSubstr("is exactly (0, 0) in 50 % of the pixels")));
+  EXPECT_THAT(partly(true), IsEmpty());
+  Image<Rgb16> channels = kitti_from_flow(truth);
+  EXPECT_THAT(flow_warnings(folder.write("est.png", encode_png(channels)), FlowFormat::kitti), IsEmpty());
+  for (size_t i = 0; i < channels.size(); ++i) std::swap(channels.data()[i].r, channels.data()[i].b);
+  EXPECT_THAT(flow_warnings(folder.write("est.png", encode_png(channels)), FlowFormat::kitti),
+              ElementsAre(HasSubstr("seem to be in the order B, G, R")));
   EXPECT_THAT(flow_warnings(folder.write("est.png", encode_png(kitti_from_flow(truth))), FlowFormat::vkitti),
               ElementsAre(HasSubstr(": --est-format kitti")));
 
@@ -160,6 +192,16 @@ TEST(DenseFiles, OtherReadingsOfTheFilesAreNamed) {
   EXPECT_THAT(depth_warnings(encode_png(cm_from_depth(true_z)), DepthFormat::depth256),
               ElementsAre(HasSubstr(
                   "in the estimate, depth looks like centimetres: the files are read as depth * 256")));
+  const auto scaled = [&](float factor) {
+    const auto z = image_of(40, 30, [&](int x, int y) { return factor * true_z(x, y); });
+    return depth_warnings(encode_png(depth256_from_depth(z)), DepthFormat::depth256);
+  };
+  EXPECT_THAT(scaled(0.5F), ElementsAre(HasSubstr("the estimate is about 0.5 times the truth")));
+  EXPECT_THAT(scaled(1.1F), IsEmpty());
+  const auto clipped = image_of(
+      40, 30, [&](int x, int y) { return static_cast<uint16_t>(std::min(65535.0F, 5000 * true_z(x, y))); });
+  EXPECT_THAT(depth_warnings(encode_png(clipped), DepthFormat::depth256),
+              ElementsAre(HasSubstr("depth looks like depth * 5000 (TUM)")));
   EXPECT_THAT(depth_warnings(encode_png(depth256_from_depth(true_z)), DepthFormat::disparity256),
               ElementsAre(HasSubstr(": --est-format depth256")));
 }
