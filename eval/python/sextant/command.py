@@ -72,12 +72,17 @@ class Run(_Folder):
             for row in self.rows]
 
     def plot(self, metric="Et_m", ax=None):
-        """Plots the error of every body of every sequence over the frames, averaged over seeds; returns the axes.
+        """Plots the errors that the rows summarise over the frames, averaged over seeds: of estimated bodies that move by truth. A
+        line is interrupted where a body has no such error. Returns the axes.
 
         >>> sextant.run("synthetic:s18@0-3", estimator="motion_only").plot("ER_deg").get_ylabel()
         'mean E_R [deg]'
         """
-        return _plot(self.records(), metric, "frame", ["estimator", "body"], axes_of(ax))
+        records = _with_counted_errors(self.records())
+        ax = _plot(records, metric, "frame", ["estimator", "body"], axes_of(ax))
+        sources, noises = (list(dict.fromkeys(names)) for names in (records.dataset.str.cat(records.sequence, " "), records.noise))
+        ax.set_title("\n".join(names[0] for names in (sources, noises) if len(names) == 1), fontsize="medium")
+        return ax
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -204,16 +209,31 @@ def _heading(metric):
     return f"{symbol} [{units[unit]}]"
 
 
+def _with_counted_errors(records):
+    """Returns the records without the errors that are not counted in summaries: of bodies that are not estimated, are static by
+    truth or whose true motion is unknown (has_truth() in records/record.h)."""
+    errors = [name for name in records if name.startswith("errors_")]
+    of_motion = [name for name in errors if not name.startswith("errors_epe_")]
+    counted = (records.status == "ok") & records[of_motion].notna().any(axis=1)
+    if "values_dynamic_gt" in records:
+        counted &= records.values_dynamic_gt != 0
+    records[errors] = records[errors].where(counted)
+    return records
+
+
 def _draw_lines(records, column, over, groups, ax, *, rms=False, **style):
     """Draws means, or RMS values, of a column, with one line per group, and also per data set, sequence and grid of noise if there
-    are several."""
+    are several. A line over frames is interrupted at frames without a value."""
     groups = groups + [name for name in ("dataset", "sequence", "grid") if name in records and records[name].nunique() > 1]
     values = records.dropna(subset=[column])
     if rms:
         values = values.assign(**{column: values[column] ** 2})
     found = values.groupby([*groups, over], observed=True)[column].mean()
     for name, line in found.groupby(level=list(range(len(groups))), observed=True):
-        ax.plot(line.index.get_level_values(over), line.values ** 0.5 if rms else line.values, **style,
+        line = line.droplevel(groups)
+        if over == "frame":
+            line = line.reindex(range(line.index.min(), line.index.max() + 1))
+        ax.plot(line.index, line.values ** 0.5 if rms else line.values, **style,
                 label=" ".join(map(str, name)) if isinstance(name, tuple) else str(name))
 
 

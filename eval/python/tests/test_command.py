@@ -42,6 +42,24 @@ class Command(unittest.TestCase):
         self.assertIsInstance(seen[-1], sextant.command.Progress)
         self.assertEqual(seen[-1].done, seen[-1].total)
 
+    def test_a_plot_draws_the_errors_of_the_rows(self):
+        """Object 6 is static by truth and estimated in some frames: the rows do not count it, and neither does the figure."""
+        run = sextant.run("synthetic:s18", out=self.folder / "a", noise={"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 0.5}})
+        records = run.records()
+        self.assertGreater((records[records.body == "object:6"].errors_Et_m > 0).sum(), 0)
+        axes = run.plot()
+        self.assertEqual([line.get_label() for line in axes.lines],
+                         [f"joint_flow {row.body}" for row in run.rows if row.n_estimated > 0])
+        for line, row in zip(axes.lines, run.rows):
+            self.assertAlmostEqual(numpy.mean(line.get_ydata()), row.metrics["Et_m"], delta=1e-12)  # no gap: every frame counts
+        self.assertEqual(axes.get_title(), "synthetic s18\ndepth 0.2 px + flow 0.5 px")
+        lines = (self.folder / "a" / "records.jsonl").read_text().splitlines()
+        missing = [line for line in lines if not ('"body":"object:1"' in line and '"frame":5,' in line)]
+        self.assertEqual(len(missing), len(lines) - 1)
+        (self.folder / "a" / "records.jsonl").write_text("\n".join(missing) + "\n")
+        drawn = run.plot().lines[1]
+        self.assertEqual(drawn.get_xdata()[numpy.isnan(drawn.get_ydata())].tolist(), [5], "a gap stays a gap")
+
     def test_run_refused(self):
         out = self.folder / "a"
         self.refuse("did you mean 'joint_flow'", sextant.run, SOURCE, out=out, estimator="joint_flo")
