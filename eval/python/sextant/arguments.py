@@ -1,13 +1,59 @@
 """Checks of arguments: arrays, numbers, texts, options. Each raises an Error with the argument's name if it is invalid."""
 
+import functools
+import inspect
 import json
 import math
 import os
+import re
 from numbers import Integral, Real
 
 import numpy
 
 from ._core import Error
+
+
+_FLAG = re.compile(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)(?: (none|origin|se3|sim3|scale|yaw|trans_part|rot_part|angle_deg|angle_rad|full|"
+                   r"point_distance|[-+]?\d[\w.]*)\b)?")
+_OTHER_NAMES = {"rpe": "delta", "delta_tolerance": "tolerance"}  #: arguments that are not named as their flag
+
+
+def arguments_named(function):
+    """Returns the function, whose Errors give advice by its arguments where the program's messages name flags: "align='se3'" for
+    "--align se3". A flag that the function does not have stays as it is."""
+    parameters = inspect.signature(function).parameters
+    takes_all = any(each.kind == inspect.Parameter.VAR_KEYWORD for each in parameters.values())
+
+    def argument(found):
+        name, value = found[1].replace("-", "_"), found[2]
+        if name not in parameters and _OTHER_NAMES.get(name) in parameters:
+            name = _OTHER_NAMES[name]
+        if name not in parameters and (not takes_all or name == "help"):
+            return found[0]
+        if name in parameters and parameters[name].default is False:
+            return f"{name}=True{f' {value}' if value else ''}"
+        if value is None:
+            return name
+        try:
+            float(value)
+        except ValueError:
+            value = repr(value)
+        return f"{name}={value}"
+
+    @functools.wraps(function)
+    def named(*values, **others):
+        try:
+            return function(*values, **others)
+        except Error as error:
+            if error.args and isinstance(error.args[0], str):
+                message = error.args[0]
+                if takes_all and message.startswith("unknown flag"):  # a list of names follows
+                    message = re.sub(r"--([a-z-]+)", lambda flag: flag[1].replace("-", "_"), message.replace(" --help,", ""))
+                    message = message.replace("unknown flag", "unknown argument")
+                error.args = (_FLAG.sub(argument, message), *error.args[1:])
+            raise
+
+    return named
 
 
 def whole(name, value, low, high):

@@ -15,7 +15,7 @@ import weakref
 from . import _core
 from . import estimators as functions
 from ._core import Error
-from .arguments import choice, json_text, number, optional, path, text, whole
+from .arguments import arguments_named, choice, json_text, number, optional, path, text, whole
 from .program_call import Progress, ProgramError, call, checked_progress, program
 from .records import read
 from .showing import Shown, axes_of
@@ -403,6 +403,7 @@ def _plan_file(plan):
         yield str(file)
 
 
+@arguments_named
 def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None, seeds=1, level=0.0, procedure=None, preset="paper",
         jobs=None, data=None, force=False, progress=None) -> Run:
     """Runs `sextant run`. `estimator` may be a function of a sextant.Problem, which then runs in this process.
@@ -433,6 +434,7 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
                summary["classification"], warnings, kept)
 
 
+@arguments_named
 def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, force=False, reuse_stale=False, progress=None) -> Sweep:
     """Runs `sextant sweep` on a plan, a file or a dict. `estimators`: functions by name, to which the plan refers as python:NAME.
     Finished cases of a function that has changed are run again, or kept with `reuse_stale`; `force` starts over.
@@ -461,6 +463,7 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
                  done["wall_time_s"], done["problems"], warnings, kept)
 
 
+@arguments_named
 def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None) -> Comparison:
     """Runs `sextant compare`. The result is true if its verdict is ok or improved; the verdict is invalid if `base` and `new` are
     not comparable.
@@ -479,6 +482,7 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
     return Comparison(answer["verdict"], answer["exit_code"], answer["headline"], answer["cases"], rows)
 
 
+@arguments_named
 def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", rpe=None, all_pairs=False, format=None,
                  out=None, save_zip=None, data=None, **flags) -> EgoEvaluation:
     """Runs `sextant evaluate ego` on files, each FILE or SYSTEM=FILE. Other flags are given by name: n_to_align=100, offset=0.2,
@@ -502,6 +506,7 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
     return EgoEvaluation(None, None, None, answer["unit"], warnings, answer, "", systems)
 
 
+@arguments_named
 def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, stage=None, out=None, data=None) -> ObjectEvaluation:
     """Runs `sextant evaluate objects` on folders of logs.
 
@@ -518,6 +523,7 @@ def evaluate_objects(folders, *, format, preset=None, truth=None, rate=None, sta
     return ObjectEvaluation(rows, answer["warnings"], answer)
 
 
+@arguments_named
 def export(folder, *, format, out) -> Export:
     """Runs `sextant export`: writes the records of a folder as csv, npz or sqlite.
 

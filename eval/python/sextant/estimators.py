@@ -128,7 +128,7 @@ def added(functions):
         version = fingerprint(function)
         if version["not_seen"]:
             warnings.warn(f"estimator {name}: its fingerprint does not notice changes of some values: "
-                          f"{'; '.join(version['not_seen'])}", stacklevel=4)
+                          f"{'; '.join(version['not_seen'])}", stacklevel=5)  # the caller of sextant.run or sextant.sweep
         known.append((text("name", name), adapter(name, function), json.dumps(options_of(function)), json.dumps(version),
                       bool(getattr(function, "chooses_points", False))))
     with _one_at_a_time:

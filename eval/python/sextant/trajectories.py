@@ -12,7 +12,7 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import ascending, choice, floats, number, numbers, optional, path, poses, text, whole
+from .arguments import arguments_named, ascending, choice, floats, number, numbers, optional, path, poses, text, whole
 from .showing import Shown, axes_of
 
 
@@ -246,6 +246,7 @@ def statistics(errors) -> ErrorStatistics:
     return ErrorStatistics(*_core.statistics(floats("errors", errors)))
 
 
+@arguments_named
 def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignment:
     """Aligns the estimate with the reference: none, origin, se3, sim3, scale or yaw (about `up`), from the first n_to_align
     poses (0: all).
@@ -312,6 +313,7 @@ def _check_pairs(estimate, reference):
                     "evaluate_trajectory() pairs poses by stamps or frames, associate() finds the pairs of poses with equal stamps")
 
 
+@arguments_named
 def absolute_errors(estimate, reference, *, relation="trans_part", align="none", n_to_align=0, up=None):
     """Returns one error per pose (ATE, evo's APE): trans_part [m], rot_part, angle_deg, angle_rad, full, point_distance [m].
 
@@ -327,6 +329,7 @@ def absolute_errors(estimate, reference, *, relation="trans_part", align="none",
     return _core.absolute_errors(estimate, poses("reference", reference), relation)
 
 
+@arguments_named
 def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relation="trans_part", tolerance=_core.default_tolerance,
                     pairs_from_reference=False, stamps=None, align="none", n_to_align=0, up=None) -> RelativeErrors:
     """Returns one error per pair of poses (RPE) at the distance `delta`: 1f (frames), 10m, 5deg, 0.5rad, 2s (with `stamps`).
@@ -351,6 +354,7 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
                                                  floats("stamps", stamps)))
 
 
+@arguments_named
 def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_part", delta=None, all_pairs=False,
                         max_difference=_core.default_max_difference, offset=0.0, n_to_align=0, up=None,
                         max_speed=100.0) -> TrajectoryErrors:

@@ -88,7 +88,7 @@ class Command(unittest.TestCase):
             self.refuse(f"{name}: {empty}", sextant.sweep, {"name": "p"}, estimators={"f": len}, **{"out": out, name: ""})
         for name in ("save_zip", "rpe", "offset"):
             self.refuse(f"{name}: {empty}", sextant.evaluate_ego, "a", "b", **{name: ""})
-        self.refuse("--offset: expected a finite number, got 'true'", sextant.evaluate_ego, "a", "b", offset=True)
+        self.refuse("^offset: expected a finite number, got 'true'", sextant.evaluate_ego, "a", "b", offset=True)
         for call in (sextant.read_trajectory, sextant.read_flow, sextant.read, sextant.run):
             self.refuse("expected a text without zero bytes", call, "a\0b")
             self.refuse(empty, call, "")
@@ -130,7 +130,7 @@ class Command(unittest.TestCase):
         self.assertLess(evaluation.statistics.rmse, 0.1)
         self.assertTrue((self.folder / "evo.zip").is_file())
         self.refuse("no-such.txt", sextant.evaluate_ego, files[0], self.folder / "no-such.txt")
-        self.refuse("unknown flag '--aling'", sextant.evaluate_ego, *files, aling="se3")
+        self.refuse("unknown argument 'aling': did you mean 'align'", sextant.evaluate_ego, *files, aling="se3")
 
     def test_several_estimates_and_lengths(self):
         turns = numpy.random.default_rng(1).normal(size=(30, 3))
@@ -157,6 +157,33 @@ class Command(unittest.TestCase):
         self.assertEqual(list(lengths.lengths), ["1f", "5f", "900m"])
         self.assertIsNone(lengths.lengths["900m"])
         self.assertEqual(lengths.lengths["5f"], sextant.evaluate_ego(files["truth"], files["a"], rpe="5f").statistics)
+
+    def test_errors_name_arguments_instead_of_flags(self):
+        path = numpy.tile(numpy.eye(4), (5, 1, 1))
+        path[:, 2, 3] = range(5)
+        here, later = (sextant.Trajectory(path, stamps=start + 0.1 * numpy.arange(5)) for start in (0, 100))
+        for name, trajectory in (("a--rate.txt", here), ("b.txt", later)):
+            sextant.write_trajectory(self.folder / name, trajectory)
+        a, b, out = self.folder / "a--rate.txt", self.folder / "b.txt", self.folder / "out"
+        sextant.run("synthetic:s18@0-1", estimator="motion_only", out=out)
+        plan = {"name": "p", "sources": ["synthetic:s18@0-1"], "estimators": ["motion_only"], "seeds": 2,
+                "noise": {"parameter": "depth.delta_d_px", "levels": [0.1]}}
+        sextant.sweep(plan, out=self.folder / "sweep")
+        other = {**plan, "seeds": 3, "estimators": ["python:f"]}
+        for expected, call in (
+                ("within max_difference=0.01 s.*give offset=-100", lambda: sextant.evaluate_trajectory(later, here)),
+                ("use align='origin' or align='none'", lambda: sextant.evaluate_trajectory(here, here, align="se3")),
+                ("use align='origin' or align='none'", lambda: sextant.absolute_errors(path, path, align="se3")),
+                ("a--rate.txt within max_difference=0.01 s.*give offset=-100", lambda: sextant.evaluate_ego(a, b)),
+                ("align='yaw' and up go together", lambda: sextant.evaluate_ego(a, a, align="yaw")),
+                ("^offset: expected a finite number", lambda: sextant.evaluate_ego(a, b, offset=True)),
+                ("known: format, .*all_pairs, ", lambda: sextant.evaluate_ego(a, b, aling="se3")),
+                ("rate=-1: must be finite", lambda: sextant.evaluate_objects(self.folder, format="dynosam", rate=-1)),
+                ("pass force=True to replace", lambda: sextant.run("synthetic:s18@0-1", estimator="motion_only", out=out, seeds=2)),
+                ("pass force=True to start over", lambda: sextant.sweep({**plan, "seeds": 3}, out=self.folder / "sweep")),
+                ("pass force=True to start over",
+                 lambda: sextant.sweep(other, out=self.folder / "sweep", estimators={"f": lambda problem: problem.start}))):
+            self.refuse(expected, call)
 
     def test_errors_pass_between_processes(self):
         with self.assertRaises(sextant.ProgramError) as caught:
