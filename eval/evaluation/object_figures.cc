@@ -13,6 +13,7 @@ namespace sextant {
 namespace {
 
 constexpr const char* not_drawn = "NaN";  // gnuplot interrupts the line here
+constexpr int black_line = 7;             // the colour of the camera, as in the other figures
 
 /// Colours of the states, in the order of StepState.
 constexpr std::array<const char*, 5> state_colours = {"#009E73", "#56B4E9", "#D55E00", "#E69F00", "#B9BDC4"};
@@ -101,12 +102,22 @@ Cell coordinate(const std::optional<Eigen::Vector3d>& p, int axis) {
   return p ? Cell((*p)[axis]) : Cell(not_drawn);
 }
 
-Figure path_figure(const ObjectTracks& tracks) {
+/// Numbers of the bodies, which have the same colours in all figures of a page: 0 for the camera, objects from
+/// 1 in order of first appearance.
+using BodyNumbers = std::map<std::string, int>;
+
+BodyNumbers body_numbers(const std::vector<const ObjectTracks*>& tracks) {
+  BodyNumbers numbers = {{"ego", 0}};
+  for (const ObjectTracks* of_run : tracks) {
+    for (const BodyTrack& track : of_run->bodies)
+      numbers.try_emplace(track.body, static_cast<int>(numbers.size()));
+  }
+  return numbers;
+}
+
+Figure path_figure(const ObjectTracks& tracks, const BodyNumbers& numbers) {
   Figure figure;
   figure.name = "paths_" + file_stem(tracks.system);
-  figure.caption =
-      fmt::format("{}: paths of the camera and the objects from above (x to the right, z up); dashed: true.",
-                  tracks.system);
   EqualAxes axes;
   for (const BodyTrack& track : tracks.bodies) {
     for (const TrackPoint& point : track.points) {
@@ -117,11 +128,13 @@ Figure path_figure(const ObjectTracks& tracks) {
   }
   const bool lying = axes.longer_than_wide();
   const std::string across = lying ? "z" : "x", up = lying ? "x" : "z";  // axes of the figure
+  figure.caption = fmt::format("{}: paths of the camera and the objects from above ({}); dashed: true.",
+                               tracks.system, lying ? "z to the right, x down" : "x to the right, z up");
   std::vector<Position> positions;
   std::vector<LegendEntry> legend;
   Panel panel;
   for (const BodyTrack& track : tracks.bodies) {
-    const std::string colour = line_colour(legend.size());
+    const std::string colour = line_colour(static_cast<size_t>(numbers.at(track.body)));
     const std::string dashed = fmt::format("with lines lc rgb \"{}\" dt 2 lw 1", colour);
     const std::string solid = fmt::format("with lines lc rgb \"{}\" lw 1.8", colour);
     const std::string dots = fmt::format("with points lc rgb \"{}\" pt 7 ps 0.2", colour);
@@ -262,8 +275,10 @@ std::vector<StateSpan> state_spans(const std::vector<const Record*>& records) {
 
 std::vector<Figure> object_path_figures(const std::vector<ObjectTracks>& tracks) {
   std::vector<Figure> figures;
-  for (const ObjectTracks* of_run : first_runs(tracks)) {
-    Figure figure = path_figure(*of_run);
+  const std::vector<const ObjectTracks*> shown = first_runs(tracks);
+  const BodyNumbers numbers = body_numbers(shown);
+  for (const ObjectTracks* of_run : shown) {
+    Figure figure = path_figure(*of_run, numbers);
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;
@@ -325,20 +340,23 @@ Explorer object_explorer(const std::vector<ObjectTracks>& tracks, const std::vec
   Explorer explorer{
       .name = "walk", .time_title = "frame", .curves = {"E_t [m]", "E_R [deg]", "speed [km/h]"}};
   const std::vector<const ObjectTracks*> shown = first_runs(tracks);
-  for (const ObjectTracks* of_run : shown) {
+  const BodyNumbers numbers = body_numbers(shown);
+  for (size_t system = 0; system < shown.size(); ++system) {
+    const ObjectTracks* of_run = shown[system];
     std::map<std::pair<std::string, int>, const Record*> by_step;
     for (const Record& record : records) {
       if (record.estimator == of_run->system && record.seed == of_run->run)
         by_step.emplace(std::pair(record.body.str(), record.frame), &record);
     }
     for (const BodyTrack& track : of_run->bodies) {
-      const int colour = static_cast<int>(&track - of_run->bodies.data()) + 1;
+      const int number = numbers.at(track.body);
       const std::string label =
           shown.size() > 1 ? of_run->system + ", " + title_of(track.body) : title_of(track.body);
       for (const bool is_true : {true, false}) {
         ExploredPath path{.label = label,
                           .is_reference = is_true,
-                          .colour = colour,
+                          .colour = number == 0 ? black_line : number,
+                          .dash = static_cast<int>(system),
                           .time = {},
                           .frame = {},
                           .position_m = {},

@@ -58,6 +58,34 @@ TEST(ObjectFigures, PathsOfASingleObjectPoseAreDrawn) {
   EXPECT_THAT(draw(figures[0]).at("paths_dyno.svg"), HasSubstr("</svg>"));
 }
 
+TEST(ObjectFigures, CaptionsNameTheAxesAsTheyAreDrawn) {
+  const auto caption = [](const Eigen::Vector3d& end) {
+    return object_path_figures({{"dyno", 0, {{"ego", {{1, Eigen::Vector3d::Zero(), {}}, {2, end, {}}}}}}})
+        .at(0)
+        .caption;
+  };
+  EXPECT_THAT(caption({1, 0, 30}), HasSubstr("(z to the right, x down)"));
+  EXPECT_THAT(caption({30, 0, 1}), HasSubstr("(x to the right, z up)"));
+}
+
+TEST(ObjectFigures, BodiesHaveOneColourAndSystemsOneLineType) {
+  const std::vector<TrackPoint> points = {{12, Eigen::Vector3d(1, 0, 2), Eigen::Vector3d(1, 0, 2)}};
+  const std::vector<ObjectTracks> tracks = {
+      {"a", 0, {{"ego", points}, {"object:1", points}, {"object:2", points}}},
+      {"b", 0, {{"object:2", points}}}};
+  const Explorer explorer = object_explorer(tracks, {}, "Et_m", "ER_deg");
+  std::map<std::string, std::pair<int, int>> lines;
+  for (const ExploredPath& path : explorer.paths) lines[path.label] = {path.colour, path.dash};
+  EXPECT_EQ(lines.at("a, camera"), std::pair(7, 0));
+  EXPECT_EQ(lines.at("a, object 1"), std::pair(1, 0));
+  EXPECT_EQ(lines.at("a, object 2"), std::pair(2, 0));
+  EXPECT_EQ(lines.at("b, object 2"), std::pair(2, 1));
+  const std::vector<Figure> figures = object_path_figures(tracks);
+  EXPECT_THAT(figures.at(0).script, HasSubstr(line_colour(0)));
+  EXPECT_THAT(figures.at(1).script, HasSubstr(line_colour(2)));
+  EXPECT_THAT(figures.at(1).script, testing::Not(HasSubstr(line_colour(0) + "\" lw 1.8")));
+}
+
 TEST(ObjectFigures, AnObjectWithoutAPartnerHasItsOwnId) {
   const int id = unmatched_object + 3;
   const Record record = step_record(id, 12, Status::no_truth);

@@ -37,6 +37,7 @@ struct ExploredPath {
   std::string label;          ///< paths with the same label are switched on and off together
   bool is_reference = false;  ///< drawn grey if `colour` is 0, otherwise dashed
   int colour = 0;             ///< 0: grey; k: the k-th line colour
+  int dash = 0;               ///< 0: a solid line; k: the k-th pattern of dashes and dots; not of references
   std::vector<double> time;   ///< ascending
   std::vector<int> frame;
   std::vector<Eigen::Vector3d> position_m;  ///< may be empty; NaN: unknown

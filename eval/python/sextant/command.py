@@ -270,14 +270,27 @@ def _read(plan):
 
 @contextlib.contextmanager
 def _plan_file(plan):
-    """Yields the name of a file that contains the plan."""
-    if not isinstance(plan, dict):
-        yield _texts("plan", [plan])[0]
-        return
-    with tempfile.TemporaryDirectory(prefix="sextant") as folder:
-        file = pathlib.Path(folder) / "plan.json"
-        file.write_text(json_text("plan", plan), encoding="utf-8")
-        yield str(file)
+    """Yields the name of a file that contains the plan. Errors call a dict `plan`, and say how a sweep gets functions."""
+    with contextlib.ExitStack() as kept:
+        if isinstance(plan, dict):
+            file = pathlib.Path(kept.enter_context(tempfile.TemporaryDirectory(prefix="sextant"))) / "plan.json"
+            file.write_text(json_text("plan", plan), encoding="utf-8")
+        else:
+            file = _texts("plan", [plan])[0]
+        try:
+            yield str(file)
+        except ProgramError as error:
+            message = _named_plan(error.args[0], file) if isinstance(plan, dict) else error.args[0]
+            if "unknown estimator 'python:" in message:
+                message += ("; python:NAME is a function of the argument estimators, such as "
+                            "sextant.sweep(plan, estimators={'NAME': function})")
+            error.args = (message, *error.args[1:])
+            raise
+
+
+def _named_plan(message, file):
+    """Returns a message about the file of a dict that names the argument; a dict has no lines."""
+    return message.replace(f"{file}:1:", "plan:").replace(str(file), "plan")
 
 
 @arguments_named
@@ -303,7 +316,9 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
                 jobs or os.cpu_count(), text("preset", preset), out, bool(force), _quiet(progress)))
         warnings = summary["problems"]
     else:
-        flags = _flags(out=out, estimator=text("estimator", estimator), noise=_noise_text(noise), seeds=seeds, level=level,
+        if text("estimator", estimator).startswith("python:"):
+            raise Error(f"estimator: expected a function or the name of an estimator, got {estimator!r}: give the function itself")
+        flags = _flags(out=out, estimator=estimator, noise=_noise_text(noise), seeds=seeds, level=level,
                        options=optional(json_text, "options", options), procedure=procedure,
                        preset=text("preset", preset), jobs=jobs, data=data, force=bool(force))
         _, summary, warnings = call(["run", *sources, *flags, "--json"], progress=progress)
@@ -328,14 +343,21 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
         content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
         name = "plan" if isinstance(plan, dict) else path("plan", plan)
         with functions.added(estimators) as inprocess:
-            done = json.loads(inprocess.sweep(content, name, data or "", cache or "", jobs or os.cpu_count(), out, bool(force),
-                                              bool(reuse_stale), _quiet(progress)))
+            try:
+                done = json.loads(inprocess.sweep(content, name, data or "", cache or "", jobs or os.cpu_count(), out, bool(force),
+                                                  bool(reuse_stale), _quiet(progress)))
+            except Error as error:
+                if isinstance(plan, dict):
+                    error.args = (_named_plan(str(error), name),)
+                raise
         warnings = []
     else:
         with _plan_file(plan) as file:
             flags = _flags(out=out, cache=cache, jobs=jobs, data=data, force=bool(force),
                            reuse_stale=bool(reuse_stale))
             _, done, warnings = call(["sweep", file, *flags, "--json"], progress=progress)
+        if isinstance(plan, dict):
+            warnings = [_named_plan(text, file) for text in warnings]
     return Sweep(pathlib.Path(out), done["cases"], done["cases_before"], done["cases_stale"], done["records"],
                  done["wall_time_s"], done["problems"], warnings, kept)
 

@@ -118,7 +118,16 @@ class Command(unittest.TestCase):
         missing = sextant.compare(self.folder / "a", self.folder / "no-such")
         self.assertEqual((missing.verdict, missing.exit_code), ("invalid", 2))
         self.assertIn("no-such: does not exist", missing.rows[0].row["subject"])
-        self.refuse("plan", sextant.sweep, {"sources": 3}, out=self.folder / "c")
+        self.refuse("^plan: sources: key .sources.: expected a list", sextant.sweep, {"sources": 3}, out=self.folder / "c")
+        for estimators in (None, {"f": len}):
+            self.refuse("^plan: sources: key 'sources' is missing$", sextant.sweep, {"name": "t"}, out=self.folder / "c",
+                        estimators=estimators)
+        python = {**plan, "estimators": ["python:f"]}
+        self.refuse("^plan: estimators: unknown estimator 'python:f': .*estimators={'NAME': function}", sextant.sweep, python,
+                    out=self.folder / "c")
+        file.write_text(json.dumps(python))
+        self.refuse("plan.json:1: .*estimators={'NAME': function}", sextant.sweep, file, out=self.folder / "c")
+        self.refuse("estimator: .* got 'python:f': give the function itself", sextant.run, SOURCE, estimator="python:f")
         self.refuse("plan: expected a path", sextant.sweep, ["a.json", "b.json"], out=self.folder / "c")
         self.refuse("allow: expected a text or a list", sextant.compare, self.folder / "a", self.folder / "a", allow=5)
 

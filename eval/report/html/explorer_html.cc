@@ -44,6 +44,7 @@ Json path_json(const ExploredPath& path, size_t n_curves) {
   return {{"label", path.label},
           {"is_reference", path.is_reference},
           {"colour", path.colour},
+          {"dash", path.dash},
           {"n", n},
           {"time", packed<float>(path.time)},
           {"frame", time_is_frame ? Json() : Json(packed<int32_t>(path.frame))},

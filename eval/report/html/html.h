@@ -36,7 +36,7 @@ std::string base64(const std::string& bytes);
 /// element:
 ///
 ///   {"time_title", "axes": [right, up, out], "curves": [title], "note",
-///    "paths": [{"label", "is_reference", "colour", "n", "time", "frame" (null: time is the frame),
+///    "paths": [{"label", "is_reference", "colour", "dash", "n", "time", "frame" (null: time is the frame),
 ///               "position": [x, y, z] or [], "values": [list or null of each curve], "begins": [index]}]}
 std::string explorer_html(const Explorer& explorer);
 

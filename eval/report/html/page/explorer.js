@@ -11,7 +11,17 @@ const lineColour = index => {
   const colours = LINE_COLOURS[isDark() ? "dark" : "light"];
   return colours[index === 0 ? 0 : 1 + (index - 1) % 7];
 };
-const lineDash = index => index > 7 ? [[6, 3], [2, 2]][Math.floor((index - 8) / 7) % 2] : [];
+const DASHES = [[9, 3, 2, 3], [2, 3], [14, 3], [9, 3, 2, 3, 2, 3]];
+const lineDash = ({colour, dash}) => dash > 0 ? DASHES[(dash - 1) % DASHES.length]
+  : colour > 7 ? [[6, 3], [2, 2]][Math.floor((colour - 8) / 7) % 2] : [];
+/// The background of a swatch, which repeats the pattern of the line.
+const swatchStyle = path => {
+  const colour = lineColour(path.colour), parts = lineDash(path);
+  if (parts.length === 0) return colour;
+  let at = 0;
+  const stops = parts.map((length, i) => `${i % 2 ? "transparent" : colour} ${at}px ${at += length}px`);
+  return `repeating-linear-gradient(90deg, ${stops.join(", ")})`;
+};
 
 function newElement(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
@@ -110,7 +120,8 @@ class Walk {
       const swatch = newElement("i");
       const made = newElement("button", {type: "button", title: "switch on and off"}, swatch, label);
       made.setAttribute("aria-pressed", "true");
-      made.dataset.colour = path.colour;
+      made.path = path;
+      swatch.classList.toggle("dashed", path.dash > 0);
       made.addEventListener("click", () => {
         this.hidden.has(label) ? this.hidden.delete(label) : this.hidden.add(label);
         made.setAttribute("aria-pressed", String(!this.hidden.has(label)));
@@ -274,7 +285,7 @@ class Walk {
     this.drawMap();
     if (still) {
       for (const curve of this.curves) this.drawCurve(curve);
-      for (const button of this.series.children) button.firstChild.style.background = lineColour(Number(button.dataset.colour));
+      for (const button of this.series.children) button.firstChild.style.background = swatchStyle(button.path);
       this.drawScale();
     }
     this.drawCursor();
@@ -300,7 +311,7 @@ class Walk {
       }
       const drawn = strokeCurve(context, right.length, x, y, i => path.begins[i] === 1, {
         colour: this.colour(path), width: path.is_reference && path.colour === 0 ? 3 : 1.5,
-        dash: path.is_reference && path.colour !== 0 ? [4, 3] : lineDash(path.colour)});
+        dash: path.is_reference && path.colour !== 0 ? [4, 3] : lineDash(path)});
       this.box.dataset.points = Number(this.box.dataset.points) + drawn;
     }
     const reference = this.shown().find(path => path.place[0].length);
@@ -382,7 +393,7 @@ class Walk {
     curve.drawn = paths.map(path => ({label: path.label, points: strokeCurve(
       context, path.n, i => x(path.time[i]), i => y(path.values[index][i]), i => path.begins[i] === 1,
       {colour: this.colour(path), width: path.is_reference && path.colour === 0 ? 2.5 : 1.3,
-       dash: path.is_reference && path.colour !== 0 ? [4, 3] : lineDash(path.colour)})}));
+       dash: path.is_reference && path.colour !== 0 ? [4, 3] : lineDash(path)})}));
     context.restore();
     context.fillStyle = styleOf("--ink");
     context.textAlign = "left";
