@@ -15,11 +15,11 @@ import weakref
 from . import estimators as functions
 from ._core import Error
 from .arguments import arguments_named, choice, json_text, number, optional, path, text, whole
-from .plots import draw_errors, draw_lines, grids_of, with_counted_errors
+from .plots import draw_errors, draw_lines, grids_of, heading, with_counted_errors
 from .program_call import Progress, ProgramError, call, checked_progress, program
 from .records import read
 from .showing import Shown, axes_of
-from .trajectories import ErrorStatistics
+from .trajectories import ErrorStatistics, measured, statistics_table
 
 __all__ = ["Comparison", "EgoEvaluation", "Export", "Finding", "ObjectEvaluation", "Progress", "ProgramError", "Row", "Run",
            "Sweep", "compare", "evaluate_ego", "evaluate_objects", "export", "program", "run", "sweep"]
@@ -96,6 +96,20 @@ class Sweep(_Folder):
     problems: typing.List[str]
     warnings: typing.List[str]
     kept: object = dataclasses.field(default=None, repr=False, compare=False)  #: the temporary folder, if `out` was not given
+
+    def _table(self):
+        """Mean errors of the camera and of all moving objects by estimator and level."""
+        records = with_counted_errors(self.records())
+        records = records.assign(body=records.body.map(lambda name: name if name == "ego" else "objects").astype(str))
+        records = records[records.status == "ok"].assign(grid=grids_of(records))
+        keys = [name for name in ("dataset", "sequence", "grid") if records[name].nunique() > 1]
+        metrics = [name for name in ("errors_Et_m", "errors_ER_deg", "errors_Ev_kmh") if name in records]
+        found = records.groupby(["estimator", *keys, "body", "level"], observed=True)[metrics].agg(["count", "mean"])
+        rows = [[*map(str, key), int(line[metrics[0], "count"]), *("" if line[name, "mean"] != line[name, "mean"] else
+                                                             _digits(line[name, "mean"]) for name in metrics)]
+                for key, line in found.iterrows()] if metrics else []
+        levels = records.grid.iloc[0] if len(records) and "grid" not in keys else "level"
+        return ["estimator", *keys, "body", levels, "n", *(f"mean {heading(name.removeprefix('errors_'))}" for name in metrics)], rows
 
     def plot(self, metric="Et_m", ax=None, *, body="ego"):
         """Plots the error of a body against the noise level, one line for each estimator, sequence and grid of noise; returns the
@@ -207,6 +221,46 @@ class EgoEvaluation(Shown):
     name: str = ""
     systems: typing.List["EgoEvaluation"] = dataclasses.field(default_factory=list)  #: one per estimate, in the order given
     lengths: dict = dataclasses.field(default_factory=dict)  #: ErrorStatistics by length ("5m"); None: no poses that far apart
+
+    @property
+    def measured(self):
+        """What was measured: "APE trans_part [m], align se3", or "RPE trans_part [m] over 10m, align none"."""
+        delta = ", ".join(self.lengths) or self.details.get("delta", None if self.details.get("metric", "ape") == "ape" else "pairs")
+        return measured(self.details.get("relation", ""), self.unit, delta, self.details.get("align", ""))
+
+    def _columns(self):
+        """Returns the statistics by system, or by length, or alone."""
+        if len(self.systems) > 1:
+            several = [{f"{system.name} {name}".strip(): found for name, found in system._columns().items()} for system in self.systems]
+            return {name: found for each in several for name, found in each.items()}
+        return self.lengths or {"": self.statistics}
+
+    def _shown(self):
+        found = [(f"rmse {name}".strip(), "none" if of is None else f"{of.rmse:.6g} {self.unit}".strip())
+                 for name, of in self._columns().items()]
+        n = [("errors", self.n), ("poses", self.n_matched), ("warnings", len(self.warnings))]
+        return found + [("measured", self.measured)] + [(name, str(count)) for name, count in n if count]
+
+    def _table(self):
+        return statistics_table(self.measured, self.unit, self._columns())
+
+    def plot(self, ax=None):
+        """Draws the RMSE, the mean and the largest error as bars, of every system or length; returns the axes.
+
+        >>> path = numpy.tile(numpy.eye(4), (9, 1, 1))
+        >>> path[:, 2, 3] = numpy.arange(9)
+        >>> sextant.write_trajectory("truth.txt", path)
+        >>> sextant.evaluate_ego("truth.txt", "truth.txt", format="kitti").plot().get_ylabel()
+        'error [m]'
+        """
+        ax, columns = axes_of(ax), {name: found for name, found in self._columns().items() if found is not None}
+        for k, name in enumerate(("rmse", "mean", "max")):
+            ax.bar([i + 0.27 * (k - 1) for i in range(len(columns))], [getattr(found, name) for found in columns.values()], 0.25, label=name)
+        ax.set_xticks(range(len(columns)), columns)
+        ax.set_ylabel(f"error{f' [{self.unit}]' if self.unit else ''}")
+        ax.set_title(self.measured, fontsize="medium")
+        ax.legend(fontsize="small")
+        return ax
 
     @staticmethod
     def of(answer, unit):

@@ -76,7 +76,7 @@ def grids_of(records):
     return grids if is_unique else noise
 
 
-def _heading(metric):
+def heading(metric):
     """Returns the symbol and the unit of a metric: "E_t [m]" for "Et_m"."""
     stem, _, unit = metric.rpartition("_")
     units = {"m": "m", "deg": "deg", "kmh": "km/h", "px": "px", "percent": "%"}
@@ -122,7 +122,7 @@ def draw_errors(records, metric, over, groups, ax, *, rms=False):
         raise Error(f"metric: expected one of {', '.join(with_values or known)}, got {metric!r}")
     draw_lines(records, column, over, groups, ax, rms=rms, marker=".")
     ax.set_xlabel(over)
-    ax.set_ylabel(f"{'RMS of' if rms else 'mean'} {_heading(metric)}")
+    ax.set_ylabel(f"{'RMS of' if rms else 'mean'} {heading(metric)}")
     ax.set_ylim(bottom=0)
     if ax.get_legend_handles_labels()[0]:
         ax.legend(fontsize="small")

@@ -164,6 +164,20 @@ class ErrorStatistics:
     sse: float
 
 
+def measured(relation, unit, delta, align):
+    """Returns a short text about what errors are: "RPE trans_part [m] over 10m, align se3"."""
+    return (f"{'APE' if delta is None else 'RPE'} {relation}{f' [{unit}]' if unit else ''}{f' over {delta}' if delta else ''}, "
+            f"align {align}")
+
+
+def statistics_table(title, unit, columns):
+    """Returns the titles and rows of a table of ErrorStatistics by column; None: there are no errors."""
+    rows = [[f"sse [{unit}^2]" if field.name == "sse" and unit else field.name,
+             *("" if found is None else f"{getattr(found, field.name):.6g}" for found in columns.values())]
+            for field in dataclasses.fields(ErrorStatistics)]
+    return [title, *columns], rows
+
+
 @dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Alignment(Shown):
     poses: numpy.ndarray  #: the aligned estimate
@@ -198,16 +212,21 @@ class TrajectoryErrors(Shown):
     estimate: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4), associated and aligned
     reference: numpy.ndarray = dataclasses.field(repr=False)  #: (m, 4, 4)
     warnings: typing.List[str] = dataclasses.field(default_factory=list)  #: those of `sextant evaluate ego` (docs/evaluate.md)
+    delta: typing.Optional[str] = None  #: the distance of the pairs (RPE); None: errors of poses (APE)
+    align: str = "none"
+
+    @property
+    def measured(self):
+        """What was measured: "APE trans_part [m], align se3", or "RPE trans_part [m] over 10m, align none"."""
+        return measured(self.relation, self.unit, self.delta, self.align)
 
     def _shown(self):
         shown = [("rmse", f"{self.statistics.rmse:.6g} {self.unit}".strip()), ("errors", str(len(self.errors))),
-                 ("relation", self.relation)]
+                 ("measured", self.measured)]
         return shown + [("warnings", str(len(self.warnings)))] * bool(self.warnings)
 
     def _table(self):
-        return [f"{self.relation} {f'[{self.unit}]' if self.unit else ''}", ""], [
-            [f"sse [{self.unit}^2]" if name == "sse" and self.unit else name, f"{value:.6g}"]
-            for name, value in dataclasses.asdict(self.statistics).items()]
+        return statistics_table(self.measured, self.unit, {"": self.statistics})
 
     _n_axes = 2
 
@@ -226,9 +245,10 @@ class TrajectoryErrors(Shown):
         Trajectory(self.reference).plot(map_axes, color="0.6", label="reference")
         points = self.estimate[at][:, :3, 3]
         dots = map_axes.scatter(points[:, 0], points[:, 2], c=self.errors, s=6, cmap="viridis", label="estimate", zorder=2)
-        label = f"{self.relation}{f' [{self.unit}]' if self.unit else ''}"
+        label = f"{'APE' if self.delta is None else 'RPE'} {self.relation}{f' [{self.unit}]' if self.unit else ''}"
         map_axes.figure.colorbar(dots, ax=map_axes, label=label)
         map_axes.legend()
+        along.set_title(self.measured, fontsize="medium")
         along.plot(at, self.errors)
         along.axhline(self.statistics.rmse, color="0.4", linestyle="--", label=f"rmse {self.statistics.rmse:.4g}")
         along.set_xlabel("pose")
@@ -365,7 +385,7 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
     >>> truth = numpy.tile(numpy.eye(4), (4, 1, 1))
     >>> truth[:, 2, 3] = range(4)
     >>> sextant.evaluate_trajectory(truth, truth)
-    TrajectoryErrors(rmse: 0 m, errors: 4, relation: trans_part, warnings: 1)
+    TrajectoryErrors(rmse: 0 m, errors: 4, measured: APE trans_part [m], align none, warnings: 1)
     """
     from . import _files
     if all_pairs and delta is None:
@@ -383,7 +403,7 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
         optional(text, "delta", delta), bool(all_pairs), max_difference, offset,
         number("max_speed", max_speed, above=0))
     return TrajectoryErrors(errors, statistics(errors), relation, _core.unit_of(relation), pairs, a, b,
-                            [*getattr(estimate, "warnings", []), *getattr(reference, "warnings", []), *warnings])
+                            [*getattr(estimate, "warnings", []), *getattr(reference, "warnings", []), *warnings], delta, align)
 
 
 def kitti_odometry(estimate, reference) -> typing.List[KittiError]:

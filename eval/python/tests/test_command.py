@@ -99,6 +99,11 @@ class Command(unittest.TestCase):
                 "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 3}
         first = sextant.sweep(plan, out=self.folder / "a", cache=self.folder / "cache")
         self.assertEqual((first.cases, first.cases_before, len(first.records())), (6, 0, first.n_records))
+        titles, rows = first._table()
+        self.assertEqual(titles[:5], ["estimator", "body", "depth.delta_d_px", "n", "mean E_t [m]"])
+        self.assertEqual([row[:4] for row in rows[:2]], [["motion_only", "ego", "0.1", 12], ["motion_only", "ego", "0.2", 12]])
+        ego = first.records().query("body == 'ego' and level == 0.2").errors_Et_m.mean()
+        self.assertEqual(rows[1][4], f"{ego:.4g}")
         file = self.folder / "plan.json"
         file.write_text(json.dumps(plan))
         again = sextant.sweep(file, out=self.folder / "a", cache=self.folder / "cache")
@@ -138,6 +143,18 @@ class Command(unittest.TestCase):
         self.assertEqual((evaluation.n, evaluation.n_matched, evaluation.unit), (5, 5, "m"))
         self.assertLess(evaluation.statistics.rmse, 0.1)
         self.assertTrue((self.folder / "evo.zip").is_file())
+        self.assertIn("rmse: ", repr(evaluation))
+        self.assertIn("measured: APE trans_part [m], align se3", repr(evaluation))
+        shown = evaluation._repr_html_()
+        self.assertIn(f"<td>rmse</td><td>{evaluation.statistics.rmse:.6g}</td>", shown)
+        self.assertIn("<img", shown)
+        self.assertNotIn("ErrorStatistics(", shown)
+        self.assertNotIn("details", shown)
+        alone = sextant.evaluate_ego(*files, rpe="2f")
+        self.assertEqual(alone.measured, "RPE trans_part [m] over 2f, align none")
+        by_call = sextant.evaluate_trajectory(*(sextant.read_trajectory(file) for file in reversed(files)), delta="2f")
+        self.assertEqual(by_call.measured, alone.measured)
+        self.assertEqual(by_call.plot()[1].get_title(), alone.measured)
         self.refuse("no-such.txt", sextant.evaluate_ego, files[0], self.folder / "no-such.txt")
         self.refuse("unknown argument 'aling': did you mean 'align'", sextant.evaluate_ego, *files, aling="se3")
 
@@ -165,6 +182,10 @@ class Command(unittest.TestCase):
         self.assertEqual((lengths.n, lengths.n_matched, lengths.statistics), (None, 30, None))
         self.assertEqual(list(lengths.lengths), ["1f", "5f", "900m"])
         self.assertIsNone(lengths.lengths["900m"])
+        self.assertEqual(lengths.measured, "RPE trans_part [m] over 1f, 5f, 900m, align none")
+        self.assertIn("rmse 900m: none", repr(lengths))
+        self.assertIn("<th>900m</th>", lengths._repr_html_())
+        self.assertEqual([tick.get_text() for tick in both.plot().get_xticklabels()], ["a", "b"])
         self.assertEqual(lengths.lengths["5f"], sextant.evaluate_ego(files["truth"], files["a"], rpe="5f").statistics)
 
     def test_errors_name_arguments_instead_of_flags(self):
