@@ -139,14 +139,25 @@ def choice(name, value, known):
     return value
 
 
+def _plain(value):
+    """Returns the plain number or list of a scalar or array of numpy; a float32 as the decimal that it prints, 0.2."""
+    if isinstance(value, numpy.ndarray) and not isinstance(value, numpy.ma.MaskedArray):
+        return [_plain(each) for each in value] if value.ndim else _plain(value[()])
+    if isinstance(value, numpy.floating):
+        return float(str(value))
+    if isinstance(value, (numpy.integer, numpy.bool_, numpy.str_)):
+        return value.item()
+    raise TypeError(f"{value!r} of type {type(value).__name__} is no dict, list, number or text")
+
+
 def json_text(name, value):
-    """Returns JSON: a str unchanged, otherwise an object of dicts, lists, numbers and texts."""
+    """Returns JSON: a str unchanged, otherwise an object of dicts, lists, numbers and texts, also of numpy."""
     if isinstance(value, str):
         return unicode(name, value)
     if not isinstance(value, dict):
         raise Error(f"{name}: expected a dict or JSON text, got {value!r} of type {type(value).__name__}")
     try:
-        return json.dumps(value, allow_nan=False)
+        return json.dumps(value, allow_nan=False, default=_plain)
     except (TypeError, ValueError) as error:
         raise Error(f"{name}: expected values that JSON can represent, got {value!r}: {error}") from None
     except RecursionError:

@@ -20,7 +20,7 @@ import warnings
 import numpy
 
 from ._core import Error
-from .arguments import text, whole
+from .arguments import floats, text, whole
 from .fingerprint import fingerprint
 from .noise import Camera
 
@@ -65,7 +65,7 @@ class Problem:
 @dataclasses.dataclass(frozen=True, eq=False)
 class Estimate:
     """An estimate; T_curr_prev maps the body's points from previous to current camera coordinates."""
-    T_curr_prev: numpy.ndarray  #: (4, 4) float64
+    T_curr_prev: numpy.ndarray  #: (4, 4)
     covariance: typing.Optional[numpy.ndarray] = None  #: (6, 6), of the left twist [rho; omega] (m, rad)
     inliers: typing.Optional[numpy.ndarray] = None  #: (n,) bool, the points that were used
     iterations: int = 0
@@ -77,12 +77,14 @@ def _answer(name, answer):
         if answer not in STATUSES:
             raise Error(f"estimator {name}: expected a motion or one of {', '.join(STATUSES)}, got {answer!r}")
         return answer, None, None, None, 0
-    if isinstance(answer, numpy.ndarray):
+    if isinstance(answer, (numpy.ndarray, list, tuple)):
         answer = Estimate(answer)
     if not isinstance(answer, Estimate):
-        raise Error(f"estimator {name}: expected a float64 array (4, 4), a sextant.Estimate or a status, "
-                    f"got {type(answer).__name__}")
-    return ("ok", answer.T_curr_prev, answer.covariance, answer.inliers,
+        raise Error(f"estimator {name}: expected numbers (4, 4), a sextant.Estimate or a status, got {type(answer).__name__}")
+    inliers = numpy.asarray(answer.inliers) if isinstance(answer.inliers, (list, tuple)) else answer.inliers
+    numbers = [value if isinstance(value, numpy.ma.MaskedArray) else floats(f"estimator {name}: {key}", value)
+               for key, value in (("T_curr_prev", answer.T_curr_prev), ("covariance", answer.covariance))]
+    return ("ok", *numbers, inliers,
             whole(f"estimator {name}: iterations", answer.iterations, 0, 2**31 - 1))
 
 

@@ -46,15 +46,18 @@ _UNUSED_CAMERA = [1.0, 1.0, 0.0, 0.0, 1.0]
 
 
 def _ids(mask):
-    """Returns a mask as uint16; accepts any unsigned type whose ids fit."""
-    unsigned = isinstance(mask, numpy.ndarray) and mask.dtype.kind == "u" and mask.dtype.isnative
-    if not unsigned or mask.dtype == numpy.uint16 or mask.size == 0:
-        return mask
-    if not mask.flags.c_contiguous:
-        raise Error("mask: expected a C-contiguous array, got one that is not: give numpy.ascontiguousarray(mask)")
-    if mask.max() > 65535:
-        raise Error(f"mask: expected instance ids up to 65535, got {mask.max()}")
-    return mask.astype(numpy.uint16)
+    """Returns a mask as uint16; accepts lists and any type of whole numbers whose ids fit."""
+    if mask is None:
+        return None
+    if isinstance(mask, numpy.ma.MaskedArray):
+        raise Error("mask: expected an array without a mask, got one with a mask: give mask.filled(0)")
+    if not isinstance(mask, numpy.ndarray):
+        mask = floats("mask", mask, None)
+    if mask.dtype.kind not in "iu":
+        raise Error(f"mask: expected whole numbers, such as uint16, got {mask.dtype}")
+    if mask.size and (mask.min() < 0 or mask.max() > 65535):
+        raise Error(f"mask: expected instance ids from 0 to 65535, got {mask.min() if mask.min() < 0 else mask.max()}")
+    return numpy.ascontiguousarray(mask, numpy.uint16) if mask.ndim else mask
 
 
 class Noise:
@@ -88,7 +91,8 @@ class Noise:
 
         depth          (height, width), m; converted to float32, the type of the result
         flow           (height, width, 2), px to the next frame; backward_flow: to the previous one
-        mask           uint8, uint16, uint32 or uint64 (height, width), instance ids, 0 = background
+        mask           (height, width), instance ids 0..65535, 0 = background; whole numbers of any type, which the result has, too;
+                       of lists uint16
         missing        "error": every depth must be finite and above 0, every flow finite; "keep": NaN, infinity and a depth of 0
                        mark pixels without a measurement, and are returned unchanged
         Each random draw is a function of seed, dataset, sequence, frame, channel and pixel, with the names `dataset` and
@@ -110,5 +114,6 @@ class Noise:
         noisy = self._noise.apply(numbers, whole("seed", seed, 0, 2**64 - 1), text("dataset", dataset),
                                   text("sequence", sequence), whole("frame", frame, 0, 2**31 - 1), depth, flow, backward_flow,
                                   _ids(mask), choice("missing", missing, ("error", "keep")) == "keep")
-        of_mask = noisy[3] if noisy[3] is None or mask.dtype == numpy.uint16 else noisy[3].astype(mask.dtype)
+        kind = getattr(mask, "dtype", numpy.dtype(numpy.uint16))
+        of_mask = noisy[3] if noisy[3] is None or kind == numpy.uint16 else noisy[3].astype(kind.newbyteorder("="))
         return NoisyFrame(noisy[0], noisy[1], noisy[2], of_mask, json.loads(noisy[4]))

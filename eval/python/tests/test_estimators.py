@@ -134,6 +134,22 @@ class Estimators(unittest.TestCase):
             again = without_times(self.run_with(keep_start, jobs=jobs, seeds=3))
             self.assertTrue(first.equals(again))
 
+    def test_lists_and_other_floats_are_taken(self):
+        expected = self.run_with(lambda problem: problem.start)
+        for convert in (numpy.ndarray.tolist, lambda T: tuple(map(tuple, T)), lambda T: T.astype(numpy.float32), numpy.asfortranarray):
+            with self.subTest(convert=convert):
+                given = self.run_with(lambda problem: sextant.Estimate(convert(problem.start), covariance=numpy.eye(6).tolist(),
+                                                                       inliers=problem.inliers.tolist()))
+                bare = self.run_with(lambda problem: convert(problem.start))
+                for run in (given, bare):
+                    for a, b in zip(run.rows, expected.rows):
+                        self.assertEqual((a.body, a.n_estimated), (b.body, b.n_estimated))
+                        if "Et_m" in b.metrics:
+                            self.assertAlmostEqual(a.metrics["Et_m"], b.metrics["Et_m"], delta=2e-6)  # float32 of a metre and more
+        plan = {"name": "t", "sources": ["synthetic:s18@0-1"], "estimators": ["motion_only"], "seeds": numpy.int64(2),
+                "noise": {"parameter": "depth.delta_d_px", "levels": numpy.array([0.1, 0.2], numpy.float32)}}
+        self.assertEqual(sorted(sextant.sweep(plan).records().level.unique()), [0.1, 0.2])
+
     def test_statuses(self):
         run = self.run_with(lambda problem: "diverged" if len(problem.depth) > 1000 else problem.start)
         ego = run.rows[0]

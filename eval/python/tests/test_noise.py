@@ -102,12 +102,28 @@ class Bits(unittest.TestCase):
         expected = noise.apply(depth=depth, mask=mask, **place)
         self.assertTrue((depth == 10).all() and (mask == 200).sum() == 400)
         self.assertEqual((expected.mask == 200).sum(), 256)
-        for kind in ("uint8", "uint32", "uint64"):
+        for kind in ("uint8", "uint32", "uint64", "int32", "int64", ">u2", ">i4"):
             noisy = noise.apply(depth=depth, mask=mask.astype(kind), **place)
-            self.assertEqual(noisy.mask.dtype, kind)
+            self.assertEqual(noisy.mask.dtype, numpy.dtype(kind).newbyteorder("="))
+            self.assertTrue((noisy.mask == expected.mask).all())
+        for other in (mask.tolist(), numpy.asfortranarray(mask), numpy.repeat(mask, 2, axis=1)[:, ::2]):
+            noisy = noise.apply(depth=depth, mask=other, **place)
+            self.assertEqual(noisy.mask.dtype, numpy.uint16)
             self.assertTrue((noisy.mask == expected.mask).all())
         self.assertEqual(expected.achieved["depth"]["n"], 2000)
         self.assertAlmostEqual(expected.achieved["depth"]["normalised_sigma"], 1, delta=0.1)
+
+
+    def test_numbers_of_numpy_are_numbers(self):
+        plain = {"depth": {"delta_d_px": 0.2}, "correlation": SPATIAL}
+        for number, numbers in ((numpy.float32, lambda values: numpy.array(values, numpy.float32)), (numpy.float64, numpy.array)):
+            correlation = {"model": "spatial", "lengths_px": numbers([5, 40]), "shares": numbers([0.4, 0.5])}
+            noise = sextant.Noise({"depth": {"delta_d_px": number(0.2)}, "correlation": correlation})
+            self.assertEqual(noise.options, sextant.Noise(plain).options)
+        self.assertEqual(sextant.Noise({"mask": {"erode_px": numpy.int64(2)}}).options, sextant.Noise({"mask": {"erode_px": 2}}).options)
+        for bad in (numpy.array([1j]), numpy.float32("nan"), numpy.ma.masked_equal([1, 2], 1), {1, 2}, numpy.datetime64("2020")):
+            with self.assertRaisesRegex(sextant.Error, "noise: expected values that JSON can represent"):
+                sextant.Noise({"depth": {"delta_d_px": bad}})
 
 
 class Refused(unittest.TestCase):
@@ -140,11 +156,13 @@ class Refused(unittest.TestCase):
         self.refuse("depth", "got shape (0, 8)", depth=good[:0])
         self.refuse("flow", "(6, 8, 2), as depth has it", "got shape (6, 7, 2)", flow=numpy.ascontiguousarray(flow[:, :7]))
         self.refuse("flow", "got shape (6, 8)", flow=flow[..., 0])
-        self.refuse("mask", "uint16", "got int32", mask=numpy.zeros((6, 8), numpy.int32))
+        self.refuse("mask", "from 0 to 65535", "got -1", mask=numpy.full((6, 8), -1, numpy.int32))
+        self.refuse("mask", "whole numbers", "got float64", mask=numpy.zeros((6, 8)).tolist())
+        self.refuse("mask", "whole numbers", "got float32", mask=numpy.zeros((6, 8), numpy.float32))
+        self.refuse("mask", "rows differ", mask=[[1], [1, 2]])
         self.refuse("mask", "got bool", mask=numpy.zeros((6, 8), bool))
         self.refuse("mask", "65535", "got 70000", mask=numpy.full((6, 8), 70000, numpy.uint32))
         self.refuse("mask", "with a mask", mask=numpy.ma.masked_equal(numpy.zeros((6, 8), numpy.uint16), 0))
-        self.refuse("mask", "C-contiguous", mask=numpy.zeros((8, 6), numpy.uint8).T)
 
     def test_values(self):
         def with_(value):
