@@ -102,8 +102,8 @@ Cell coordinate(const std::optional<Eigen::Vector3d>& p, int axis) {
   return p ? Cell((*p)[axis]) : Cell(not_drawn);
 }
 
-/// Numbers of the bodies, which have the same colours in all figures of a page: 0 for the camera, objects from
-/// 1 in order of first appearance.
+/// Numbers of the bodies, which have the same colours in all figures of a page: 0 for the camera, objects
+/// from 1 in order of first appearance.
 using BodyNumbers = std::map<std::string, int>;
 
 BodyNumbers body_numbers(const std::vector<const ObjectTracks*>& tracks) {
