@@ -146,4 +146,14 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log);
 /// Compares the unmodified log with the truth of a data set.
 std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log, const SequenceTruth& truth);
 
+// ---- Diagnoses by ids and frames (object_identities.cc).
+
+/// Reports objects whose positions follow another true object than their own, in at least 5 frames: the mean
+/// squared distance from the other one must be smaller by explains_times_of(), and its root at most 3 m. The
+/// log's truth may be that of a data set (take_truth()).
+std::vector<LogDiagnosis> diagnose_identities(const ObjectLog& log);
+
+/// Reports objects that have no frame in common with the log's camera or with the true one.
+std::vector<LogDiagnosis> diagnose_frames(const ObjectLog& log, const Trajectory& true_camera);
+
 }  // namespace sextant

@@ -337,7 +337,10 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       std::vector<LogDiagnosis> found = source ? diagnose_log(log, source->truth) : diagnose_log(log);
       check_plausible(log, rate.hz, found);
       std::ranges::move(diagnose_speeds(log, rate.hz), std::back_inserter(found));
+      std::ranges::move(diagnose_frames(log, source ? source->truth.camera : log.true_camera),
+                        std::back_inserter(found));
       if (source) take_truth(log, source->truth);
+      if (found.empty()) found = diagnose_identities(log);  // other mistakes move the positions as well
       note_steps(log, files.identity);
       const uint64_t run = runs[log.estimator]++;
       std::ranges::move(object_records(log, std::string(to_string(files.format)), name, rate.hz, run),
