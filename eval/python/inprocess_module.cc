@@ -72,6 +72,69 @@ py::tuple arguments_of(const Problem& problem, const StartingPoint& start) {
                         array_of(start.T_curr_prev.matrix()), inliers, declared(problem.noise));
 }
 
+/// The case and the pair that this thread is solving, for messages.
+struct Place {
+  std::string source;
+  uint64_t seed = 0;
+  const FramePair* pair = nullptr;
+
+  /// Returns "synthetic s18, seed 0, frame 3, object:2". A body is recognised by its first point, because a pixel
+  /// belongs to one body.
+  std::string text(const Correspondences& points) const {
+    if (pair == nullptr) return "an unknown place";
+    std::string body = "ego";
+    const auto has = [&](const Correspondences& all) {
+      for (size_t i = 0; i < all.size(); ++i)
+        if (all.u[i] == points.u[0] && all.v[i] == points.v[0]) return true;
+      return false;
+    };
+    for (const ObjectObservation& object : pair->objects)
+      if (points.size() > 0 && has(object.points)) body = object_body(object.instance);
+    return fmt::format("{}, seed {}, frame {}, {}", source, seed, pair->curr, body);
+  }
+};
+
+thread_local Place place;
+
+class PlacedSolver final : public PairSolver {
+ public:
+  PlacedSolver(std::string source, uint64_t seed, std::unique_ptr<PairSolver> solver)
+      : source_(std::move(source)), seed_(seed), solver_(std::move(solver)) {}
+  FrameResult process(const FramePair& pair) override {
+    place = {source_, seed_, &pair};
+    FrameResult result = solver_->process(pair);
+    place = {};
+    return result;
+  }
+
+ private:
+  std::string source_;
+  uint64_t seed_;
+  std::unique_ptr<PairSolver> solver_;
+};
+
+/// An estimator of cases whose messages name the place.
+class PlacedEstimator final : public CaseEstimator {
+ public:
+  explicit PlacedEstimator(std::shared_ptr<const CaseEstimator> estimator)
+      : estimator_(std::move(estimator)) {}
+  std::vector<NamedSolver> begin(const CaseContext& context) const override {
+    std::vector<NamedSolver> solvers = estimator_->begin(context);
+    const SequenceInfo& info = context.sequence.info();
+    for (NamedSolver& each : solvers)
+      each.solver = std::make_unique<PlacedSolver>(info.dataset + " " + info.sequence, context.seed,
+                                                   std::move(each.solver));
+    return solvers;
+  }
+  Json options() const override { return estimator_->options(); }
+  std::string label() const override { return estimator_->label(); }
+  bool is_third_party() const override { return estimator_->is_third_party(); }
+  std::optional<Fingerprint> fingerprint() const override { return estimator_->fingerprint(); }
+
+ private:
+  std::shared_ptr<const CaseEstimator> estimator_;
+};
+
 class PythonEstimator final : public Estimator {
  public:
   PythonEstimator(std::string name, PythonFunction function)
@@ -80,8 +143,13 @@ class PythonEstimator final : public Estimator {
   MotionEstimate estimate(const Problem& problem, const StartingPoint& start) const override {
     const py::gil_scoped_acquire gil;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    const auto answer = (*function_.call)(*arguments_of(problem, start)).cast<py::tuple>();
-    return estimate_of(answer, problem, start);
+    const std::string at = place.text(problem.points);
+    const auto answer = (*function_.call)(*arguments_of(problem, start), at).cast<py::tuple>();
+    try {
+      return estimate_of(answer, problem, start);
+    } catch (const Error& error) {
+      fail("{}; returned for {}", error.what(), at);
+    }
   }
   bool chooses_points() const override { return function_.chooses_points; }
   Json options() const override { return function_.options; }
@@ -130,8 +198,8 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
   if (!options.empty())
     fail("estimator 'python:{}': takes no options: bind them to the function (functools.partial)", name);
   Fingerprint fingerprint = function.fingerprint;
-  return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)),
-                                 std::move(fingerprint));
+  return std::make_shared<PlacedEstimator>(pipeline_case_estimator(
+      name, std::make_shared<PythonEstimator>(name, std::move(function)), std::move(fingerprint)));
 }
 
 /// Throws Error if a folder contains the results of another version of the function.

@@ -91,14 +91,22 @@ def _answer(name, answer):
 def adapter(name, function):
     """Returns the function that the compiled module calls."""
 
-    def call(camera, pixels, depth, flow, depth_curr, start, inliers, noise):
+    def call(camera, pixels, depth, flow, depth_curr, start, inliers, noise, place):
         problem = Problem(Camera(*camera), pixels, depth, flow, depth_curr, start, inliers,
                           None if noise is None else DeclaredNoise(*noise))
         _here.in_estimator = True
         try:
-            return _answer(name, function(problem))
+            answer = function(problem)
+        except Exception as error:
+            if hasattr(error, "add_note"):  # from Python 3.11 on
+                error.add_note(f"estimator {name}: raised for {place}")
+            raise
         finally:
             _here.in_estimator = False
+        try:
+            return _answer(name, answer)
+        except Error as error:
+            raise Error(f"{error}; returned for {place}") from None
 
     return call
 

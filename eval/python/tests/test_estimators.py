@@ -193,6 +193,19 @@ class Estimators(unittest.TestCase):
             with self.assertRaisesRegex(sextant.Error, message):
                 self.run_with(lambda problem: answer)
 
+    def test_errors_say_where(self):
+        def broken(problem):
+            if len(problem.depth) < 1000:
+                raise KeyError("missing")
+            return problem.start
+        with self.assertRaises(KeyError) as caught:
+            self.run_with(broken, jobs=2)
+        if hasattr(caught.exception, "add_note"):
+            self.assertRegex(caught.exception.__notes__[0], r"^estimator broken: raised for synthetic s18, seed 0, frame [1-4], object:\d+$")
+        for answer in (numpy.eye(3), None, "no"):
+            with self.assertRaisesRegex(sextant.Error, r"; returned for synthetic s18, seed 0, frame 3, ego$"):
+                sextant.run("synthetic:s18@2-4", estimator=lambda problem: answer, jobs=1)
+
     def test_sweep_beside_those_inside(self):
         plan = {"name": "t", "sources": [SOURCE], "estimators": ["motion_only", "python:mine"],
                 "noise": {"parameter": "depth.delta_d_px", "levels": [0.1, 0.2]}, "seeds": 2}
