@@ -10,51 +10,7 @@
 namespace sextant {
 namespace {
 
-const Policy& defaults() {
-  static const Policy policy;
-  return policy;
-}
-
-class Gate : public ::testing::Test {
- protected:
-  Gate() { write_run(base(), sweep_records()); }
-
-  fs::path base() const { return temp_.path() / "base"; }
-  fs::path fresh() const { return temp_.path() / "new"; }
-  Comparison compare(const Policy& policy = defaults()) const {
-    return compare_paths(base(), fresh(), policy, 2);
-  }
-
-  /// Compares BASE with a copy of its records in which `change` has modified each record.
-  template <typename Change>
-  Comparison compare_changed(Change change, const Policy& policy = defaults()) const {
-    std::vector<Record> records = sweep_records();
-    for (Record& record : records) change(record);
-    write_run(fresh(), records);
-    return compare(policy);
-  }
-
-  /// Compares BASE with a copy whose run.json `change` has modified.
-  Comparison compare_provenance(const std::function<void(Json&)>& change,
-                                const Policy& policy = defaults()) const {
-    Json run = sweep_provenance();
-    change(run);
-    write_run(fresh(), sweep_records(), run);
-    return compare(policy);
-  }
-
-  GateVerdict compare_benchmarks(const Json& a, const Json& b, const Policy& policy = defaults()) const {
-    write_file(temp_.path() / "a.json", a.dump());
-    write_file(temp_.path() / "b.json", b.dump());
-    return compare_paths(temp_.path() / "a.json", temp_.path() / "b.json", policy, 1).verdict;
-  }
-
-  TempFolder temp_;
-};
-
-bool is_target(const Record& r) { return r.sequence == "s18" && r.body == "object:1"; }
-
-TEST_F(Gate, IdenticalRunsAreOk) {
+TEST_F(ComparedRuns, IdenticalRunsAreOk) {
   write_run(fresh(), sweep_records());
   const Comparison c = compare();
   EXPECT_EQ(c.verdict, GateVerdict::ok) << headline(c);
@@ -63,7 +19,7 @@ TEST_F(Gate, IdenticalRunsAreOk) {
   EXPECT_TRUE(findings_table(c).rows.empty());
 }
 
-TEST_F(Gate, FivePercentWorseTranslationOfOneBodyIsRegressed) {
+TEST_F(ComparedRuns, FivePercentWorseTranslationOfOneBodyIsRegressed) {
   const Comparison c = compare_changed([](Record& r) {
     if (is_target(r)) r.errors["Et_m"] *= 1.05;
   });
@@ -73,7 +29,7 @@ TEST_F(Gate, FivePercentWorseTranslationOfOneBodyIsRegressed) {
   EXPECT_EQ(*table.rows[0][5].text(), "object:1");
 }
 
-TEST_F(Gate, FivePercentWorseInTheMeanIsRegressedWhereCasesGoBothWays) {
+TEST_F(ComparedRuns, FivePercentWorseInTheMeanIsRegressedWhereCasesGoBothWays) {
   int n_regressed = 0;
   for (uint64_t draw = 1; draw <= 20; ++draw) {
     PhiloxStream random(draw, 7);
@@ -84,25 +40,25 @@ TEST_F(Gate, FivePercentWorseInTheMeanIsRegressedWhereCasesGoBothWays) {
   EXPECT_GE(n_regressed, 19);
 }
 
-TEST_F(Gate, ChangesBothWaysWithoutEvidenceAreNoRegression) {
+TEST_F(ComparedRuns, ChangesBothWaysWithoutEvidenceAreNoRegression) {
   const Comparison c = compare_changed([](Record& r) {
     if (is_target(r)) r.errors["Et_m"] *= r.frame % 2 == 0 ? 1.05 : 1 / 1.05;
   });
   EXPECT_NE(c.verdict, GateVerdict::regressed) << headline(c);
 }
 
-TEST_F(Gate, AGainIsImproved) {
+TEST_F(ComparedRuns, AGainIsImproved) {
   const Comparison c = compare_changed([](Record& r) { r.errors["Et_m"] *= 0.9; });
   EXPECT_EQ(c.verdict, GateVerdict::improved) << headline(c);
   EXPECT_EQ(exit_code(c.verdict), 0);
 }
 
-TEST_F(Gate, AGainDoesNotHideARegression) {
+TEST_F(ComparedRuns, AGainDoesNotHideARegression) {
   EXPECT_EQ(compare_changed([](Record& r) { r.errors["Et_m"] *= is_target(r) ? 1.05 : 0.9; }).verdict,
             GateVerdict::regressed);
 }
 
-TEST_F(Gate, DirectionAndMinimumEffectFollowThePolicy) {
+TEST_F(ComparedRuns, DirectionAndMinimumEffectFollowThePolicy) {
   Policy policy;
   policy.accuracy.metrics["Et_m"].direction = Direction::higher;
   const auto worse = [](Record& r) { r.errors["Et_m"] *= 1.05; };
@@ -118,7 +74,7 @@ TEST_F(Gate, DirectionAndMinimumEffectFollowThePolicy) {
   EXPECT_EQ(compare_changed([](Record& r) { r.errors["Et_m"] *= 2; }, policy).verdict, GateVerdict::ok);
 }
 
-TEST_F(Gate, WithoutMinimumEffectAnySingleCaseCounts) {
+TEST_F(ComparedRuns, WithoutMinimumEffectAnySingleCaseCounts) {
   Policy exact;
   exact.accuracy.other.minimum_effect = 0;
   const auto one = [](Record& r) {
@@ -129,7 +85,7 @@ TEST_F(Gate, WithoutMinimumEffectAnySingleCaseCounts) {
             GateVerdict::ok);
 }
 
-TEST_F(Gate, AnOutlierThatIsGoneDoesNotProveThatTheOthersImproved) {
+TEST_F(ComparedRuns, AnOutlierThatIsGoneDoesNotProveThatTheOthersImproved) {
   Policy exact;
   exact.accuracy.other.minimum_effect = 0;
   std::vector<Record> records = sweep_records();
@@ -144,21 +100,21 @@ TEST_F(Gate, AnOutlierThatIsGoneDoesNotProveThatTheOthersImproved) {
   EXPECT_EQ(c.verdict, GateVerdict::inconclusive) << headline(c);
 }
 
-TEST_F(Gate, ShardsThatAreNotMergedAreInvalid) {
+TEST_F(ComparedRuns, ShardsThatAreNotMergedAreInvalid) {
   const Comparison c = compare_provenance([](Json& run) { run["shard"] = {1, 2}; });
   EXPECT_EQ(c.verdict, GateVerdict::invalid);
   EXPECT_THAT(c.findings.at(0).subject, HasSubstr("shard 1 of 2"));
   EXPECT_EQ(compare_provenance([](Json& run) { run["shard"] = {0, 1}; }).verdict, GateVerdict::ok);
 }
 
-TEST_F(Gate, RecordsThatAreMissingAreNotedAndNoBaseline) {
+TEST_F(ComparedRuns, RecordsThatAreMissingAreNotedAndNoBaseline) {
   const Comparison c = compare_provenance([](Json& run) { run["records"] = 500; });
   EXPECT_EQ(c.verdict, GateVerdict::ok) << headline(c);
   EXPECT_THAT(c.findings.at(0).subject, HasSubstr("holds 360 records, but run.json states 500"));
   expect_error([&] { baseline_files(fresh()); }, "holds 360 records");
 }
 
-TEST_F(Gate, NamesOfSubjectsAreDistinctWhereLevelsOfTwoNoisesAreEqual) {
+TEST_F(ComparedRuns, NamesOfSubjectsAreDistinctWhereLevelsOfTwoNoisesAreEqual) {
   std::vector<Record> records = sweep_records();
   for (Record& record : sweep_records()) {
     record.noise = "flow 0.1 px";
@@ -175,7 +131,7 @@ TEST_F(Gate, NamesOfSubjectsAreDistinctWhereLevelsOfTwoNoisesAreEqual) {
   EXPECT_TRUE(names.contains("synthetic s18 joint_flow level 0.1 (flow 0.1 px) ego Et_m"));
 }
 
-TEST_F(Gate, NoisesThatOnlyOneSideHasAreTheFirstFinding) {
+TEST_F(ComparedRuns, NoisesThatOnlyOneSideHasAreTheFirstFinding) {
   const Comparison c = compare_changed([](Record& r) { r.noise = "depth 0.4 px"; });
   EXPECT_EQ(c.verdict, GateVerdict::invalid);
   EXPECT_EQ(c.findings.at(0).what, "cases");
@@ -190,143 +146,7 @@ TEST_F(Gate, NoisesThatOnlyOneSideHasAreTheFirstFinding) {
   EXPECT_EQ(compare().findings.at(0).subject, "synthetic s18 joint_flow level 0.1 object:1 seed 0 frame 1");
 }
 
-TEST_F(Gate, OtherMeasurementsOfTheSameConfigurationAreNoted) {
-  std::vector<Record> records = sweep_records();
-  for (Record& r : records) r.errors["epe_measured_px"] = r.errors["epe_initial_px"] = 0.4;
-  write_run(base(), records);
-  write_run(fresh(), records);
-  EXPECT_TRUE(compare().findings.empty());
-  // The errors over the inliers depend on the estimator.
-  for (Record& r : records) r.errors["epe_initial_px"] = 0.3;
-  write_run(fresh(), records);
-  EXPECT_TRUE(compare().findings.empty());
-  for (Record& r : records) r.errors["epe_measured_px"] = 0.8;
-  write_run(fresh(), records);
-  const Comparison c = compare();
-  EXPECT_EQ(c.verdict, GateVerdict::ok);
-  ASSERT_EQ(c.findings.size(), 6U);
-  EXPECT_EQ(c.findings[0].what, "measurements");
-  EXPECT_EQ(c.findings[0].subject, "synthetic city joint_flow level 0.1 ego seed 0 frame 1 epe_measured_px");
-  EXPECT_EQ(c.findings[0].base, "0.4");
-  EXPECT_EQ(c.findings[0].fresh, "0.8");
-  // Other noise measures other flow.
-  Policy policy;
-  policy.same.configuration = Strictness::note;
-  Json run = sweep_provenance();
-  run["configuration"]["noise"] = "another";
-  write_run(fresh(), records, run);
-  for (const Mismatch& f : compare(policy).findings) EXPECT_EQ(f.what, "configuration");
-}
-
-TEST_F(Gate, ALostCaseIsRegressedAndAGainedOneImproved) {
-  const auto lose = [](Record& r) {
-    if (!is_target(r) || r.seed != 3 || r.frame != 2) return;
-    r.status = Status::lost;
-    r.errors.clear();
-  };
-  const Comparison lost = compare_changed(lose);
-  EXPECT_EQ(lost.verdict, GateVerdict::regressed) << headline(lost);
-  EXPECT_EQ(lost.statuses.at(0).example, "seed 3 frame 2: ok -> lost");
-  EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
-  Policy policy;
-  policy.accuracy.max_lost = 1;
-  const Comparison accepted = compare_changed(lose, policy);
-  EXPECT_EQ(accepted.verdict, GateVerdict::ok);
-  EXPECT_THAT(headline(accepted), HasSubstr("no change that counts"));
-}
-
-TEST_F(Gate, DecisionsThatBecomeWrongAreRegressedAndCorrectedOnesImproved) {
-  std::vector<Record> records = sweep_records();
-  for (Record& r : records) {
-    if (!r.is_ego()) r.values["dynamic"] = 1;
-  }
-  const auto compare_decisions = [&](const std::function<void(Record&)>& change) {
-    std::vector<Record> changed = records;
-    std::ranges::for_each(changed, change);
-    write_run(base(), records);
-    write_run(fresh(), changed);
-    return compare();
-  };
-  EXPECT_EQ(compare_decisions([](Record&) {}).verdict, GateVerdict::ok);
-  EXPECT_TRUE(compare().statuses.empty());
-  EXPECT_THAT(headline(compare()), HasSubstr("nothing changed"));
-  const Comparison all = compare_decisions([](Record& r) {
-    if (!r.is_ego()) r.values["dynamic"] = 0;
-  });
-  EXPECT_EQ(all.verdict, GateVerdict::regressed);
-  EXPECT_THAT(headline(all), HasSubstr("4 coverages or decisions regressed"));
-  ASSERT_EQ(all.statuses.size(), 4U);
-  EXPECT_EQ(all.statuses[0].n_wrong, 60);
-  EXPECT_EQ(all.statuses[0].n_lost, 0);
-  EXPECT_EQ(all.statuses[0].example, "seed 0 frame 1: dynamic -> static, truly dynamic");
-  Policy exact;
-  exact.accuracy.other.minimum_effect = 0;
-  EXPECT_EQ(compare(exact).verdict, GateVerdict::regressed);
-  exact.accuracy.max_lost = 60;
-  EXPECT_EQ(compare(exact).verdict, GateVerdict::ok);
-  const Comparison corrected = compare_paths(fresh(), base(), defaults(), 1);
-  EXPECT_EQ(corrected.verdict, GateVerdict::improved);
-  EXPECT_EQ(corrected.statuses[0].n_corrected, 60);
-
-  // As many decisions became wrong as were corrected, or there is no truth: the change is listed only.
-  for (Record& r : records) {
-    if (is_target(r) && r.seed == 0) r.values["dynamic"] = 0;
-  }
-  const Comparison swapped = compare_decisions([](Record& r) {
-    if (is_target(r) && r.seed < 2) r.values["dynamic"] = r.seed == 0 ? 1 : 0;
-  });
-  EXPECT_EQ(swapped.verdict, GateVerdict::ok);
-  EXPECT_THAT(headline(swapped), HasSubstr("no change that counts"));
-  EXPECT_EQ(swapped.statuses.at(0).n_wrong, 6);
-  EXPECT_EQ(swapped.statuses.at(0).n_corrected, 6);
-  // The decision about a body that is gated by its area has no effect.
-  const Comparison gated = [&] {
-    for (Record& r : records) {
-      if (!is_target(r)) continue;
-      r.status = Status::gated;
-      r.gate = sextant::Gate::area;
-      r.errors.clear();
-    }
-    return compare_decisions([](Record& r) {
-      if (is_target(r) && r.seed == 1) r.values["dynamic"] = 0;
-    });
-  }();
-  EXPECT_EQ(gated.verdict, GateVerdict::ok);
-  EXPECT_EQ(gated.statuses.at(0).n_other, 6);
-  for (Record& r : records) r.values.erase("dynamic_gt");
-  const Comparison unknown = compare_decisions([](Record& r) {
-    if (is_target(r)) r.values["dynamic"] = 1;
-  });
-  EXPECT_EQ(unknown.verdict, GateVerdict::ok);
-  EXPECT_EQ(unknown.statuses.at(0).n_other, 6);
-}
-
-TEST_F(Gate, ABodyWithoutACommonCaseIsInconclusive) {
-  const auto lose = [](bool first_seeds) {
-    return [first_seeds](Record& r) {
-      if (!is_target(r) || (r.seed < 5) != first_seeds) return;
-      r.status = Status::lost;
-      r.errors.clear();
-    };
-  };
-  std::vector<Record> records = sweep_records();
-  std::ranges::for_each(records, lose(true));
-  write_run(base(), records);
-  const Comparison c = compare_changed(lose(false));
-  EXPECT_EQ(c.verdict, GateVerdict::inconclusive);
-  EXPECT_THAT(headline(c), HasSubstr("1 coverages or decisions inconclusive"));
-  EXPECT_EQ(c.statuses.at(0).n_lost, 30);
-  EXPECT_EQ(c.statuses.at(0).n_gained, 30);
-  // With one common case the coverage is that of before, but something has changed.
-  const Comparison swapped = compare_changed([](Record& r) {
-    if (!is_target(r) || (r.seed > 3 && r.seed != 5)) return;
-    r.status = Status::lost;
-    r.errors.clear();
-  });
-  EXPECT_THAT(headline(swapped), Not(HasSubstr("nothing changed")));
-}
-
-TEST_F(Gate, AMissingOrNewCaseIsInvalidUnlessAllowed) {
+TEST_F(ComparedRuns, AMissingOrNewCaseIsInvalidUnlessAllowed) {
   std::vector<Record> records = sweep_records();
   records.erase(records.begin() + 17);
   write_run(fresh(), records);
@@ -341,14 +161,14 @@ TEST_F(Gate, AMissingOrNewCaseIsInvalidUnlessAllowed) {
   EXPECT_EQ(compare(policy).findings.size(), 1U);  // still reported
 }
 
-TEST_F(Gate, AMissingErrorIsInvalid) {
+TEST_F(ComparedRuns, AMissingErrorIsInvalid) {
   EXPECT_EQ(compare_changed([](Record& r) {
               if (is_target(r) && r.seed == 3 && r.frame == 2) r.errors.erase("ER_deg");
             }).verdict,
             GateVerdict::invalid);
 }
 
-TEST_F(Gate, NaNAndDamageAreInvalid) {
+TEST_F(ComparedRuns, NaNAndDamageAreInvalid) {
   const std::string good = write_records(sweep_records());
   write_run(fresh(), sweep_records());
   const size_t at = good.find("\"Et_m\":") + 7, end = good.find_first_of(",}", at);
@@ -368,7 +188,7 @@ TEST_F(Gate, NaNAndDamageAreInvalid) {
   EXPECT_EQ(compare().verdict, GateVerdict::invalid);
 }
 
-TEST_F(Gate, WhatMustBeTheSameIsNeverSilentlyAccepted) {
+TEST_F(ComparedRuns, WhatMustBeTheSameIsNeverSilentlyAccepted) {
   struct Case {
     const char* what;
     std::function<void(Json&)> change;
@@ -398,7 +218,7 @@ TEST_F(Gate, WhatMustBeTheSameIsNeverSilentlyAccepted) {
   }
 }
 
-TEST_F(Gate, AnOptionThatOneVersionKnowsIsANoteAGroupOrListItemIsNot) {
+TEST_F(ComparedRuns, AnOptionThatOneVersionKnowsIsANoteAGroupOrListItemIsNot) {
   write_run(fresh(), sweep_records());
   const auto verdict = [&](const std::function<void(Json&)>& change) {
     const Comparison c = compare_provenance([&](Json& run) { change(run["configuration"]); });
@@ -415,7 +235,7 @@ TEST_F(Gate, AnOptionThatOneVersionKnowsIsANoteAGroupOrListItemIsNot) {
   EXPECT_EQ(verdict([](Json& c) { c["sources"].push_back("synthetic:city"); }), GateVerdict::invalid);
 }
 
-TEST_F(Gate, AnErrorBelowZeroOrBeyondReasonIsInvalid) {
+TEST_F(ComparedRuns, AnErrorBelowZeroOrBeyondReasonIsInvalid) {
   for (const double value : {-1e-3, 1e300}) {
     const Comparison c = compare_changed([&](Record& r) {
       if (is_target(r) && r.seed == 3 && r.frame == 2) r.errors["Et_m"] = value;
@@ -425,7 +245,7 @@ TEST_F(Gate, AnErrorBelowZeroOrBeyondReasonIsInvalid) {
   }
 }
 
-TEST_F(Gate, FewSeedsAreTooFewToJudgeUnlessEveryCaseIsWorse) {
+TEST_F(ComparedRuns, FewSeedsAreTooFewToJudgeUnlessEveryCaseIsWorse) {
   write_run(base(), sweep_records(2));
   const auto compare_two_seeds = [&](const std::function<double(const Record&)>& factor) {
     std::vector<Record> records = sweep_records(2);
@@ -447,7 +267,7 @@ TEST_F(Gate, FewSeedsAreTooFewToJudgeUnlessEveryCaseIsWorse) {
             GateVerdict::improved);
 }
 
-TEST_F(Gate, OneCaseNeverDecides) {
+TEST_F(ComparedRuns, OneCaseNeverDecides) {
   std::vector<Record> records = sweep_records(6);
   // One body that is seen once, and one that is seen once per seed.
   std::erase_if(records, [](const Record& r) {
@@ -472,7 +292,7 @@ TEST_F(Gate, OneCaseNeverDecides) {
   EXPECT_EQ(once.verdict, GateVerdict::inconclusive) << headline(once);
 }
 
-TEST_F(Gate, ACameraThatIsTenPercentWorseIsProvenByTenSeeds) {
+TEST_F(ComparedRuns, ACameraThatIsTenPercentWorseIsProvenByTenSeeds) {
   const Comparison c = compare_changed([](Record& r) {
     if (r.is_ego()) r.errors["Et_m"] *= 1.1;
   });
@@ -490,7 +310,7 @@ TEST_F(Gate, ACameraThatIsTenPercentWorseIsProvenByTenSeeds) {
   EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
 }
 
-TEST_F(Gate, SeedsWithTheSameErrorsCountOnce) {
+TEST_F(ComparedRuns, SeedsWithTheSameErrorsCountOnce) {
   // Without noise a deterministic estimator gives every seed the same errors.
   std::vector<Record> records = sweep_records(10);
   for (Record& r : records) r.errors["Et_m"] = 0.01 * r.frame;
@@ -503,7 +323,7 @@ TEST_F(Gate, SeedsWithTheSameErrorsCountOnce) {
   for (const AccuracyRow& row : c.accuracy) EXPECT_NE(row.verdict, GateVerdict::regressed);
 }
 
-TEST_F(Gate, NoPContradictsAVerdict) {
+TEST_F(ComparedRuns, NoPContradictsAVerdict) {
   Policy exact;
   exact.accuracy.other.minimum_effect = 0;
   for (const Policy& policy : {defaults(), exact}) {
@@ -533,7 +353,7 @@ TEST_F(Gate, NoPContradictsAVerdict) {
   }
 }
 
-TEST_F(Gate, AnotherMachineIsANoteWhereTimesAreNotJudged) {
+TEST_F(ComparedRuns, AnotherMachineIsANoteWhereTimesAreNotJudged) {
   Policy policy;
   policy.speed.judge = false;
   const Comparison c = compare_provenance([](Json& run) { run["machine"]["cpu"] = "another"; }, policy);
@@ -541,7 +361,7 @@ TEST_F(Gate, AnotherMachineIsANoteWhereTimesAreNotJudged) {
   EXPECT_EQ(c.findings.at(0).what, "machine");
 }
 
-TEST_F(Gate, WhereDataLieAndAnotherBuildAreNoDifference) {
+TEST_F(ComparedRuns, WhereDataLieAndAnotherBuildAreNoDifference) {
   const Comparison c = compare_provenance([](Json& run) {
     run["git_commit"] = "abc";
     run["sources"][0]["inputs"] = {{"/mnt/s18/a.png", {{"bytes", 3}, {"sha256", "aa"}}}};
@@ -551,117 +371,11 @@ TEST_F(Gate, WhereDataLieAndAnotherBuildAreNoDifference) {
   EXPECT_EQ(c.findings[0].what, "build");
 }
 
-TEST_F(Gate, ChangedTruthIsInvalid) {
+TEST_F(ComparedRuns, ChangedTruthIsInvalid) {
   EXPECT_EQ(compare_changed([](Record& r) {
               if (is_target(r) && r.seed == 3 && r.frame == 2) r.values["distance_gt_m"] += 0.01;
             }).verdict,
             GateVerdict::invalid);
-}
-
-TEST_F(Gate, OneRunOfEachSideIsNoProofOfSpeed) {
-  const auto slower = [](double factor) { return [factor](Record& r) { r.time_ms["refine"] *= factor; }; };
-  EXPECT_EQ(compare_changed(slower(1.15)).verdict, GateVerdict::ok);
-  EXPECT_EQ(compare_changed(slower(2)).verdict, GateVerdict::inconclusive);
-  EXPECT_EQ(compare_changed(slower(0.4)).verdict, GateVerdict::ok);
-  int n = 0;
-  const auto often_slower = [&](Record& r) { r.time_ms["refine"] *= ++n % 5 == 0 ? 1 : 3; };
-  EXPECT_EQ(compare_changed(often_slower).verdict, GateVerdict::ok);  // the processor was busy
-  EXPECT_EQ(compare_changed([](Record& r) {
-              if (!r.is_ego()) r.time_ms["refine"] *= 3;
-            }).verdict,
-            GateVerdict::inconclusive);
-}
-
-TEST_F(Gate, TimesThatAreNotJudgedAreNoted) {
-  std::vector<Record> records = sweep_records();
-  for (Record& record : records) record.time_ms.clear();
-  write_run(base(), records);  // as a baseline
-  write_run(fresh(), sweep_records());
-  const Comparison c = compare();
-  EXPECT_EQ(c.verdict, GateVerdict::ok) << headline(c);
-  ASSERT_EQ(c.findings.size(), 1U);
-  EXPECT_EQ(c.findings[0].subject, "times are not judged");
-  EXPECT_EQ(c.findings[0].base, "missing");
-  EXPECT_EQ(c.findings[0].fresh, "there");
-  Policy accuracy_only;
-  accuracy_only.speed.judge = false;
-  EXPECT_TRUE(compare(accuracy_only).findings.empty());
-}
-
-TEST_F(Gate, RepeatedRunsAreJudgedByTheirTimes) {
-  const auto write = [&](const fs::path& side, double factor) {
-    fs::remove_all(side);
-    for (int i = 0; i < 6; ++i) {
-      std::vector<Record> records = sweep_records();
-      for (Record& r : records) r.time_ms["refine"] *= factor * (1 + 0.01 * ((i * 7) % 5));
-      write_run(side / std::to_string(i), records);
-    }
-  };
-  write(base(), 1);
-  write(fresh(), 1.15);
-  const Comparison c = compare();
-  EXPECT_EQ(c.verdict, GateVerdict::regressed) << headline(c);
-  ASSERT_EQ(c.findings.size(), 2U);
-  EXPECT_EQ(c.findings[1].what, "repetitions");
-  EXPECT_FALSE(c.findings[1].invalidates);
-  EXPECT_THAT(c.findings[1].subject,
-              HasSubstr("new: errors and statuses are judged in 0 only, the first of 6 runs"));
-  Policy speed_only;
-  speed_only.accuracy.judge = false;
-  EXPECT_TRUE(compare(speed_only).findings.empty());
-  const Table speeds = speed_table(c, true);
-  EXPECT_THAT(*speeds.rows.at(0).at(0).text(), HasSubstr("refine"));
-  EXPECT_EQ(compare_paths(fresh(), base(), defaults(), 1).verdict, GateVerdict::improved);
-  write(fresh(), 1);
-  EXPECT_EQ(compare().verdict, GateVerdict::ok);
-  std::vector<Record> records = sweep_records();
-  records.pop_back();
-  write_run(fresh() / "3", records);
-  EXPECT_EQ(compare().verdict, GateVerdict::invalid);
-}
-
-TEST_F(Gate, BenchmarksAreJudgedByTheirRepetitions) {
-  int n_regressed = 0, n_false = 0;
-  for (uint64_t draw = 0; draw < 40; ++draw) {
-    n_false +=
-        compare_benchmarks(benchmark_json(10, 2 * draw), benchmark_json(10, 2 * draw + 1)) != GateVerdict::ok;
-    n_regressed += compare_benchmarks(benchmark_json(10, 2 * draw), benchmark_json(10, 2 * draw + 1, 1.15)) ==
-                   GateVerdict::regressed;
-  }
-  EXPECT_EQ(n_false, 0);
-  EXPECT_GE(n_regressed, 38);
-  EXPECT_EQ(compare_benchmarks(benchmark_json(10, 1), benchmark_json(10, 2, 0.8)), GateVerdict::improved);
-}
-
-TEST_F(Gate, OneSampleIsInconclusiveOnlyWhereItIsMuchSlower) {
-  EXPECT_EQ(compare_benchmarks(benchmark_json(1, 1), benchmark_json(1, 2)), GateVerdict::ok);
-  EXPECT_EQ(compare_benchmarks(benchmark_json(1, 1), benchmark_json(1, 2, 2)), GateVerdict::inconclusive);
-  EXPECT_EQ(compare_benchmarks(benchmark_json(1, 1), benchmark_json(1, 2, 0.4)), GateVerdict::ok);
-  EXPECT_EQ(compare_benchmarks(benchmark_json(10, 1, 1, 0.3), benchmark_json(10, 4, 1.3, 0.3)),
-            GateVerdict::inconclusive);  // slower, but too noisy to be sure
-}
-
-TEST_F(Gate, BenchmarksThatAreMissingOrBrokenAreInvalid) {
-  const Json good = benchmark_json(10, 1);
-  const auto changed = [&](const std::function<void(Json&)>& change) {
-    Json json = good;
-    change(json);
-    return compare_benchmarks(good, json);
-  };
-  EXPECT_EQ(changed([](Json&) {}), GateVerdict::ok);
-  EXPECT_EQ(changed([](Json& j) {
-              Json& list = j["benchmarks"];
-              list.erase(list.begin() + 10, list.end());
-            }),
-            GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["benchmarks"] = Json::array(); }), GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["cpu_time"] = nullptr; }), GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["cpu_time"] = 0; }), GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["cpu_time"] = -1; }), GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["error_occurred"] = true; }), GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["benchmarks"][3]["time_unit"] = "min"; }), GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["context"]["num_cpus"] = 64; }), GateVerdict::invalid);
-  EXPECT_EQ(changed([](Json& j) { j["context"]["library_build_type"] = "debug"; }), GateVerdict::invalid);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #pragma once
 
 // Results to compare, for tests: records as a sweep writes them, with errors that vary by a few per cent
-// between seeds, and files of Google Benchmark.
+// between seeds, and files of Google Benchmark. The fixture of tests that compare them.
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/philox.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/gate/comparison.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
@@ -86,5 +87,50 @@ inline Json benchmark_json(int repetitions, uint64_t draw, double slower = 1, do
   }
   return json;
 }
+
+inline const Policy& defaults() {
+  static const Policy policy;
+  return policy;
+}
+
+/// Compares the folders "base" and "new" of a temporary folder; BASE has the records of sweep_records().
+class ComparedRuns : public ::testing::Test {
+ protected:
+  ComparedRuns() { write_run(base(), sweep_records()); }
+
+  fs::path base() const { return temp_.path() / "base"; }
+  fs::path fresh() const { return temp_.path() / "new"; }
+  Comparison compare(const Policy& policy = defaults()) const {
+    return compare_paths(base(), fresh(), policy, 2);
+  }
+
+  /// Compares BASE with a copy of its records in which `change` has modified each record.
+  template <typename Change>
+  Comparison compare_changed(Change change, const Policy& policy = defaults()) const {
+    std::vector<Record> records = sweep_records();
+    for (Record& record : records) change(record);
+    write_run(fresh(), records);
+    return compare(policy);
+  }
+
+  /// Compares BASE with a copy whose run.json `change` has modified.
+  Comparison compare_provenance(const std::function<void(Json&)>& change,
+                                const Policy& policy = defaults()) const {
+    Json run = sweep_provenance();
+    change(run);
+    write_run(fresh(), sweep_records(), run);
+    return compare(policy);
+  }
+
+  GateVerdict compare_benchmarks(const Json& a, const Json& b, const Policy& policy = defaults()) const {
+    write_file(temp_.path() / "a.json", a.dump());
+    write_file(temp_.path() / "b.json", b.dump());
+    return compare_paths(temp_.path() / "a.json", temp_.path() / "b.json", policy, 1).verdict;
+  }
+
+  TempFolder temp_;
+};
+
+inline bool is_target(const Record& r) { return r.sequence == "s18" && r.body == "object:1"; }
 
 }  // namespace sextant

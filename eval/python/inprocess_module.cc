@@ -78,8 +78,8 @@ struct Place {
   uint64_t seed = 0;
   const FramePair* pair = nullptr;
 
-  /// Returns "synthetic s18, seed 0, frame 3, object:2". A body is recognised by its first point, because a pixel
-  /// belongs to one body.
+  /// Returns "synthetic s18, seed 0, frame 3, object:2". A body is recognised by its first point, because a
+  /// pixel belongs to one body.
   std::string text(const Correspondences& points) const {
     if (pair == nullptr) return "an unknown place";
     std::string body = "ego";
