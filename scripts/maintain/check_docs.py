@@ -142,7 +142,7 @@ def missing_flags(text, known):
 def flag_problems(sextant, text):
     """Yields the flags in `text` that `sextant COMMAND --help` does not list."""
     for line in text.splitlines():
-        call = re.search(r"\bsextant ((?:(?:baseline|evaluate|data|noise|cache) )?[a-z]+) (.*)", line)
+        call = re.search(r"\bsextant ((?:(?:baseline|evaluate|data|noise|cache) |benchmark (?=verify|page))?[a-z]+) (.*)", line)
         if not call or "..." in line:
             continue
         command, rest = call[1].split(), re.sub(r"'[^']*'|\"[^\"]*\"", "", call[2])
