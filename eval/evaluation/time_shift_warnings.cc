@@ -111,10 +111,11 @@ struct ShiftedErrors {
 };
 
 /// Returns the errors if a shift explains neither the positions, of which at most half the RMSE may be left
-/// after the chosen alignment or one with scale, nor half of the squared differences of the steps. Empty if
-/// it does, or if too few poses match without the shift.
+/// after the chosen alignment or one with scale, nor half of the squared differences of the steps. A shift of
+/// more than ten steps, at which a path is compared with another part of the reference, must explain both.
+/// Empty if it does, or if too few poses match without the shift.
 std::optional<ShiftedErrors> unexplained_by(const TimedPair& pair, double shift, AlignmentChoice choice) {
-  constexpr double largest_rmse_share = 0.5;
+  constexpr double largest_rmse_share = 0.5, far_steps = 10;
   choice.n_to_align = 0;
   const auto before = shifted(pair.reference, pair.estimate, 0),
              after = shifted(pair.reference, pair.estimate, shift);
@@ -124,14 +125,17 @@ std::optional<ShiftedErrors> unexplained_by(const TimedPair& pair, double shift,
   with_scale.alignment = Alignment::sim3;
   const auto scaled_now = squares_of(before, with_scale), scaled_then = squares_of(after, with_scale);
   constexpr double largest_share = largest_rmse_share * largest_rmse_share;
-  if (*then <= largest_share * *now) return std::nullopt;
-  if (scaled_now && scaled_then && *scaled_then <= largest_share * *scaled_now) return std::nullopt;
+  const bool explains_positions = *then <= largest_share * *now ||
+                                  (scaled_now && scaled_then && *scaled_then <= largest_share * *scaled_now);
   const auto steps = [](const MatchedPoses& m) {
     return step_squares(m.reference, m.estimate, 0, 0, m.estimate.size());
   };
   const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
-  if (rotations && steps(*after) <= largest_left_share * steps(*before)) return std::nullopt;
-  return ShiftedErrors{std::sqrt(*now), std::sqrt(*then)};
+  const bool explains_steps = rotations && steps(*after) <= largest_left_share * steps(*before);
+  const bool is_far = std::abs(shift) > far_steps * median_step(pair.reference.stamps_s);
+  const bool explains =
+      is_far && rotations ? explains_positions && explains_steps : explains_positions || explains_steps;
+  return explains ? std::nullopt : std::optional(ShiftedErrors{std::sqrt(*now), std::sqrt(*then)});
 }
 
 /// Least sum of squared distances that another place of the world or of the body on its carrier leaves.

@@ -72,10 +72,13 @@ Association associate(const ObjectLog& log, const std::map<ObjectFrame, SE3>& po
       best.emplace_back(-both.agreement, ids.first != ids.second, ids.first, ids.second);
   }
   std::sort(best.begin(), best.end());
+  constexpr double least_share = 0.5;  // of the agreement with the true object that agrees best
   Association out;
   std::set<int> assigned;
+  std::map<int, double> largest;  // agreement of each logged id
   for (const auto& [n, differs, logged, id] : best) {
-    if (out.true_ids.contains(logged)) continue;
+    largest.try_emplace(logged, -n);
+    if (out.true_ids.contains(logged) || -n < least_share * largest.at(logged)) continue;
     if (assigned.insert(id).second) {
       out.true_ids[logged] = id;
       out.taken.erase(logged);

@@ -24,10 +24,10 @@ std::string object_text(int id);
 /// in descending order of their agreement, summed over their common steps, and each object is used once. The
 /// agreement of a step decreases from 1 to 0 over 3 m between the positions in the camera frame or, if the
 /// log has no pose there, over 0.5 m between the motions in the body frame. A pair must agree (agreement
-/// above 0) in at least 3 steps, or in as many as the longest logged object has, and in more steps than those
-/// in which the positions are too far apart. Logged objects without a partner get no truth. A warning says
-/// so; if another logged object has taken their true one, it names the change of identity or the object that
-/// is logged twice.
+/// above 0) in at least 3 steps, or in as many as the longest logged object has, in more steps than those in
+/// which the positions are too far apart, and at least half as well as the best pair of the same logged
+/// object. Logged objects without a partner get no truth. A warning says so; if another logged object has
+/// taken their true one, it names the change of identity or the object that is logged twice.
 void take_truth(ObjectLog& log, const SequenceTruth& truth);
 
 }  // namespace sextant
