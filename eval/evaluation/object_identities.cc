@@ -91,7 +91,7 @@ std::vector<LogDiagnosis> diagnose_identities(const ObjectLog& log) {
   const ObjectPositions at = positions_of(log);
   std::vector<std::string> texts;
   std::set<int> first_frames;
-  bool always = true, from_on = true;
+  bool from_on = true;
   for (const int id : ids_of(log.poses)) {
     std::optional<FollowedObject> best;
     for (const int other : ids_of(log.true_poses)) {
@@ -99,7 +99,6 @@ std::vector<LogDiagnosis> diagnose_identities(const ObjectLog& log) {
       if (found && (!best || found->n > best->n)) best = found;
     }
     if (!best) continue;
-    always = always && best->from_start && best->to_end;
     from_on = from_on && !best->from_start && best->to_end;
     first_frames.insert(best->from);
     texts.push_back(fmt::format(
@@ -112,10 +111,8 @@ std::vector<LogDiagnosis> diagnose_identities(const ObjectLog& log) {
     texts.resize(most_named);
     texts.emplace_back("...");
   }
-  const std::string where = always ? ""
-                            : from_on && first_frames.size() == 1
-                                ? fmt::format(" from frame {} on", *first_frames.begin())
-                                : " in a part of the frames";
+  const std::string where =
+      from_on && first_frames.size() == 1 ? fmt::format(" from frame {} on", *first_frames.begin()) : "";
   return {{"ids", fmt::format("{}, estimated poses of objects: the ids look exchanged{}: {}: write each "
                               "object under one id, that of the truth, in all of its frames",
                               log.estimator, where, fmt::join(texts, ", "))}};

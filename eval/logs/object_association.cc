@@ -1,7 +1,6 @@
 #include "sextant/eval/logs/object_association.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -41,6 +40,7 @@ struct Association {
   std::map<int, int> true_ids;  ///< of logged ids, see take_truth()
   /// Logged ids without a partner whose best true object has gone to another logged object: its true id.
   std::map<int, int> taken;
+  std::map<std::pair<int, int>, std::set<int>> near;  ///< frames that agree, of a logged id and a true id
 };
 
 Association associate(const ObjectLog& log, const std::map<ObjectFrame, SE3>& poses,
@@ -55,12 +55,14 @@ Association associate(const ObjectLog& log, const std::map<ObjectFrame, SE3>& po
     double agreement = 0;
   };
   std::map<std::pair<int, int>, Shared> shared;  // of logged id and true id
+  Association out;
   for (const auto& [key, motion] : log.motions) {
     for (const int id : true_ids) {
       const auto agrees = agreement(log, key, poses, camera, {id, key.second});
       if (!agrees) continue;
       Shared& both = shared[{key.first, id}];
       both.agree += *agrees > 0;
+      if (*agrees > 0) out.near[{key.first, id}].insert(key.second);
       both.far += *agrees == 0 && log.poses.contains(key);
       both.agreement += *agrees;
     }
@@ -73,7 +75,6 @@ Association associate(const ObjectLog& log, const std::map<ObjectFrame, SE3>& po
   }
   std::sort(best.begin(), best.end());
   constexpr double least_share = 0.5;  // of the agreement with the true object that agrees best
-  Association out;
   std::set<int> assigned;
   std::map<int, double> largest;  // agreement of each logged id
   for (const auto& [n, differs, logged, id] : best) {
@@ -90,17 +91,13 @@ Association associate(const ObjectLog& log, const std::map<ObjectFrame, SE3>& po
 }
 
 /// Explains that the logged object `id` has no truth, because another one is assigned to its true object.
-std::string text_of_second(const ObjectLog& log, int id, int first, int true_id) {
-  int common = 0, from = std::numeric_limits<int>::max(), to = 0;
-  for (const auto& [key, motion] : log.motions) {
-    if (key.first != id) continue;
-    common += log.motions.contains({first, key.second});
-    from = std::min(from, key.second);
-    to = std::max(to, key.second);
-  }
-  const std::string follows =
-      fmt::format("logged object {} follows true object {} in frames {}-{}", id, true_id, from, to);
-  if (common > 0)
+std::string text_of_second(const Association& found, int id, int first, int true_id) {
+  const std::set<int>& own = found.near.at({id, true_id});
+  const std::set<int>& other = found.near.at({first, true_id});
+  const auto common = std::ranges::count_if(own, [&](int frame) { return other.contains(frame); });
+  const std::string follows = fmt::format("logged object {} follows true object {} in frames {}-{}", id,
+                                          true_id, *own.begin(), *own.rbegin());
+  if (2 * static_cast<size_t>(common) > own.size())
     return fmt::format(
         "{}, and logged object {} does so in {} of these frames: an object that is logged "
         "twice is scored once, and object {} has no truth",
@@ -155,7 +152,7 @@ void take_truth(ObjectLog& log, const SequenceTruth& truth) {
   std::map<int, std::string> seconds;  // texts of logged ids
   for (const auto& [logged, id] : found.taken) {
     for (const auto& [first, assigned] : ids) {
-      if (assigned == id) seconds[logged] = text_of_second(log, logged, first, id);
+      if (assigned == id) seconds[logged] = text_of_second(found, logged, first, id);
     }
   }
   std::map<ObjectFrame, LoggedMotion> motions;

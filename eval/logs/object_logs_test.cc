@@ -336,6 +336,23 @@ TEST(ObjectLogs, AnObjectThatIsLoggedTwiceIsScoredOnce) {
             7);
 }
 
+TEST(ObjectLogs, ObjectsThatExchangeTheirIdsAreNotTakenForAnObjectThatIsLoggedTwice) {
+  const SE3 beside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(4, 0, 0));
+  ObjectLog log;
+  for (int k = 0; k < n_frames; ++k) {
+    log.camera.set(k, camera(k));
+    // Each has more steps near `car`, the true object 7: object 1 at the end, object 2 at the beginning.
+    log.poses[{1, k}] = k < 3 ? beside * car(k) : car(k);
+    log.poses[{2, k}] = k < 5 ? car(k) : beside * car(k);
+    if (k == 0) continue;
+    if (k != 1) log.motions[{1, k}].estimate = car(k) * car(k - 1).inverse();
+    if (k < 6) log.motions[{2, k}].estimate = car(k) * car(k - 1).inverse();
+  }
+  take_truth(log, two_alike());
+  EXPECT_THAT(log.warnings, Contains(AllOf(HasSubstr("logged object 2 follows true object 7 in frames 1-4"),
+                                           HasSubstr("the log changes the id of this object"))));
+}
+
 TEST(ObjectLogs, ACopyOfAnObjectIsNamedWithoutTruth) {
   const TempFolder folder;
   write_dynosam(folder, 3);
