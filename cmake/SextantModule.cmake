@@ -1,13 +1,12 @@
-# sextant_module(NAME [THREADS] [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
+# sextant_module(NAME [DEPENDS module|target ...] [PRIVATE target ...] [TEST_DEPENDS target ...])
 #
 # Makes the library sextant_NAME (alias Sextant::NAME) from the *.cc files of the current folder, and the test program
 # NAME_test from its *_test.cc files. DEPENDS and PRIVATE name every module that the folder includes, apart from its
-# tests; the test layers/includes refuses other includes. ctest names are NAME/Suite.Case. THREADS: the tests start threads; they have the
-# ctest label `threads` and run under the thread sanitizer too (cmake --preset tsan).
+# tests; the test layers/includes refuses other includes. ctest names are NAME/Suite.Case.
 # Headers that docs/reference.txt does not list as public are installed below sextant/internal.
 file(STRINGS ${PROJECT_SOURCE_DIR}/docs/reference.txt SEXTANT_PUBLIC_HEADERS REGEX "^sextant/")
 function(sextant_module NAME)
-  cmake_parse_arguments(ARG "THREADS" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE;TEST_DEPENDS" ${ARGN})
   file(GLOB headers CONFIGURE_DEPENDS *.h)
   file(GLOB sources CONFIGURE_DEPENDS *.cc)
   file(GLOB tests CONFIGURE_DEPENDS *_test.cc)
@@ -43,13 +42,9 @@ function(sextant_module NAME)
   endforeach()
 
   if(SEXTANT_TESTS AND tests)
-    set(label "")
-    if(ARG_THREADS)
-      set(label threads)
-    endif()
     add_executable(${NAME}_test ${tests})
     target_link_libraries(${NAME}_test PRIVATE ${target} ${ARG_TEST_DEPENDS})
-    sextant_test_program(${NAME} LABELS "${label}")
+    sextant_test_program(${NAME})
   endif()
 endfunction()
 

@@ -15,12 +15,11 @@ usage: scripts/maintain/check_layers.py [--self-test]
 7. String literals of reports (REPORTS) contain no name of a data set, estimator or measured system: these names come from
    zhang2020_data.json and the records. Reports read typed rows: no cell is compared with a text or found by its number.
 8. A test uses no folder that others use and no clock: it works in a TempFolder of base/testing.h.
-9. A module of which a source or a test starts threads declares THREADS in its CMakeLists.txt (preset tsan).
-10. Comments and messages use the field's terms instead of the words in PRIVATE_WORDS.
-11. A comment of a header begins with its subject, not with a word of NO_SUBJECT.
-12. A document or a section of one that a comment or message names exists: docs/NAME.md, "SECTION".
-13. docs/modules.svg shows all modules, those of TRUTH_FREE with a blue frame.
-14. No line of C++ is longer than the ColumnLimit of .clang-format, not even a comment or a text.
+9. Comments and messages use the field's terms instead of the words in PRIVATE_WORDS.
+10. A comment of a header begins with its subject, not with a word of NO_SUBJECT.
+11. A document or a section of one that a comment or message names exists: docs/NAME.md, "SECTION".
+12. docs/modules.svg shows all modules, those of TRUTH_FREE with a blue frame.
+13. No line of C++ is longer than the ColumnLimit of .clang-format, not even a comment or a text.
 
 Tests (*_test.cc, *testing.h) are exempt from 1 to 7.
 Exit codes: 0 clean, 1 violations, 2 usage.
@@ -82,8 +81,6 @@ NOT_IN_TESTS = {
         re.compile(r"\btemp_directory_path\b|\bTempDir\(\)|\bmkdtemp\b|\"/(?:tmp|var/tmp|home|root)\b"),
     "MATCH depends on the speed of the machine": re.compile(r"\b(?:steady|system|high_resolution)_clock\b"),
 }
-
-STARTS_THREADS = re.compile(r"^ +parallel_for\(|\bstd::(?:jthread|thread|async)\b[ (]", re.MULTILINE)
 
 # Readers that need no call of their own in TARGETS -> what leads to them, or why they are none.
 TARGETS = "eval/fuzz/targets.cc"
@@ -190,13 +187,6 @@ def reader_problems(files):
                 yield f"{source.at(match.start())}: {match[1]}() reads untrusted files and has no target in {TARGETS}"
 
 
-def thread_problems(sources, root):
-    for folder in sorted({folder_of(s.path) for s in sources if s.path.endswith(".cc") and STARTS_THREADS.search(s.text)}):
-        listing = root / folder / "CMakeLists.txt"
-        if listing.exists() and re.search(r"sextant_module\(\w+(?! THREADS)[\s)]", listing.read_text(encoding="utf-8")):
-            yield f"{folder}/CMakeLists.txt: a source starts threads: expected 'sextant_module(NAME THREADS ...'"
-
-
 def texts(source):
     """(line, text) of the comments and messages of a file; strings without a blank are names, keys or formats. Of a
     document: its lines without code."""
@@ -299,7 +289,7 @@ def check(root):
         *pattern_problems((s for s in sources if s.is_test), NOT_IN_TESTS), *pattern_problems(reports, NOT_IN_REPORTS),
         *(problem for what, (pattern, users) in ENTRY_POINTS.items()
           for problem in pattern_problems((s for s in files.values() if s.name not in users), {what: pattern})),
-        *name_in_report_problems(reports, root), *reader_problems(files), *thread_problems(sources, root),
+        *name_in_report_problems(reports, root), *reader_problems(files),
         *word_problems(texts_of_all), *subject_problems(texts_of_all), *citation_problems(sources, root),
         *picture_problems(layers, root), *pattern_problems(sources + read_tree(root, ["bench"]), TOO_LONG), *name_problems(files),
         *include_problems(files, layers), *truth_problems(layers)]
@@ -353,7 +343,6 @@ def self_test():
         ("a test in a folder of others", "lib/noise/depth_test.cc", "auto folder = testing::TempDir();",
          "TempFolder (base/testing.h) is the test's own"),
         ("a test with a clock", "lib/noise/depth_test.cc", "auto now = std::chrono::steady_clock::now();", "depends on the speed"),
-        ("threads that are not declared", "lib/noise/draw.cc", "  parallel_for(n, jobs, draw);", "starts threads"),
         ("a file made in place", "eval/report/table.h", "auto file = std::ofstream(name);", "creates a file"),
         ("a data set in a report", "eval/report/tables/depth_table.cc", 'auto s = "depth of sea-floor";', "names 'sea-floor'"),
         ("a cell compared with a text", "eval/report/table.h", 'bool b = row == Cell("no");', "compares a cell"),
