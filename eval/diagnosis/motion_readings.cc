@@ -5,6 +5,8 @@
 #include <iterator>
 #include <set>
 
+#include "sextant/geometry/axes.h"
+
 namespace sextant {
 namespace {
 
@@ -246,6 +248,39 @@ std::vector<NumberReading> rotation_readings(const std::string& translations) {
        "transpose each rotation", turned([](const Q& q) { return Q(q.conjugate()); })}};
 }
 
+std::vector<NumberReading> number_readings(const std::string& translations, double price_of_axes) {
+  std::vector<NumberReading> out = unit_readings(translations);
+  std::ranges::move(rotation_readings(translations), std::back_inserter(out));
+  for (const Axes axes : {Axes::opengl, Axes::ned, Axes::flu}) {
+    const SE3 C(Eigen::Quaterniond(opencv_from_axes(axes)), Eigen::Vector3d::Zero());
+    out.push_back({fmt::format("axes_{}", to_string(axes)),
+                   fmt::format("the values look like those in {} axes, not in opencv's", to_string(axes)),
+                   "write C P inverse(C) with the rotation C from these axes to opencv's",
+                   [C](const SE3& P) { return C * P * C.inverse(); }, price_of_axes});
+  }
+  // In the plane of a road a mirrored motion is like an inverse one or one in other axes, which are cheaper.
+  constexpr double price_of_mirror = 0.6;
+  constexpr std::string_view xyz = "xyz";
+  for (const int axis : {0, 1, 2}) {
+    Eigen::Vector3d sign = Eigen::Vector3d::Ones();
+    sign[axis] = -1;
+    const char a = xyz[static_cast<size_t>(axis)];
+    out.push_back(
+        {fmt::format("mirrored_{}", a),
+         fmt::format("the values look mirrored: their {} axes point the opposite way (left-handed "
+                     "axes)",
+                     a),
+         fmt::format("negate {}, q{} and q{} in each line", a, xyz[axis == 0], xyz[axis < 2 ? 2 : 1]),
+         [sign](const SE3& T) {
+           Eigen::Quaterniond q = T.rotation();
+           q.vec() = -sign.cwiseProduct(q.vec());  // M R M, with M the mirror
+           return SE3(q, sign.cwiseProduct(T.translation()));
+         },
+         price_of_mirror});
+  }
+  return out;
+}
+
 std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
   std::vector<Hypothesis<MotionData>> table;
   const auto add = [&](std::string code, std::string cause, std::string remedy, auto change,
@@ -305,10 +340,9 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
         fmt::format("invert each motion and give --frame {}", to_string(frame)),
         [=](const SE3& m, S s) { return change_frame(m.inverse(), frame, declared, s); }, price_of_two);
   }
-  for (const auto& readings : {unit_readings("translations"), rotation_readings("translations")}) {
-    for (const auto& [code, cause, remedy, read] : readings)
-      add(code, cause, remedy, [read = read](const SE3& m, S) { return Result(read(m)); });
-  }
+  for (const auto& [code, cause, remedy, read, price] : number_readings("translations", price_of_two))
+    add(
+        code, cause, remedy, [read = read](const SE3& m, S) { return Result(read(m)); }, price);
   table.push_back({"absolute",
                    "the values look like poses or motions since the first frame, not from frame k-1 to k",
                    "write the motion of each step", [declared](MotionData& data, double& ignored) {
@@ -483,7 +517,7 @@ std::optional<Explanation> explain_rotations(const std::map<ObjectFrame, SE3>& m
   const auto declared = mean_square(motions);
   if (!declared) return std::nullopt;
   std::vector<Hypothesis<std::map<ObjectFrame, SE3>>> table;
-  for (const auto& [code, cause, remedy, read] : rotation_readings("translations")) {
+  for (const auto& [code, cause, remedy, read, price] : rotation_readings("translations")) {
     table.push_back({code, cause, remedy, [read = read](std::map<ObjectFrame, SE3>& changed, double&) {
                        for (auto& [key, motion] : changed) motion = read(motion);
                        return true;

@@ -69,6 +69,13 @@ void plant(MotionData& data, const Plant& change, int only = 0) {
   }
 }
 
+/// Returns `T` in axes of which z points the opposite way.
+SE3 mirrored_z(const SE3& T) {
+  const Eigen::DiagonalMatrix<double, 3> mirror(1, 1, -1);
+  const Eigen::Matrix3d R = mirror * T.rotation().toRotationMatrix() * mirror;
+  return SE3(Eigen::Quaterniond(R), mirror * T.translation());
+}
+
 std::map<std::string, Plant> plants(MotionFrame declared) {
   std::map<std::string, Plant> all;
   for (const MotionFrame frame : {MotionFrame::world, MotionFrame::body, MotionFrame::camera}) {
@@ -88,6 +95,9 @@ std::map<std::string, Plant> plants(MotionFrame declared) {
     const Eigen::Quaterniond& q = m.rotation();  // written w x y z, read as x y z w
     return SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), m.translation());
   };
+  const SE3 C(Eigen::Quaterniond(opencv_from_axes(Axes::flu)), Eigen::Vector3d::Zero());
+  all["axes_flu"] = [C](const SE3& m, const MotionSample&) { return C.inverse() * m * C; };
+  all["mirrored_z"] = [](const SE3& m, const MotionSample&) { return mirrored_z(m); };
   return all;
 }
 
@@ -450,6 +460,7 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
       {"axes_opengl", in_axes(Axes::opengl)},
       {"axes_ned", in_axes(Axes::ned)},
       {"axes_flu", in_axes(Axes::flu)},
+      {"mirrored_z", [](const SE3& p, int) { return mirrored_z(p); }},
       {"quaternion_w_first",
        [](const SE3& p, int) {
          const Eigen::Quaterniond& q = p.rotation();

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "sextant/geometry/axes.h"
-
 namespace sextant {
 namespace {
 
@@ -82,28 +80,21 @@ std::optional<double> null_of_poses(const PoseData& data) {
 std::vector<Hypothesis<PoseData>> pose_hypotheses() {
   std::vector<Hypothesis<PoseData>> table;
   using Result = std::optional<SE3>;
-  const auto add = [&](std::string code, std::string cause, std::string remedy, auto change) {
+  const auto add = [&](std::string code, std::string cause, std::string remedy, auto change,
+                       double price = 0) {
     table.push_back({std::move(code), std::move(cause), std::move(remedy),
                      change_poses([change](const PoseData&, const SE3& pose, ObjectFrame) {
                        return Result(change(pose));
-                     })});
+                     }),
+                     price});
   };
   add("inverse", "the poses look inverted (world to body)", "invert each pose",
       [](const SE3& pose) { return pose.inverse(); });
-  for (const auto& [code, cause, remedy, read] : unit_readings("positions")) add(code, cause, remedy, read);
   constexpr double price_of_scale = 0.6;
   table.push_back({"scale", "the positions look scaled: they agree when they are multiplied by {:.4g}",
                    "multiply them by this factor", fit_scale, price_of_scale, true});
-  for (const Axes axes : {Axes::opengl, Axes::ned, Axes::flu}) {
-    const SE3 T_opencv_axes(Eigen::Quaterniond(opencv_from_axes(axes)), Eigen::Vector3d::Zero());
-    add(fmt::format("axes_{}", to_string(axes)),
-        fmt::format("the poses look like those in {} axes, not in those of a camera (opencv)",
-                    to_string(axes)),
-        "write C P inverse(C) with the rotation C from these axes to opencv's",
-        [T_opencv_axes](const SE3& pose) { return T_opencv_axes * pose * T_opencv_axes.inverse(); });
-  }
-  for (const auto& [code, cause, remedy, read] : rotation_readings("positions"))
-    add(code, cause, remedy, read);
+  for (const auto& [code, cause, remedy, read, price] : number_readings("positions", 0))
+    add(code, cause, remedy, read, price);
   table.push_back({"per_step", "the values look like motions from frame to frame, not poses",
                    "chain them to poses",
                    [](PoseData& data, double&) {
