@@ -119,28 +119,12 @@ std::optional<double> stillness_residual(MotionData data);
 /// looks like one that follows the camera. If `still` is not known, every reading is plausible.
 bool is_plausible(const Reading& reading, std::optional<double> still, double times);
 
-/// A reading of the numbers of a single motion or pose.
-struct NumberReading {
-  std::string code, cause, remedy;
-  std::function<SE3(const SE3&)> read;
-  double price = 0;
-};
-/// Return the readings centimetres, millimetres, too_small_100 and too_small_1000; those of rotations in
-/// another order, quaternion_w_first, quaternion_w_last and transposed; and all of these with those of other
-/// axes, axes_* and mirrored_*. `translations` names the translations in the texts: "positions".
-std::vector<NumberReading> unit_readings(const std::string& translations);
-std::vector<NumberReading> rotation_readings(const std::string& translations);
-std::vector<NumberReading> number_readings(const std::string& translations, double price_of_axes);
-
 /// Every hypothesis about logged motions, for motions declared in `declared`:
 ///
 ///   frame_world, frame_body, frame_camera, frame_camera_axes   another frame than the declared one
 ///   inverse            from frame k to k-1
 ///   inverse_frame_world, inverse_frame_body, inverse_frame_camera   from k to k-1, and in another frame
-///   centimetres, millimetres, too_small_100, too_small_1000
-///   quaternion_w_first, quaternion_w_last, transposed          rotations read in another order
-///   axes_opengl, axes_ned, axes_flu      world and body have axes of another convention (geometry/axes.h)
-///   mirrored_x, mirrored_y, mirrored_z   world and body have left-handed axes, one opposite to the declared
+///   centimetres .. mirrored_z     those of number_readings.h
 ///   absolute           poses, or motions since the first frame, in place of motions from frame to frame
 ///   two_frames         motions from frame k-2 to k, at a constant velocity
 ///   lag_-3 .. lag_3    the motion of frame k is logged at frame k + lag

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sextant/eval/diagnosis/number_readings.h"
+
 namespace sextant {
 namespace {
 

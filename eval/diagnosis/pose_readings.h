@@ -31,9 +31,7 @@ std::optional<double> pose_residual(const PoseData& data);
 std::optional<double> null_of_poses(const PoseData& data);
 
 /// Every hypothesis about recorded poses:
-///   inverse, centimetres, millimetres, too_small_100, too_small_1000, quaternion_w_first, quaternion_w_last,
-///   transposed, axes_opengl, axes_ned, axes_flu, mirrored_x, mirrored_y, mirrored_z, lag_-3 .. lag_3
-///                  as in motion_hypotheses()
+///   inverse, centimetres .. mirrored_z, lag_-3 .. lag_3   as in motion_hypotheses()
 ///   scale          one factor on all positions, which is fitted; only for the same body on both sides
 ///   inverse_steps  the poses are chained from motions of frame k to k-1; on a plane nearly like axes_opengl
 ///   per_step       the values are motions from frame to frame instead of poses
