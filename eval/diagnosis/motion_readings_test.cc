@@ -510,6 +510,14 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     const auto inverted = explain_poses(inverse);
     ASSERT_FALSE(inverted.empty());
     EXPECT_TRUE(inverted[0].explanation.allows("inverse_steps")) << inverted[0].text("log");
+    PoseData renumbered = right;  // every second frame
+    renumbered.given.clear();
+    for (const auto& [key, pose] : right.given) {
+      if (key.second % 2 == 0) renumbered.given[{key.first, key.second / 2}] = pose;
+    }
+    const auto spread = explain_poses(renumbered);
+    ASSERT_FALSE(spread.empty());
+    EXPECT_EQ(spread[0].code(), "every_2") << spread[0].text("log");
   }
 }
 

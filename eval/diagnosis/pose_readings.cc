@@ -1,6 +1,7 @@
 #include "sextant/eval/diagnosis/pose_readings.h"
 
 #include <cmath>
+#include <limits>
 
 #include "sextant/eval/diagnosis/number_readings.h"
 
@@ -57,6 +58,21 @@ bool fit_scale(PoseData& data, double& scale) {
   if (scale < least_change && scale > 1 / least_change) return false;
   for (auto& [key, pose] : data.given) pose = SE3(pose.rotation(), scale * pose.translation());
   return true;
+}
+
+/// Moves the pose of each frame k to frame n k. The frames in between get poses at constant velocity.
+void spread_frames(PoseData& data, int n) {
+  Poses spread;
+  for (const auto& [key, pose] : data.given) {
+    if (key.second >= std::numeric_limits<int>::max() / n - n) continue;
+    const ObjectFrame place = {key.first, n * key.second};
+    spread[place] = pose;
+    const std::optional<SE3> next = find_pose(data.given, {key.first, key.second + 1});
+    if (!next) continue;
+    const Vector6d step = (pose.inverse() * *next).log() / n;
+    for (int i = 1; i < n; ++i) spread[{place.first, place.second + i}] = pose * SE3::exp(i * step);
+  }
+  data.given = std::move(spread);
 }
 
 }  // namespace
@@ -137,6 +153,18 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
                      })(data, ignored);
                    },
                    0.1});
+  constexpr double price_of_spread = 0.5;
+  for (const int n : {2, 3, 5, 10}) {
+    table.push_back(
+        {fmt::format("every_{}", n),
+         fmt::format("the frames look numbered without gaps: the pose of frame {} k stands at frame k", n),
+         fmt::format("multiply each frame number by {}", n),
+         [n](PoseData& data, double&) {
+           spread_frames(data, n);
+           return true;
+         },
+         price_of_spread});
+  }
   for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
     if (lag == 0) continue;
     table.push_back(

@@ -36,6 +36,7 @@ std::optional<double> null_of_poses(const PoseData& data);
 ///   inverse_steps  the poses are chained from motions of frame k to k-1; on a plane nearly like axes_opengl
 ///   per_step       the values are motions from frame to frame instead of poses
 ///   frame_camera   the poses of objects are in the camera frame
+///   every_2, every_3, every_5, every_10   every n-th frame was used, and these were numbered 0, 1, 2, ...
 std::vector<Hypothesis<PoseData>> pose_hypotheses();
 
 /// Explains wrong poses of all bodies together, or of single bodies, by the rule of hypothesis.h; if there is
