@@ -1,6 +1,7 @@
 #include "sextant/eval/benchmark/card_document.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <limits>
 #include <set>
@@ -19,8 +20,6 @@ std::span<const EmbeddedFile> reference_card_files();
 namespace {
 
 // ---- figures
-
-constexpr const char* grey = "#B8B8B8";
 
 /// One point of a figure; E_t in mm.
 struct PlotPoint {
@@ -62,6 +61,18 @@ std::vector<std::string> shown_names(const TrackPoints& of) {
   return names;
 }
 
+/// References are grey and differ by their points.
+std::string style_of(const Series& series, const TrackPoints& of) {
+  if (!series.is_reference)
+    return estimator_style(series.name, distinct_colour(series.name, shown_names(of)));
+  constexpr std::array points = {4, 6, 8, 10, 12, 14, 1, 2, 3};
+  const auto place = std::ranges::find_if(
+      of.series, [&](const Series& s) { return s.is_reference && s.name == series.name; });
+  const auto index = static_cast<size_t>(place - of.series.begin());
+  return fmt::format("with linespoints lc rgb \"#A8A8A8\" lw 1.2 pt {} ps 0.5",
+                     points[index % points.size()]);
+}
+
 Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoints& of) {
   Panel panel{body == "camera" ? "camera" : "objects", "", {}};
   panel.settings = fmt::format(
@@ -73,12 +84,9 @@ Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoin
   for (const Series& series : of.series) {
     const std::string x =
         only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
-    const std::string style = series.is_reference
-                                  ? fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)
-                                  : estimator_style(series.name, distinct_colour(series.name, names));
     if (!series.is_reference)
       panel.plots.push_back(interval_plot(x, "low", "high", distinct_colour(series.name, names), 1));
-    panel.plots.push_back(fmt::format("data using {}:(column(\"error_mm\")) {}", x, style));
+    panel.plots.push_back(fmt::format("data using {}:(column(\"error_mm\")) {}", x, style_of(series, of)));
   }
   return panel;
 }
@@ -97,14 +105,13 @@ Figure figure_of(const SuiteTrack& track, const TrackPoints& of) {
     if (std::ranges::any_of(of.points, has_body)) panels.push_back(panel_of(track, std::string(body), of));
   }
   std::vector<LegendEntry> legend;
-  bool has_references = false;
-  for (const Series& series : of.series) {
-    has_references |= series.is_reference;
-    if (!series.is_reference)
-      legend.push_back({estimator_title(series.name),
-                        estimator_style(series.name, distinct_colour(series.name, shown_names(of)))});
+  for (const bool is_reference : {false, true}) {
+    for (const Series& series : of.series) {
+      if (series.is_reference == is_reference)
+        legend.push_back(
+            {estimator_title(series.name) + (is_reference ? ", reference" : ""), style_of(series, of)});
+    }
   }
-  if (has_references) legend.push_back({"references", fmt::format("with lines lc rgb \"{}\" lw 1.2", grey)});
   set_panels({.columns = panels.size(), .width_cm = 9.0 * static_cast<double>(panels.size())}, legend, panels,
              figure);
   figure.caption = fmt::format(

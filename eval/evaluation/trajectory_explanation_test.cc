@@ -249,6 +249,12 @@ TEST(Explanation, AClockAtAnotherRateAndAReversedPathAreNoOffset) {
     EXPECT_THAT(found, Contains(has_code(name)));
     EXPECT_THAT(found, Not(Contains(testing::AnyOf(has_code("lag"), has_code("scale")))));
   }
+  // Reversed in time, a path that begins at the identity ends there.
+  reversed = truth;
+  reversed.keep(backwards);
+  reversed.stamps_s = truth.stamps_s;
+  ASSERT_TRUE(reversed.positions_m.back().isZero(0) && reversed.rotations.back().isIdentity(0));
+  EXPECT_THAT(warnings_with(truth, reversed), Not(Contains(has_code("lost_poses"))));
   PoseSeries part = with_random_errors(truth);
   std::vector<int> first;
   for (int i = 0; i < 250; ++i) first.push_back(i);

@@ -159,6 +159,8 @@ std::vector<size_t> lost_identities(const PoseSeries& side, const PoseSeries& ot
                   moved_m(other, i) > stands_m;
     if (left_origin && is_identity(side, i)) rows.push_back(i);
   }
+  // The world of a path that is reversed in time is its last pose.
+  if (rows.size() == 1 && rows.front() + 1 == side.size() && !is_identity(side, 0)) rows.clear();
   return rows;
 }
 

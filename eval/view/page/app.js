@@ -114,7 +114,7 @@ function showNumbers() {
   if (D.runs.length > 1)
     rows.push({cells: [{}, ...D.runs.map((run, i) => ({text: run.estimator, kind: "number head", title: run.name, colour: `var(--run-${i})`}))]});
   add(undefined, "status", "", records.map(r => ({text: r ? r.gate ? `${r.status} (${r.gate})` : r.status : "no record"})));
-  add(undefined, "inliers / points", "", records.map(r => ({text: r ? `${r.n_inliers} / ${r.n_points}` : ""})));
+  if (HAS_POINTS) add(undefined, "inliers / points", "", records.map(r => ({text: r ? `${r.n_inliers} / ${r.n_points}` : ""})));
   for (const map of ["errors", "values", "bound"]) {
     const keys = [...new Set(records.flatMap(r => Object.keys(r?.[map] ?? {})))];
     for (const key of keys) {
@@ -344,6 +344,10 @@ function start() {
   element("play").addEventListener("click", () => play(!state.playing));
   element("back").addEventListener("click", () => goTo(state.frame - 1));
   element("forth").addEventListener("click", () => goTo(state.frame + 1));
+  element("timelines-note").textContent = [
+    ...(HAS_BANDS ? ["band: 95 % of errors by the estimate's own covariance"] : []),
+    ...(HAS_FLOORS ? ["dashed: the truth's own floor"] : [])].join("; ");
+  element("top-note").textContent = HAS_POSITIONS ? "95 % ellipses of the accumulated covariance" : "";
   element("help-button").addEventListener("click", () => element("help").showModal());
   document.addEventListener("keydown", onKey);
   window.addEventListener("hashchange", followAddress);

@@ -3,7 +3,7 @@
 const D = JSON.parse(document.getElementById("data").textContent);
 const FIRST = D.first + 1, LAST = D.last;  // current frames of pairs
 const UNKNOWN = -32768, POSITION_STEPS = 8, FLOW_STEPS = 64, FIELDS = 9;
-const PALETTE = ["#56b4e9", "#e69f00", "#f0e442", "#cc79a7", "#009e73", "#d55e00", "#0072b2"];
+const PALETTE = ["#56b4e9", "#e69f00", "#f0e442", "#cc79a7", "#009e73", "#d55e00", "#0072b2", "#8c6d31", "#7d4a9e", "#c0143c"];
 const STATUS_COLOURS = {
   ok: "#009e73", no_truth: "#56b4e9", gated: "#b9bdc4", lost: "#d55e00", not_detected: "#7d4a9e", diverged: "#c0143c",
   too_few_points: "#e69f00", collinear: "#cc79a7", at_infinity: "#cc79a7", no_parallax: "#cc79a7",
@@ -45,6 +45,12 @@ const CURVES = [
   {id: "epe_px", title: "EPE", unit: "px", of: r => r.errors?.epe_refined_px ?? r.errors?.epe_initial_px},
   {id: "inliers", title: "inlier share", unit: "", of: r => r.n_points > 0 ? r.n_inliers / r.n_points : undefined},
 ];
+
+// What the runs hold: logs have neither points nor covariances.
+const anyOf = (map, holds) => D.runs.some(run => Object.values(run[map]).some(frame => Object.values(frame).some(holds)));
+const HAS_POINTS = anyOf("records", r => r.n_points > 0), HAS_BANDS = anyOf("pairs", p => Object.keys(p.band).length > 0);
+const HAS_FLOORS = anyOf("records", r => CURVES.some(curve => curve.floor?.(r) !== undefined));
+const HAS_POSITIONS = anyOf("pairs", p => p.position !== undefined);
 
 function valueOf(curve, run, frame, body) {
   const record = recordOf(run, frame, body);
