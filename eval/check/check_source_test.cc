@@ -146,6 +146,38 @@ TEST(CheckSource, GroundTruthOfFlowAndDepthMustAgreeAtAlmostEveryPixel) {
   EXPECT_EQ(static_flow().outcome, CheckOutcome::pass);
 }
 
+TEST(CheckSource, JumpsAreSuspectAndExchangedIdsAreNamed) {
+  const LoadedSequence right = copy_of("synthetic:s18@0-5");
+  const auto jumps = [&](const auto& change) {
+    LoadedSequence sequence = right;
+    sequence.info_.channels = {};
+    change(sequence.truth_);
+    const auto checks = check_source(sequence, {.quiet = true});
+    return *std::ranges::find(checks, "jumps", &SourceCheck::name);
+  };
+  EXPECT_EQ(jumps([](SequenceTruth&) {}).outcome, CheckOutcome::pass);
+  const SourceCheck exchanged = jumps([](SequenceTruth& truth) {
+    for (auto& [frame, objects] : truth.objects) {
+      for (ObjectTruth& object : objects) {
+        if (frame >= 3 && object.id <= 2) object.id = 3 - object.id;
+      }
+      std::ranges::sort(objects, {}, &ObjectTruth::id);
+    }
+  });
+  EXPECT_EQ(exchanged.outcome, CheckOutcome::suspect);
+  EXPECT_THAT(exchanged.cause, HasSubstr("takes the place of object"));
+  EXPECT_THAT(exchanged.cause, HasSubstr("at frame 3: are ids exchanged there?"));
+  const SourceCheck camera = jumps([](SequenceTruth& truth) {
+    Trajectory moved;
+    for (const auto& [frame, pose] : truth.camera.poses())
+      moved.set(frame,
+                frame < 3 ? pose : SE3(pose.rotation(), pose.translation() + Eigen::Vector3d(0, 0, 8)));
+    truth.camera = moved;
+  });
+  EXPECT_EQ(camera.outcome, CheckOutcome::suspect);
+  EXPECT_THAT(camera.message, HasSubstr("the camera jumps at frame 3"));
+}
+
 TEST(CheckSource, TimeStampsMustIncrease) {
   LoadedSequence sequence = copy_of("synthetic:s18@0-3");
   sequence.info_.channels = {};

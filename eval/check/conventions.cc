@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "sextant/base/interrupt.h"
 #include "sextant/base/machine.h"
@@ -138,35 +139,117 @@ Finding check_repeated_poses(const ConventionData& data) {
   return finding;
 }
 
+namespace {
+
+/// Position in the world by frame, m.
+using Path = std::map<int, Eigen::Vector3d>;
+
+Path camera_path(const ConventionData& data) {
+  Path path;
+  for (int frame = data.first_frame; frame <= data.last_frame(); ++frame) {
+    if (const auto pose = data.truth.camera.pose(frame)) path[frame] = pose->translation();
+  }
+  return path;
+}
+
+std::map<int, Path> object_paths(const ConventionData& data) {
+  std::map<int, Path> paths;
+  for (const auto& [frame, list] : data.truth.objects) {
+    const auto camera = data.truth.camera.pose(frame);
+    if (!camera || !data.has(frame)) continue;
+    for (const ObjectTruth& object : list)
+      paths[object.id][frame] = *camera * object.T_camera_object.translation();
+  }
+  return paths;
+}
+
+/// Returns where a body would be in `frame` at the velocity of the step before, if its last two positions are
+/// known.
+std::optional<Eigen::Vector3d> predicted(const Path& path, int frame) {
+  const auto last = path.find(frame - 1), before = path.find(frame - 2);
+  if (last == path.end() || before == path.end()) return std::nullopt;
+  return 2 * last->second - before->second;
+}
+
+struct Jump {
+  int frame = 0;
+  double distance_m = 0;  ///< from the predicted position
+  Eigen::Vector3d place = {0, 0, 0};
+};
+
+/// Returns the first of the largest jumps of a path, and counts the positions that were compared. The place
+/// after a jump differs from its prediction as well, by about as much.
+Jump largest_jump(const Path& path, int& n) {
+  std::vector<Jump> jumps;
+  double largest_m = 0;
+  for (const auto& [frame, place] : path) {
+    const auto expected = predicted(path, frame);
+    if (!expected) continue;
+    jumps.push_back({frame, (place - *expected).norm(), place});
+    largest_m = std::max(largest_m, jumps.back().distance_m);
+  }
+  n += static_cast<int>(jumps.size());
+  const auto first =
+      std::ranges::find_if(jumps, [&](const Jump& j) { return 2 * j.distance_m >= largest_m; });
+  return first == jumps.end() ? Jump{} : *first;
+}
+
+std::vector<double> speeds_kmh(const Path& path, double rate_hz) {
+  std::vector<double> speeds;
+  for (const auto& [frame, place] : path) {
+    const auto before = path.find(frame - 1);
+    if (before != path.end()) speeds.push_back((place - before->second).norm() * rate_hz * kmh_per_mps);
+  }
+  return speeds;
+}
+
+}  // namespace
+
+Finding check_jumps(const ConventionData& data) {
+  constexpr double least_m = 1, change_mps = 30, near_share = 0.3;
+  Finding finding{.check = "jumps", .fail_limit = never, .unit = "m", .counted = "poses"};
+  finding.limit = std::max(least_m, change_mps / data.rate_hz);
+  const Jump of_camera = largest_jump(camera_path(data), finding.n);
+  const std::map<int, Path> paths = object_paths(data);
+  int who = -1;
+  Jump jump;
+  for (const auto& [id, path] : paths) {
+    const Jump own = largest_jump(path, finding.n);
+    if (own.distance_m > jump.distance_m) std::tie(who, jump) = std::pair(id, own);
+  }
+  if (finding.n == 0) return finding.not_checkable("no true poses in three successive frames");
+  const bool camera_jumps = of_camera.distance_m > finding.limit || paths.empty();  // objects jump with it
+  finding.value = camera_jumps ? of_camera.distance_m : std::max(of_camera.distance_m, jump.distance_m);
+  if (finding.passes()) return finding;
+  if (camera_jumps) {
+    finding.message = fmt::format("the camera jumps at frame {}", of_camera.frame);
+    return finding;
+  }
+  finding.message = fmt::format("object {} jumps at frame {}", who, jump.frame);
+  for (const auto& [id, path] : paths) {
+    const auto place = predicted(path, jump.frame);
+    if (id != who && place && (jump.place - *place).norm() < near_share * jump.distance_m)
+      finding.cause =
+          fmt::format("object {} takes the place of object {} at frame {}: are ids exchanged there?", who, id,
+                      jump.frame);
+  }
+  return finding;
+}
+
 Finding check_speed(const ConventionData& data) {
   Finding finding{.check = "speed", .limit = 250, .fail_limit = 1000, .unit = "km/h", .counted = "bodies"};
-  const Trajectory& camera = data.truth.camera;
-  const double kmh_per_step = data.rate_hz * kmh_per_mps;
-  std::vector<double> ego;
-  std::map<int, std::vector<double>> objects;
-  for (int frame = data.first_frame; frame < data.last_frame(); ++frame) {
-    const auto a = camera.pose(frame), b = camera.pose(frame + 1);
-    if (!a || !b) continue;
-    ego.push_back((b->translation() - a->translation()).norm() * kmh_per_step);
-    const auto list = data.truth.objects.find(frame);
-    if (list == data.truth.objects.end()) continue;
-    for (const ObjectTruth& object : list->second) {
-      const ObjectTruth* next = data.truth.find(frame + 1, object.id);
-      if (next == nullptr) continue;
-      const Eigen::Vector3d way =
-          *b * next->T_camera_object.translation() - *a * object.T_camera_object.translation();
-      objects[object.id].push_back(way.norm() * kmh_per_step);
-    }
-  }
+  const std::vector<double> ego = speeds_kmh(camera_path(data), data.rate_hz);
   if (ego.empty()) return finding.not_checkable("no true camera poses in successive frames");
   double fastest = median(ego);
   std::string who = "the camera";
-  for (const auto& [id, speeds] : objects) {
+  finding.n = 1;
+  for (const auto& [id, path] : object_paths(data)) {
+    const std::vector<double> speeds = speeds_kmh(path, data.rate_hz);
+    finding.n += !speeds.empty();
     if (speeds.size() < 3 || median(speeds) <= fastest) continue;
     fastest = median(speeds);
     who = fmt::format("object {}", id);
   }
-  finding.n = 1 + static_cast<int>(objects.size());
   finding.value = fastest;
   finding.message = fmt::format("fastest: {}, at {:g} Hz", who, data.rate_hz);
   return finding;
@@ -267,11 +350,12 @@ double Finding::ratio() const {
 }
 
 std::vector<Finding> check_conventions(const ConventionData& data) {
-  return {
-      check_static_flow(data),  check_depth_scale(data),    check_depth_order(data), check_image_flow(data),
-      check_object_flow(data),  check_object_depth(data),   check_mask_ids(data),    check_mask_boxes(data),
-      check_box_sideways(data), check_box_upright(data),    check_heading(data),     check_camera_model(data),
-      check_camera_path(data),  check_repeated_poses(data), check_speed(data),       check_times(data)};
+  return {check_static_flow(data), check_depth_scale(data),    check_depth_order(data),
+          check_image_flow(data),  check_object_flow(data),    check_object_depth(data),
+          check_mask_ids(data),    check_mask_boxes(data),     check_box_sideways(data),
+          check_box_upright(data), check_heading(data),        check_camera_model(data),
+          check_camera_path(data), check_repeated_poses(data), check_jumps(data),
+          check_speed(data),       check_times(data)};
 }
 
 namespace {

@@ -169,6 +169,9 @@ Finding check_camera_model(const ConventionData& data);  ///< worst deviation in
 Finding check_camera_path(const ConventionData& data);   ///< angle between displacement and z axis, deg
 /// Counts camera poses that equal the pose before although the camera moves, and poses that are the identity.
 Finding check_repeated_poses(const ConventionData& data);
+/// Compares each position in the world with that predicted at the velocity of the step before. Distance of
+/// the first of the largest jumps of the camera, or of an object if the camera does not jump, m.
+Finding check_jumps(const ConventionData& data);
 Finding check_speed(const ConventionData& data);  ///< the largest median speed, km/h
 Finding check_times(const ConventionData& data);  ///< largest deviation of a step from the median, %
 
