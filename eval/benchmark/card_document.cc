@@ -1,7 +1,6 @@
 #include "sextant/eval/benchmark/card_document.h"
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <limits>
 #include <set>
@@ -35,6 +34,7 @@ struct Series {
 
 /// The points of a track by series; the references come first, so that they are drawn behind.
 struct TrackPoints {
+  std::vector<std::string> all_names;  ///< of the series of all tracks, which have one colour each
   std::vector<Series> series;
   std::vector<PlotPoint> points;
 
@@ -53,24 +53,11 @@ struct TrackPoints {
   static std::string key(const Series& s) { return (s.is_reference ? "reference " : "") + gp_cell(s.name); }
 };
 
-/// Names of the series that are no references.
-std::vector<std::string> shown_names(const TrackPoints& of) {
-  std::vector<std::string> names;
-  for (const Series& series : of.series)
-    if (!series.is_reference) names.push_back(series.name);
-  return names;
-}
-
-/// References are grey and differ by their points.
+/// References are thin dashed lines behind the cards.
 std::string style_of(const Series& series, const TrackPoints& of) {
-  if (!series.is_reference)
-    return estimator_style(series.name, distinct_colour(series.name, shown_names(of)));
-  constexpr std::array points = {4, 6, 8, 10, 12, 14, 1, 2, 3};
-  const auto place = std::ranges::find_if(
-      of.series, [&](const Series& s) { return s.is_reference && s.name == series.name; });
-  const auto index = static_cast<size_t>(place - of.series.begin());
-  return fmt::format("with linespoints lc rgb \"#A8A8A8\" lw 1.2 pt {} ps 0.5",
-                     points[index % points.size()]);
+  const std::string colour = distinct_colour(series.name, of.all_names);
+  return series.is_reference ? fmt::format("with lines lc rgb \"{}\" lw 1 dt 2", colour)
+                             : estimator_style(series.name, colour);
 }
 
 Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoints& of) {
@@ -80,12 +67,11 @@ Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoin
       "set xlabel {} noenhanced offset 0,0.4\n"
       "set arrow from first {},graph 0 to first {},graph 1 nohead lc rgb \"#404040\" dt 3 lw 0.7\n",
       gp_text(track.level_title), gp_number(track.nominal), gp_number(track.nominal));
-  const std::vector<std::string> names = shown_names(of);
   for (const Series& series : of.series) {
     const std::string x =
         only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
     if (!series.is_reference)
-      panel.plots.push_back(interval_plot(x, "low", "high", distinct_colour(series.name, names), 1));
+      panel.plots.push_back(interval_plot(x, "low", "high", distinct_colour(series.name, of.all_names), 1));
     panel.plots.push_back(fmt::format("data using {}:(column(\"error_mm\")) {}", x, style_of(series, of)));
   }
   return panel;
@@ -122,20 +108,28 @@ Figure figure_of(const SuiteTrack& track, const TrackPoints& of) {
 }
 
 /// Returns figures of the errors over the noise level, one for each track with two levels or more: E_t of the
-/// camera and of the objects, each with its 95 % interval. The references are drawn in grey behind the cards;
-/// a reference whose estimator is also among `cards` is left out.
+/// camera and of the objects, each with its 95 % interval. References are dashed lines behind the cards; one
+/// whose estimator is also among `cards` is left out.
 std::vector<Figure> curve_figures(const Suite& suite, const std::vector<const Card*>& cards,
                                   const std::vector<const Card*>& references) {
   std::set<std::string> shown;
   for (const Card* card : cards) shown.insert(card->results.begin(), card->results.end());
+  std::vector<const Card*> behind = references;
+  std::erase_if(behind, [&](const Card* card) {
+    return std::ranges::any_of(card->results, [&](const auto& r) { return shown.contains(r); });
+  });
+  std::vector<std::string> names;
+  for (const auto& group : {cards, behind}) {  // a card has its usual colour
+    for (const Card* card : group) {
+      for (const CurvePoint& p : card->curves) {
+        if (std::ranges::find(names, p.estimator) == names.end()) names.push_back(p.estimator);
+      }
+    }
+  }
   std::vector<Figure> figures;
   for (const SuiteTrack& track : suite.tracks) {
-    TrackPoints of;
-    for (const Card* card : references) {
-      const bool is_shown =
-          std::ranges::any_of(card->results, [&](const auto& r) { return shown.contains(r); });
-      if (!is_shown) of.add(*card, track.name, /*is_reference=*/true);
-    }
+    TrackPoints of{names, {}, {}};
+    for (const Card* card : behind) of.add(*card, track.name, /*is_reference=*/true);
     for (const Card* card : cards) of.add(*card, track.name, /*is_reference=*/false);
     std::set<double> levels;
     for (const PlotPoint& point : of.points) levels.insert(point.level);
