@@ -5,6 +5,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/datasets/kitti_testing.h"
+#include "sextant/eval/check/check_report.h"
 #include "sextant/eval/check/planted_mistakes_testing.h"
 
 namespace sextant {

@@ -6,7 +6,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/datasets/layout.h"
-#include "sextant/eval/check/check_source.h"
+#include "sextant/eval/check/check_report.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/pack.h"

@@ -6,7 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
-#include "sextant/eval/check/check_source.h"
+#include "sextant/eval/check/check_report.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/recorded_files.h"
