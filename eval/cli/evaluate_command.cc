@@ -9,6 +9,7 @@
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/evaluation/dense_files.h"
 #include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/evaluation/ego_report.h"
 #include "sextant/eval/workflow/workflow.h"
 
 namespace sextant {

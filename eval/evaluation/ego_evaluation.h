@@ -119,6 +119,11 @@ void mark_same_runs(std::vector<EgoResult>& runs);
 /// Returns the errors of the runs for a comparison; the step of each error is its row_of() in the reference.
 /// A run that mark_same_runs() marked has no errors.
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
+/// Returns what is independent: absolute errors accumulate along a path, relative errors depend on their
+/// neighbours only.
+inline IndependentUnit unit_of_errors(const EgoOptions& options) {
+  return options.rpe ? IndependentUnit::blocks : IndependentUnit::runs;
+}
 
 /// Evaluates one estimate. Throws Error if fewer poses match than fewest_matched() (3, and 10 % of the
 /// shorter trajectory), if the trajectories cannot be associated or aligned, or if an error is not finite.

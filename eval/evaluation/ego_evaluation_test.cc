@@ -6,6 +6,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/evaluation/ego_report.h"
 
 namespace sextant {
 namespace {

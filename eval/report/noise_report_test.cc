@@ -8,6 +8,7 @@
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/testing.h"
+#include "sextant/eval/report/achieved_noise.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/noise_sweep.h"
 #include "sextant/eval/report/testing.h"

@@ -8,7 +8,7 @@
 #include "sextant/base/progress.h"
 #include "sextant/eval/check/check_report.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
-#include "sextant/eval/evaluation/ego_json.h"
+#include "sextant/eval/evaluation/ego_report.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/records/output.h"

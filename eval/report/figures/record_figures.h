@@ -8,6 +8,7 @@
 
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
+#include "sextant/eval/report/achieved_noise.h"
 #include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/noise_sweep.h"
