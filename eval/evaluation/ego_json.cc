@@ -1,4 +1,5 @@
 #include "sextant/eval/evaluation/ego_json.h"
+
 #include "sextant/eval/report/run_summary.h"
 
 namespace sextant {
