@@ -218,7 +218,7 @@ Finding check_jumps(const ConventionData& data) {
     if (own.distance_m > jump.distance_m) std::tie(who, jump) = std::pair(id, own);
   }
   if (finding.n == 0) return finding.not_checkable("no true poses in three successive frames");
-  const bool camera_jumps = of_camera.distance_m > finding.limit || paths.empty();  // objects jump with it
+  const bool camera_jumps = of_camera.distance_m > finding.limit;  // the objects jump with it
   finding.value = camera_jumps ? of_camera.distance_m : std::max(of_camera.distance_m, jump.distance_m);
   if (finding.passes()) return finding;
   if (camera_jumps) {

@@ -124,7 +124,7 @@ bool is_plausible(const Reading& reading, std::optional<double> still, double ti
 ///   frame_world, frame_body, frame_camera, frame_camera_axes   another frame than the declared one
 ///   inverse            from frame k to k-1
 ///   inverse_frame_world, inverse_frame_body, inverse_frame_camera   from k to k-1, and in another frame
-///   centimetres .. mirrored_z     those of number_readings.h
+///   centimetres .. mirrored_z     all readings of number_readings.h
 ///   absolute           poses, or motions since the first frame, in place of motions from frame to frame
 ///   two_frames         motions from frame k-2 to k, at a constant velocity
 ///   lag_-3 .. lag_3    the motion of frame k is logged at frame k + lag

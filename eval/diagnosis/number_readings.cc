@@ -40,6 +40,12 @@ std::vector<NumberReading> rotation_readings(const std::string& translations) {
        "transpose each rotation", turned([](const Q& q) { return Q(q.conjugate()); })}};
 }
 
+std::string mirror_remedy(int axis) {
+  constexpr std::string_view xyz = "xyz";
+  return fmt::format("negate {}, q{} and q{} in each line", xyz[static_cast<size_t>(axis)], xyz[axis == 0],
+                     xyz[axis < 2 ? 2 : 1]);
+}
+
 std::vector<NumberReading> number_readings(const std::string& translations, double price_of_axes) {
   std::vector<NumberReading> out = unit_readings(translations);
   std::ranges::move(rotation_readings(translations), std::back_inserter(out));
@@ -52,23 +58,21 @@ std::vector<NumberReading> number_readings(const std::string& translations, doub
   }
   // In the plane of a road a mirrored motion is like an inverse one or one in other axes, which are cheaper.
   constexpr double price_of_mirror = 0.6;
-  constexpr std::string_view xyz = "xyz";
   for (const int axis : {0, 1, 2}) {
     Eigen::Vector3d sign = Eigen::Vector3d::Ones();
     sign[axis] = -1;
-    const char a = xyz[static_cast<size_t>(axis)];
-    out.push_back(
-        {fmt::format("mirrored_{}", a),
-         fmt::format("the values look mirrored: their {} axes point the opposite way (left-handed "
-                     "axes)",
-                     a),
-         fmt::format("negate {}, q{} and q{} in each line", a, xyz[axis == 0], xyz[axis < 2 ? 2 : 1]),
-         [sign](const SE3& T) {
-           Eigen::Quaterniond q = T.rotation();
-           q.vec() = -sign.cwiseProduct(q.vec());  // M R M, with M the mirror
-           return SE3(q, sign.cwiseProduct(T.translation()));
-         },
-         price_of_mirror});
+    const char a = "xyz"[axis];
+    out.push_back({fmt::format("mirrored_{}", a),
+                   fmt::format("the values look mirrored: their {} axes point the opposite way (left-handed "
+                               "axes)",
+                               a),
+                   mirror_remedy(axis),
+                   [sign](const SE3& T) {
+                     Eigen::Quaterniond q = T.rotation();
+                     q.vec() = -sign.cwiseProduct(q.vec());  // M R M, with M the mirror
+                     return SE3(q, sign.cwiseProduct(T.translation()));
+                   },
+                   price_of_mirror});
   }
   return out;
 }

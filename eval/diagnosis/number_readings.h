@@ -26,7 +26,10 @@ struct NumberReading {
 /// Returns all readings. `translations` names the translations in the texts: "positions".
 std::vector<NumberReading> number_readings(const std::string& translations, double price_of_axes);
 
-/// Returns those of rotations: quaternion_w_first, quaternion_w_last and transposed.
+/// Returns the readings of rotations: quaternion_w_first, quaternion_w_last and transposed.
 std::vector<NumberReading> rotation_readings(const std::string& translations);
+
+/// Returns the remedy of mirrored_x (axis 0), mirrored_y or mirrored_z: "negate x, qy and qz in each line".
+std::string mirror_remedy(int axis);
 
 }  // namespace sextant

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "sextant/eval/diagnosis/number_readings.h"
 #include "sextant/geometry/axes.h"
 
 namespace sextant {
@@ -134,13 +135,11 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
     const Eigen::Matrix3d M = Eigen::Vector3d::Unit(axis).asDiagonal();
     const Eigen::Matrix3d mirror = Eigen::Matrix3d::Identity() - 2 * M;
     const std::string_view xyz = "xyz";
-    table.add(
-        "mirrored", fmt::format("is mirrored, its world and body have the opposite {} axis", xyz[axis]),
-        fmt::format("negate {}, q{} and q{} in each line", xyz[axis], xyz[axis == 0], xyz[axis < 2 ? 2 : 1]),
-        mirrored_price, of_rotations([mirror](PoseSeries& poses) {
-          turn_world(poses, mirror);
-          turn_body(poses, mirror);
-        }));
+    table.add("mirrored", fmt::format("is mirrored, its world and body have the opposite {} axis", xyz[axis]),
+              mirror_remedy(axis), mirrored_price, of_rotations([mirror](PoseSeries& poses) {
+                turn_world(poses, mirror);
+                turn_body(poses, mirror);
+              }));
     table.add("mirrored", fmt::format("'s positions are mirrored, {} has the opposite sign", xyz[axis]),
               fmt::format("negate {} in each line", xyz[axis]), mirrored_price, [mirror](PoseSeries& poses) {
                 for (Eigen::Vector3d& p : poses.positions_m) p = mirror * p;

@@ -18,7 +18,7 @@ usage: scripts/maintain/check_layers.py [--self-test]
 9. Comments and messages use the field's terms instead of the words in PRIVATE_WORDS.
 10. A comment of a header begins with its subject, not with a word of NO_SUBJECT.
 11. A document or a section of one that a comment or message names exists: docs/NAME.md, "SECTION".
-12. docs/modules.svg shows all modules, those of TRUTH_FREE with a blue frame.
+12. docs/modules.svg shows all modules, with a blue frame around each module of TRUTH_FREE.
 13. No line of C++ is longer than the ColumnLimit of .clang-format, not even a comment or a text.
 
 Tests (*_test.cc, *testing.h) are exempt from 1 to 7.
