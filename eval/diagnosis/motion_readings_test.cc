@@ -4,39 +4,11 @@
 
 #include <random>
 
-#include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/eval/diagnosis/readings_testing.h"
 #include "sextant/geometry/axes.h"
 
 namespace sextant {
 namespace {
-
-/// Cars with speeds from `slow_m` a frame on, seen from a camera that drives and turns.
-struct Scene {
-  std::map<ObjectFrame, SE3> L;  // T_world_object
-  std::map<int, SE3> C;          // T_world_camera
-};
-
-SE3 about_y(double angle, const Eigen::Vector3d& t) {
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())), t};
-}
-
-Scene scene(int n_objects, int n_frames, double slow_m) {
-  Scene out;
-  SE3 camera = about_y(0.3, {4, 0, 2});
-  for (int k = 0; k < n_frames; ++k) {
-    out.C[k] = camera;
-    camera = camera * about_y(0.01 * std::sin(0.3 * k), {0, 0.002 * k, 0.9 + 0.1 * std::sin(0.4 * k)});
-  }
-  for (int id = 1; id <= n_objects; ++id) {
-    SE3 pose = about_y(1.2 * id, {-3.0 + 4 * id, 1, 8.0 + 9 * id});
-    for (int k = 0; k < n_frames; ++k) {
-      out.L[{id, k}] = pose;
-      const double speed = slow_m * (1 + 0.5 * id) * (1 + 0.4 * std::sin(0.7 * k + id));
-      pose = pose * about_y(0.02 * std::cos(0.5 * k), {0, 0, speed});
-    }
-  }
-  return out;
-}
 
 /// Motions in the frame `declared`; the estimate has relative noise `noise` of each step.
 MotionData data_of(const Scene& scene, MotionFrame declared, double noise, unsigned seed = 1) {
@@ -67,13 +39,6 @@ void plant(MotionData& data, const Plant& change, int only = 0) {
     s.given = change(s.given, s);
     data.logged[s.key] = s.given;
   }
-}
-
-/// Returns `T` in axes of which z points the opposite way.
-SE3 mirrored_z(const SE3& T) {
-  const Eigen::DiagonalMatrix<double, 3> mirror(1, 1, -1);
-  const Eigen::Matrix3d R = mirror * T.rotation().toRotationMatrix() * mirror;
-  return SE3(Eigen::Quaterniond(R), mirror * T.translation());
 }
 
 std::map<std::string, Plant> plants(MotionFrame declared) {
@@ -442,104 +407,6 @@ TEST(MotionReadings, QuaternionsInAnotherOrderShowWithoutTruth) {
   const auto found = explain_rotations(data.logged);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->best.code, "quaternion_w_first");
-}
-
-using PosePlant = std::function<SE3(const SE3&, int)>;
-
-TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
-  const Scene truth = scene(2, 20, 0.5);
-  const auto in_axes = [](Axes axes) -> PosePlant {
-    const SE3 C(Eigen::Quaterniond(opencv_from_axes(axes)), Eigen::Vector3d::Zero());
-    return [C](const SE3& p, int) { return C.inverse() * p * C; };
-  };
-  const std::map<std::string, PosePlant> plants = {
-      {"inverse", [](const SE3& p, int) { return p.inverse(); }},
-      {"centimetres", [](const SE3& p, int) { return SE3(p.rotation(), 100 * p.translation()); }},
-      {"transposed", [](const SE3& p, int) { return SE3(p.rotation().conjugate(), p.translation()); }},
-      {"scale", [](const SE3& p, int) { return SE3(p.rotation(), 0.3 * p.translation()); }},
-      {"axes_opengl", in_axes(Axes::opengl)},
-      {"axes_ned", in_axes(Axes::ned)},
-      {"axes_flu", in_axes(Axes::flu)},
-      {"mirrored_z", [](const SE3& p, int) { return mirrored_z(p); }},
-      {"quaternion_w_first",
-       [](const SE3& p, int) {
-         const Eigen::Quaterniond& q = p.rotation();
-         return SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), p.translation());
-       }},
-      {"frame_camera", [&](const SE3& p, int k) { return truth.C.at(k).inverse() * p; }},
-  };
-  for (const SharedFrame shared : {SharedFrame::body, SharedFrame::world}) {
-    PoseData right{shared, {}, {}, {}};
-    if (shared == SharedFrame::world) {
-      right.reference = truth.L;
-      right.T_world_camera = truth.C;
-    } else {
-      for (const auto& [k, pose] : truth.C) right.reference[{0, k}] = pose;
-    }
-    right.given = right.reference;
-    for (auto& [key, pose] : right.given)  // 1 cm
-      pose = pose *
-             SE3(Eigen::Quaterniond::Identity(), 0.01 * Eigen::Vector3d(std::sin(17.0 * key.second), 0, 0));
-    EXPECT_TRUE(explain_poses(right).empty());
-    for (const auto& [code, change] : plants) {
-      if (code == "frame_camera" && shared == SharedFrame::body) continue;
-      if (code == "scale" && shared == SharedFrame::world) continue;
-      PoseData data = right;
-      for (auto& [key, pose] : data.given) pose = change(pose, key.second);
-      const auto found = explain_poses(data);
-      ASSERT_FALSE(found.empty()) << code;
-      EXPECT_TRUE(found[0].explanation.allows(code)) << code << " is called " << found[0].text("log");
-    }
-    PoseData steps = right;
-    for (auto& [key, pose] : steps.given) {
-      const auto before = right.given.find({key.first, key.second - 1});
-      if (before == right.given.end()) continue;
-      pose = shared == SharedFrame::body ? before->second.inverse() * right.given.at(key)
-                                         : right.given.at(key) * before->second.inverse();
-    }
-    const auto found = explain_poses(steps);
-    ASSERT_FALSE(found.empty());
-    EXPECT_TRUE(found[0].explanation.allows("per_step")) << found[0].text("log");
-    PoseData inverse = right;
-    for (auto& [key, pose] : inverse.given) {
-      const auto before = right.given.find(previous(key));
-      if (before == right.given.end()) continue;
-      const SE3 &g0 = before->second, &g1 = right.given.at(key), &chained = inverse.given.at(previous(key));
-      pose = shared == SharedFrame::body ? chained * (g1.inverse() * g0) : g0 * g1.inverse() * chained;
-    }
-    const auto inverted = explain_poses(inverse);
-    ASSERT_FALSE(inverted.empty());
-    EXPECT_TRUE(inverted[0].explanation.allows("inverse_steps")) << inverted[0].text("log");
-    PoseData renumbered = right;  // every second frame
-    renumbered.given.clear();
-    for (const auto& [key, pose] : right.given) {
-      if (key.second % 2 == 0) renumbered.given[{key.first, key.second / 2}] = pose;
-    }
-    const auto spread = explain_poses(renumbered);
-    ASSERT_FALSE(spread.empty());
-    EXPECT_EQ(spread[0].code(), "every_2") << spread[0].text("log");
-  }
-}
-
-TEST(PoseReadings, AShiftOfACameraThatDriftsShowsInTheChangesOfItsSteps) {
-  const Scene truth = scene(1, 80, 0.5);
-  std::mt19937 random(5);
-  std::normal_distribution<double> normal;
-  for (const int lag : {-3, -1, 0, 1, 2}) {
-    PoseData data{SharedFrame::body, {}, {}, {}};
-    SE3 drifting;
-    for (const auto& [k, pose] : truth.C) {
-      data.reference[{0, k}] = pose;
-      Vector6d xi;
-      for (int i = 0; i < 6; ++i) xi[i] = normal(random) * (i < 3 ? 0.03 : 0.001);
-      if (k > 0) drifting = drifting * truth.C.at(k - 1).inverse() * pose * SE3::exp(xi);
-      data.given[{0, k + lag}] = drifting;
-    }
-    const auto found = explain_poses(data);
-    ASSERT_EQ(found.size(), lag == 0 ? 0u : 1u) << lag;
-    if (lag == 0) continue;
-    EXPECT_EQ(found[0].code(), fmt::format("lag_{}", lag));
-  }
 }
 
 }  // namespace
