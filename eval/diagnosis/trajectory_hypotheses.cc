@@ -320,16 +320,14 @@ bool is_near_axes(const Eigen::Matrix3d& R, double angle_rad) {
   });
 }
 
-std::string body_from_camera_numbers(const Eigen::Matrix3d& R) {
-  std::string text = "\"";
+std::string body_from_camera_numbers(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  Eigen::Matrix<double, 3, 4> T;
+  T << R, t;
+  std::vector<double> numbers;
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const double value = std::abs(R(i, j)) < 5e-7 ? 0 : R(i, j);
-      text += fmt::format("{:.6g} ", value);
-    }
-    text += i < 2 ? "0 " : "0\"";
+    for (int j = 0; j < 4; ++j) numbers.push_back(std::abs(T(i, j)) < 5e-7 ? 0 : T(i, j));
   }
-  return text;
+  return fmt::format("\"{:.6g}\"", fmt::join(numbers, " "));
 }
 
 }  // namespace sextant

@@ -63,7 +63,8 @@ bool is_near_axes(const Eigen::Matrix3d& R, double angle_rad);
 /// to which noise adds little.
 double path_in_pieces_m(const PoseSeries& poses);
 
-/// Formats a rotation as the argument of --body-from-camera: 12 numbers in quotes.
-std::string body_from_camera_numbers(const Eigen::Matrix3d& R);
+/// Formats a pose as the argument of --body-from-camera: 12 numbers in quotes.
+std::string body_from_camera_numbers(const Eigen::Matrix3d& R,
+                                     const Eigen::Vector3d& t = Eigen::Vector3d::Zero());
 
 }  // namespace sextant

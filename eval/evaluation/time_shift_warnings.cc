@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/hypothesis.h"
+#include "sextant/eval/evaluation/body_offset.h"
 #include "sextant/eval/evaluation/trajectory_matching.h"
 
 namespace sextant {

@@ -9,6 +9,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
+#include "sextant/eval/evaluation/body_offset.h"
 #include "sextant/geometry/axes.h"
 #include "sextant/geometry/trajectory.h"
 
@@ -75,9 +76,20 @@ std::string numbers(const Eigen::Vector3d& v) {
   return fmt::format("{:.3f} {:.3f} {:.3f}", v[0], v[1], v[2]);
 }
 
+/// Formats a matrix as "[1 0 0; 0 0 -1; 0 1 0]".
+std::string matrix_text(const Eigen::Matrix3d& M) {
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    text += i == 0 ? "[" : "; ";
+    for (int j = 0; j < 3; ++j)
+      text += fmt::format("{}{:.3g}", j == 0 ? "" : " ", std::abs(M(i, j)) < 5e-4 ? 0 : M(i, j));
+  }
+  return text + "]";
+}
+
 double percent(double before, double after) { return 100 * (1 - after / before); }
 
-// ---- lever arm
+// ---- constant pose of the camera in the body
 
 std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const PoseSeries& estimate,
                                            const AlignmentChoice& choice, const PoseFrame& frame,
@@ -96,14 +108,37 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
   const double left = l->norm() < share_of_extent * extent_m ? largest_left_share : 1 / explains_times;
   if (!then || then->squares > left * now.squares) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
-  const Eigen::Vector3d total = T.topRightCorner<3, 1>() + T.topLeftCorner<3, 3>() * *l;
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+  const Eigen::Vector3d total = T.topRightCorner<3, 1>() + R * *l;
+  const bool has_rotation = frame.body_from_camera && frame.body_from_camera->rotation;
   return TrajectoryWarning{
       "lever_arm",
       fmt::format(
           "a constant lever arm of {:.2f} m explains {:.0f} % of the squared errors: the estimate's poses "
-          "may be of another point of the body; try --body-from-camera \"{}\" (position of the camera in the "
+          "may be of another point of the body; try --body-from-camera {} ({} of the camera in the "
           "body, m; what the turns do not determine is 0)",
-          l->norm(), percent(now.squares, then->squares), numbers(total))};
+          l->norm(), percent(now.squares, then->squares),
+          has_rotation ? body_from_camera_numbers(R, total) : "\"" + numbers(total) + "\"",
+          has_rotation ? "pose" : "position")};
+}
+
+std::optional<TrajectoryWarning> body_rotation(const PoseSeries& reference, const PoseSeries& estimate,
+                                               const PoseFrame& frame) {
+  constexpr double least_deg = 0.5;
+  const auto found = estimate_body_rotation(reference, estimate);
+  if (!found || found->squares_with > largest_left_share * found->squares_without) return std::nullopt;
+  const double angle_deg = degrees(rotation_angle_rad(Eigen::Quaterniond(found->body_from_camera)));
+  if (angle_deg < least_deg) return std::nullopt;
+  const Eigen::Matrix4d T = frame.matrix();
+  return TrajectoryWarning{
+      "body",
+      fmt::format(
+          "a constant rotation of the body by {:.1f} deg explains {:.0f} % of the squared errors of relative "
+          "translations: the estimate's poses may be of a body that is turned against the camera; try "
+          "--body-from-camera {} (a turn about the direction of motion stays unknown)",
+          angle_deg, percent(found->squares_without, found->squares_with),
+          body_from_camera_numbers(T.topLeftCorner<3, 3>() * found->body_from_camera,
+                                   T.topRightCorner<3, 1>()))};
 }
 
 // ---- yaw
@@ -157,11 +192,12 @@ double residual(const Agreement& agreement, const PoseSeries& reference, bool wi
   return agreement.mean_squares_m2() / std::max(variance, least_m2) + (with_rotations ? angle * angle : 0);
 }
 
+constexpr double least_fitted_rad = 10 * std::numbers::pi / 180;
+
 /// Fits the constant rotation of the body axes, applied from the right, that is nearest to the differences of
 /// all poses after the alignment.
 std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentChoice& choice,
                                    const PoseFrame& frame) {
-  constexpr double least_rad = 10 * std::numbers::pi / 180;
   constexpr double price = 0.6;
   PoseSeries estimate = pair.estimate;
   if (!try_align(estimate, pair.reference, choice)) return std::nullopt;
@@ -170,7 +206,7 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
     sum += estimate.rotations[i].transpose() * pair.reference.rotations[i];
   const Eigen::Matrix3d B = nearest_rotation(sum);
   const double angle = rotation_angle_rad(Eigen::Quaterniond(B));
-  if (is_near_axes(B, least_rad))
+  if (is_near_axes(B, least_fitted_rad))
     return std::nullopt;  // the hypotheses about exchanged axes cover this rotation
   for (Eigen::Matrix3d& R : estimate.rotations) R = R * B;
   const std::string remedy = frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B)
@@ -179,6 +215,39 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
       "body",
       fmt::format("the estimate is of a body turned by {:.1f} deg against the camera", degrees(angle)),
       remedy, residual(agreement(pair.reference, estimate), pair.reference, true), price};
+}
+
+/// Fits the constant rotation of the world of the rotations alone, applied from the left, after the alignment
+/// of the positions. The positions must contradict this rotation: along a line, they do not determine the
+/// world's rotation about it.
+std::optional<Reading> fitted_world_of_rotations(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+  constexpr double price = 0.7, contradicted = 0.05;
+  PoseSeries estimate = pair.estimate;
+  if (!try_align(estimate, pair.reference, choice)) return std::nullopt;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (size_t i = 0; i < estimate.size(); ++i)
+    sum += pair.reference.rotations[i] * estimate.rotations[i].transpose();
+  const Eigen::Matrix3d C = nearest_rotation(sum);
+  const double angle = rotation_angle_rad(Eigen::Quaterniond(C));
+  if (angle < least_fitted_rad) return std::nullopt;
+  const Eigen::Matrix3d aligned_from_file = estimate.rotations[0] * pair.estimate.rotations[0].transpose();
+  PoseSeries turned = estimate;
+  const Eigen::Vector3d mean = mean_position(estimate);
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    estimate.rotations[i] = C * estimate.rotations[i];
+    turned.positions_m[i] = mean + C * (turned.positions_m[i] - mean);
+  }
+  if (residual(agreement(pair.reference, turned), pair.reference, false) < contradicted) return std::nullopt;
+  const Eigen::Matrix3d of_file = aligned_from_file.transpose() * C * aligned_from_file;
+  return Reading{
+      "world_of_rotations",
+      fmt::format("the estimate's rotations are in another world than its positions, turned by "
+                  "{:.1f} deg",
+                  degrees(angle)),
+      fmt::format(
+          "write both in the same axes: multiply each rotation from the left by {}, or turn the positions",
+          matrix_text(of_file)),
+      residual(agreement(pair.reference, estimate), pair.reference, true), price};
 }
 
 bool is_of_estimate(const Reading& reading) { return reading.cause.starts_with("the estimate"); }
@@ -250,6 +319,7 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
               pair, residual_of);
   if (rotations) {
     if (auto body = fitted_body(pair, choice, frame)) readings.push_back(*body);
+    if (auto world = fitted_world_of_rotations(pair, choice)) readings.push_back(*world);
   }
   std::erase_if(readings, [](const Reading& reading) { return reading.residual > explained; });
   auto found = explain(declared, readings, {.negligible = negligible});
@@ -349,57 +419,6 @@ std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, cons
   return agreement(reference, estimate);
 }
 
-PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m) {
-  for (size_t i = 0; i < poses.size(); ++i) poses.positions_m[i] += poses.rotations[i] * lever_m;
-  return poses;
-}
-
-std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate) {
-  SEXTANT_CHECK(reference.size() == estimate.size());
-  constexpr double turn_rad = 0.2, least_turn_rad = 0.02, least_information = 0.03;
-  const size_t n = estimate.size();
-  if (n < fewest_explained_poses) return std::nullopt;
-  const auto turn_rms = [&](size_t k) {
-    double sum = 0;
-    for (size_t i = 0; i + k < n; ++i) {
-      const double angle = rotation_angle_rad(Eigen::Quaterniond(relative_pose(estimate, i, i + k).rotation));
-      sum += angle * angle;
-    }
-    return std::sqrt(sum / static_cast<double>(n - k));
-  };
-  size_t k = 1;
-  while (2 * k <= n / 4 && turn_rms(k) < turn_rad) k *= 2;
-  if (turn_rms(k) < least_turn_rad) return std::nullopt;
-
-  // Normal equations of (l, s), from which s is eliminated.
-  Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d b = Eigen::Vector4d::Zero();
-  for (size_t i = 0; i + k < n; ++i) {
-    const RelativePose e = relative_pose(estimate, i, i + k), r = relative_pose(reference, i, i + k);
-    Eigen::Matrix<double, 3, 4> A;
-    A << e.rotation - Eigen::Matrix3d::Identity(), e.translation_m;
-    N += A.transpose() * A;
-    b += A.transpose() * r.translation_m;
-  }
-  Eigen::Matrix3d M = N.topLeftCorner<3, 3>();
-  Eigen::Vector3d c = b.head<3>();
-  if (N(3, 3) > 0) {
-    M -= N.topRightCorner<3, 1>() * N.topRightCorner<3, 1>().transpose() / N(3, 3);
-    c -= N.topRightCorner<3, 1>() * (b[3] / N(3, 3));
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(M);
-  const double largest = solver.eigenvalues()[2];
-  if (!(largest > 0)) return std::nullopt;
-  Eigen::Vector3d l = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (solver.eigenvalues()[i] <= least_information * largest) continue;
-    const Eigen::Vector3d direction = solver.eigenvectors().col(i);
-    l += direction * (direction.dot(c) / solver.eigenvalues()[i]);
-  }
-  if (!l.allFinite()) return std::nullopt;
-  return l;
-}
-
 std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all_reference,
                                                            const PoseSeries& all_estimate,
                                                            const AlignmentChoice& choice) {
@@ -462,7 +481,11 @@ std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_re
   if (auto found = both_alone(all_reference, all_estimate)) return {*found};
   std::vector<TrajectoryWarning> out;
   if (auto found = yaw(reference, estimate, all)) out.push_back(*found);
-  if (auto found = lever_arm(reference, estimate, all, frame, *now)) out.push_back(*found);
+  if (auto found = lever_arm(reference, estimate, all, frame, *now)) {
+    out.push_back(*found);
+  } else if (auto turned = body_rotation(all_reference, all_estimate, frame)) {
+    out.push_back(*turned);
+  }
   return out;
 }
 

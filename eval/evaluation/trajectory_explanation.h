@@ -8,10 +8,13 @@
 //   lever_arm  --body-from-camera  a constant vector in the body, estimated from relative motions, explains
 //                                  more than half of the squared position errors; it is 5 cm .. 100 m long. A
 //                                  vector longer than a tenth of the path's extent must explain four fifths
+//   body       --body-from-camera  a constant rotation of the body by 0.5 deg or more explains more than half
+//                                  of the squared errors of relative translations (body_offset.h); not tried
+//                                  beside a lever arm
 //   yaw        --align yaw         with --align none or scale: one rotation explains more than half of the
 //                                  squared errors that a translation leaves, and halves the mean rotation
 //                                  error; above 3 deg
-//   inverse, axes, columns, transposed, mirrored, unit, steps, body, world
+//   inverse, axes, columns, transposed, mirrored, unit, steps, body, world, world_of_rotations
 //                                  another reading of one side leaves at most a fifth of the squared error,
 //                                  and at most 5 %. The squared error is (RMS position error / RMS extent of
 //                                  the path)^2 + (mean rotation error in rad)^2. A declared reading below 3 %
@@ -65,20 +68,6 @@ bool turns_world(Alignment alignment);
 /// Returns the agreement of the thinned paths after the alignment; empty if the poses do not determine it.
 std::optional<Agreement> aligned_agreement(const PoseSeries& reference, const PoseSeries& estimate,
                                            const AlignmentChoice& choice);
-
-/// Estimates the lever arm l with T_world_camera = T_world_body [I | l], from the matched paths of the camera
-/// (reference) and of the body (estimate). It solves in least squares, with one scale s of the estimate,
-///
-///   t_reference,ij = s t_estimate,ij + (R_estimate,ij - I) l          j = i + k
-///
-/// with the smallest power of two k for which the rotations are 0.2 rad RMS, at most a quarter of the path. A
-/// component of l that the rotations hardly determine (with less than 3 % of the best one's information),
-/// such as the one along the axis of a car's turns, is 0. Empty if the rotations are below 0.02 rad RMS, or
-/// for fewer than 10 poses.
-std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate);
-
-/// Moves the poses to the point of the body at `lever_m` in its own axes.
-PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m);
 
 /// Warns of the explanations of the table, except `alignment`. Both series are matched and not yet aligned;
 /// the frames have already been applied.

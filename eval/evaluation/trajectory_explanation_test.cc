@@ -1,10 +1,12 @@
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "sextant/base/error.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
+#include "sextant/eval/evaluation/body_offset.h"
 #include "sextant/eval/evaluation/ego_evaluation.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/geometry/axes.h"
@@ -112,6 +114,69 @@ TEST(Explanation, AlongTheOnlyAxisOfTurnsALeverArmStaysZero) {
   }
   EXPECT_THAT(*estimate_lever_arm(car, body_of(car, {0.4, 2, 0.9})),
               EigenNear(Eigen::Vector3d(0.4, 0, 0.9), 1e-9));
+}
+
+/// Poses of a body that is turned by `angle_deg` about `axis` against the camera.
+PoseSeries of_turned_body(PoseSeries camera, double angle_deg, const Eigen::Vector3d& axis) {
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(angle_deg * std::numbers::pi / 180, axis).toRotationMatrix();
+  for (Eigen::Matrix3d& rotation : camera.rotations) rotation = rotation * R;
+  return camera;
+}
+
+TEST(Explanation, AConstantRotationOfTheBodyIsFoundWithScale) {
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, 0).normalized();
+  for (const double angle_deg : {1.0, 5.0}) {
+    PoseSeries estimate = of_turned_body(flight(400), angle_deg, axis);
+    const auto exact = estimate_body_rotation(flight(400), estimate);
+    ASSERT_TRUE(exact);
+    const Eigen::AngleAxisd expected(-angle_deg * std::numbers::pi / 180, axis);
+    EXPECT_THAT(exact->body_from_camera, EigenNear(expected.toRotationMatrix(), 5e-4));
+    EXPECT_LT(exact->squares_with, 1e-6 * exact->squares_without);
+    for (Eigen::Vector3d& p : estimate.positions_m) p *= 0.4;
+    EXPECT_THAT(estimate_body_rotation(flight(400), estimate)->body_from_camera,
+                EigenNear(expected.toRotationMatrix(), 5e-4))
+        << "beside a scale";
+    const auto reported = warnings(
+        flight(400), of_turned_body(with_random_errors(flight(400)), angle_deg, axis), Alignment::se3);
+    ASSERT_THAT(reported, ElementsAre(has_code("body"))) << angle_deg;
+    EXPECT_THAT(reported[0].text, HasSubstr(fmt::format("by {:.1f} deg explains", angle_deg)));
+  }
+}
+
+TEST(Explanation, ALeverArmInAConstantTurnIsNoRotationOfTheBody) {
+  PoseSeries circle;
+  Eigen::Vector3d p(0, 0, 0);
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(0.05 * i, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    circle.add(R, p);
+    p += R * Eigen::Vector3d(0, 0.002 * i, 1);
+  }
+  const PoseSeries estimate = with_random_errors(body_of(circle, {0.3, 0, 1.6}));
+  EXPECT_THAT(warnings(circle, estimate, Alignment::se3), ElementsAre(has_code("lever_arm")));
+  // The direction of motion differs by 0.05 * 1.6 rad, 4.6 deg, from that of the other point.
+  const auto turn = estimate_body_rotation(circle, estimate);
+  ASSERT_TRUE(turn);
+  EXPECT_LT(rotation_angle_rad(Eigen::Quaterniond(turn->body_from_camera)), 0.01);
+}
+
+TEST(Explanation, RotationsInAnotherWorldThanThePositionsAreReported) {
+  const PoseSeries truth = flight(400);
+  PoseSeries estimate = with_random_errors(truth);
+  const Eigen::Matrix3d W = Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 1, 0).normalized()).toRotationMatrix();
+  for (Eigen::Matrix3d& R : estimate.rotations) R = W * R;
+  for (const Alignment how : {Alignment::none, Alignment::se3}) {
+    const auto found = warnings(truth, estimate, how);
+    ASSERT_THAT(found, ElementsAre(has_code("world_of_rotations"))) << to_string(how);
+    EXPECT_THAT(found[0].text, HasSubstr("turned by 68.8 deg"));
+  }
+  // A path that is nearly a line leaves the world's rotation about it to noise: nothing is in two worlds.
+  PoseSeries line, rolled;
+  for (int i = 0; i < 200; ++i) {
+    line.add(so3_exp({0.3 * std::sin(0.2 * i), 0.2 * std::sin(0.13 * i), 0}).toRotationMatrix(),
+             {0.02 * std::sin(0.1 * i), 0, 0.5 * i});
+    rolled.add(line.rotations.back(), {0, 0.02 * std::sin(0.1 * i), 0.5 * i});
+  }
+  EXPECT_THAT(warnings(line, rolled, Alignment::se3), Not(Contains(has_code("world_of_rotations"))));
 }
 
 TEST(Explanation, ATurnOfTheWorldIsReportedButNoDrift) {

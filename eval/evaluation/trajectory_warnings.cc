@@ -5,8 +5,10 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
@@ -164,6 +166,33 @@ std::vector<size_t> lost_identities(const PoseSeries& side, const PoseSeries& ot
   return rows;
 }
 
+/// Largest angle between the first rotation and another one.
+double turn_deg(const PoseSeries& poses) {
+  double largest = 0;
+  for (const Eigen::Matrix3d& R : poses.rotations)
+    largest = std::max(
+        largest, rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(poses.rotations[0].transpose() * R))));
+  return largest * 180 / std::numbers::pi;
+}
+
+/// Warns if all rotations of one side are equal while the other side turns.
+std::optional<TrajectoryWarning> warning_of_equal_rotations(const PoseSeries& reference,
+                                                            const PoseSeries& estimate) {
+  constexpr double least_deg = 5;
+  const double of_reference = turn_deg(reference), of_estimate = turn_deg(estimate);
+  if (std::min(of_reference, of_estimate) > 0 || std::max(of_reference, of_estimate) < least_deg)
+    return std::nullopt;
+  const auto [still, turning, flag] = of_estimate > 0 ? std::tuple("reference", "estimate", "--ref-format")
+                                                      : std::tuple("estimate", "reference", "--est-format");
+  return TrajectoryWarning{
+      "no_rotations",
+      fmt::format(
+          "all rotations of the {} are equal, but the {} turns by up to {:.1f} deg: has the {} positions "
+          "only? Then E_t, E_R and the other errors that need rotations mean nothing; write it as 't x y z' "
+          "and give {} positions",
+          still, turning, std::max(of_reference, of_estimate), still, flag)};
+}
+
 }  // namespace
 
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate) {
@@ -181,6 +210,7 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
     warnings.push_back(std::move(*jumps));
   }
   if (!rotations) return warnings;
+  if (auto found = warning_of_equal_rotations(reference, estimate)) warnings.push_back(std::move(*found));
   const auto equal = [](const PoseSeries& s, size_t i, const PoseSeries& t, size_t j) {
     return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
   };

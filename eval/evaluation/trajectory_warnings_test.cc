@@ -217,6 +217,17 @@ TEST(TrajectoryWarnings, AStandstillIsNoLostTracker) {
   EXPECT_THAT(evaluate(reference, estimate).warnings, Not(Contains(code("repeated_poses"))));
 }
 
+TEST(TrajectoryWarnings, EqualRotationsBesideOnesThatTurnAreReported) {
+  PoseSeries without = noisy(drive(300, 10));
+  for (Eigen::Matrix3d& R : without.rotations) R = drive(1, 10).rotations[0];
+  EXPECT_THAT(evaluate(drive(300, 10), without).warnings,
+              Contains(AllOf(code("no_rotations"), text("all rotations of the estimate are equal"),
+                             text("--est-format positions"))));
+  EXPECT_THAT(evaluate(without, noisy(drive(300, 10))).warnings,
+              Contains(AllOf(code("no_rotations"), text("--ref-format positions"))));
+  EXPECT_THAT(evaluate(without, noisy(without)).warnings, Not(Contains(code("no_rotations"))));
+}
+
 TEST(TrajectoryWarnings, IdentityTruthAndTheSameFileTwice) {
   PoseSeries reference = drive(300, 10);
   reference.positions_m[20].setZero();
