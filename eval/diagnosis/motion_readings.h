@@ -100,10 +100,20 @@ struct MotionData {
   std::map<ObjectFrame, SE3> logged;  ///< all motions of the log, for readings that need neighbours
   /// References of steps for which nothing is logged, for readings with other ids; `given` is not used
   std::vector<MotionSample> not_logged = {};
+  /// T_world_world' from the world of the estimated camera to that of the true camera, which makes their
+  /// poses equal in the first frame that both have; empty if they agree or either is not known
+  std::optional<SE3> T_true_estimated = std::nullopt;
 };
 
 /// Converts `motion` from the frame `from` to the frame `to`; empty if a pose that this needs is not known.
 std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at);
+
+/// Converts `motion` from the frame `declared` to the body frame. Without the object's pose it is taken about
+/// the camera, which is nearer to the object than the origin of the world.
+SE3 in_body_frame(const SE3& motion, MotionFrame declared, const MotionSample& sample);
+
+/// Returns a sample with the camera poses of each step, by its frame k.
+std::map<int, MotionSample> cameras_of(const std::vector<MotionSample>& samples);
 
 /// Residual over all samples of `data`, m^2; empty for fewer than three.
 std::optional<double> motion_residual(const MotionData& data);
@@ -126,6 +136,9 @@ bool is_plausible(const Reading& reading, std::optional<double> still, double ti
 ///   inverse_frame_world, inverse_frame_body, inverse_frame_camera   from k to k-1, and in another frame
 ///   centimetres .. mirrored_z     all readings of number_readings.h
 ///   absolute           poses, or motions since the first frame, in place of motions from frame to frame
+///   displacement       the translation is the displacement of the object's origin, in the world
+///   other_world        in the world of the estimated camera, which is not that of the true one
+///   per_second, velocity   the motion, or its translation alone, per second instead of per frame
 ///   two_frames         motions from frame k-2 to k, at a constant velocity
 ///   lag_-3 .. lag_3    the motion of frame k is logged at frame k + lag
 ///   camera_lag_-3 .. camera_lag_3   the same of the motion in camera coordinates, T_curr_prev, for logs that

@@ -63,6 +63,13 @@ std::map<std::string, Plant> plants(MotionFrame declared) {
   const SE3 C(Eigen::Quaterniond(opencv_from_axes(Axes::flu)), Eigen::Vector3d::Zero());
   all["axes_flu"] = [C](const SE3& m, const MotionSample&) { return C.inverse() * m * C; };
   all["mirrored_z"] = [](const SE3& m, const MotionSample&) { return mirrored_z(m); };
+  all["per_second"] = [](const SE3& m, const MotionSample&) { return SE3::exp(10 * m.log()); };
+  if (declared == MotionFrame::world) {
+    all["displacement"] = [](const SE3& m, const MotionSample& s) {
+      const Eigen::Vector3d& p = s.T_world_object->translation();
+      return SE3(m.rotation(), m.translation() - p + m.rotation() * p);
+    };
+  }
   return all;
 }
 
@@ -346,6 +353,31 @@ TEST(MotionReadings, ObjectsThatReverseInAllOfTheLogAreListed) {
     if (key.first == 2) motion = motion.inverse();
   }
   EXPECT_TRUE(bodies_that_reverse(inverse, forward).empty());
+}
+
+TEST(MotionReadings, VelocitiesAreNamedWithTheirFactor) {
+  MotionData data = data_of(scene(3, 30, 0.8), MotionFrame::body, 0.05);
+  plant(data, [](const SE3& m, const MotionSample&) { return SE3(m.rotation(), 25 * m.translation()); });
+  const auto found = explain_motions(data);
+  ASSERT_FALSE(found.empty());
+  EXPECT_TRUE(found[0].explanation.allows("velocity"));
+  EXPECT_NE(found[0].text("log").find("look like velocities, 24.9 times the motion of one"),
+            std::string::npos)
+      << found[0].text("log");
+}
+
+TEST(MotionReadings, MotionsInTheWorldOfAnotherCameraAreNamed) {
+  const SE3 W = about_y(0.35, {10, 0, 5});
+  for (const double noise : {0.05, 0.3}) {
+    MotionData data = data_of(scene(3, 30, 0.8), MotionFrame::world, noise);
+    data.T_true_estimated = W;
+    EXPECT_TRUE(explain_motions(data).empty()) << "the motions are in the world of the truth";
+    plant(data, [&](const SE3& m, const MotionSample&) { return W.inverse() * m * W; });
+    const auto found = explain_motions(data);
+    ASSERT_FALSE(found.empty()) << noise;
+    EXPECT_EQ(found[0].code(), "other_world") << found[0].text("log");
+    EXPECT_EQ(found[0].of_all, noise < 0.1);
+  }
 }
 
 TEST(MotionReadings, AbsoluteMotionsAreNamed) {

@@ -153,6 +153,16 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
                      })(data, ignored);
                    },
                    0.1});
+  table.push_back(
+      {"other_world",
+       "the poses look like those in another world: the estimated camera starts elsewhere than the true one",
+       "write them in the world of the truth: multiply them from the left by T_true "
+       "inverse(T_estimated) of the camera in the first frame",
+       [](PoseData& data, double&) {
+         if (!data.T_true_estimated) return false;
+         for (auto& [key, pose] : data.given) pose = *data.T_true_estimated * pose;
+         return true;
+       }});
   constexpr double price_of_spread = 0.5;
   for (const int n : {2, 3, 5, 10}) {
     table.push_back(

@@ -22,6 +22,7 @@ struct PoseData {
   SharedFrame shared = SharedFrame::body;
   std::map<ObjectFrame, SE3> given, reference;  ///< object id and frame k -> pose; the camera has one id
   std::map<int, SE3> T_world_camera;            ///< needed for readings of objects only; may be empty
+  std::optional<SE3> T_true_estimated = std::nullopt;  ///< as in MotionData
 };
 
 /// Trimmed mean of the squared residuals of the steps that both sides have, m^2; empty for fewer than three.
@@ -36,6 +37,7 @@ std::optional<double> null_of_poses(const PoseData& data);
 ///   inverse_steps  the poses are chained from motions of frame k to k-1; on a plane nearly like axes_opengl
 ///   per_step       the values are motions from frame to frame instead of poses
 ///   frame_camera   the poses of objects are in the camera frame
+///   other_world    the poses of objects are in the world of the estimated camera, as in motion_hypotheses()
 ///   every_2, every_3, every_5, every_10   every n-th frame was used, and these were numbered 0, 1, 2, ...
 std::vector<Hypothesis<PoseData>> pose_hypotheses();
 

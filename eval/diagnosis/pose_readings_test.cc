@@ -76,6 +76,15 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
     const auto inverted = explain_poses(inverse);
     ASSERT_FALSE(inverted.empty());
     EXPECT_TRUE(inverted[0].explanation.allows("inverse_steps")) << inverted[0].text("log");
+    if (shared == SharedFrame::world) {
+      PoseData moved = right;
+      moved.T_true_estimated = about_y(0.35, {10, 0, 5});
+      EXPECT_TRUE(explain_poses(moved).empty());
+      for (auto& [key, pose] : moved.given) pose = moved.T_true_estimated->inverse() * pose;
+      const auto other_world = explain_poses(moved);
+      ASSERT_FALSE(other_world.empty());
+      EXPECT_EQ(other_world[0].code(), "other_world") << other_world[0].text("log");
+    }
     PoseData renumbered = right;  // every second frame
     renumbered.given.clear();
     for (const auto& [key, pose] : right.given) {

@@ -287,6 +287,21 @@ Motions of_object(const Motions& motions, int id, int as) {
 
 }  // namespace
 
+/// Returns W with W T_estimated = T_true in the first frame that both cameras have; empty if W moves no point
+/// within 100 m by 1 cm.
+std::optional<SE3> true_from_estimated_world(const Trajectory& estimated, const Trajectory& truth) {
+  constexpr double same_m = 0.01, distance_m = 100;
+  if (!holds_poses(truth)) return std::nullopt;
+  for (const auto& [frame, pose] : estimated.poses()) {
+    const auto expected = truth.pose(frame);
+    if (!expected) continue;
+    const SE3 W = *expected * pose.inverse();
+    if (W.translation().norm() + distance_m * rotation_angle_rad(W.rotation()) < same_m) return std::nullopt;
+    return W;
+  }
+  return std::nullopt;
+}
+
 std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   const std::string& name = log.estimator;
   const Motions given = estimates(log), truth = true_motions(log);
@@ -294,8 +309,9 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   append(out, diagnose_rotations(given, name + ", estimated motions"));
   if (!out.empty()) return out;  // with such rotations nothing else can be judged
 
+  const std::optional<SE3> W = true_from_estimated_world(log.camera, log.true_camera);
   const std::vector<ObjectExplanation> of_poses =
-      explain_poses({SharedFrame::world, log.poses, log.true_poses, log.camera.poses()});
+      explain_poses({SharedFrame::world, log.poses, log.true_poses, log.camera.poses(), W});
   append(out, diagnoses_of(of_poses, name + ", estimated poses of objects"));
   const std::vector<LogDiagnosis> of_camera =
       diagnose_camera(log.camera, log.true_camera, name + ", estimated camera");
@@ -319,6 +335,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   MotionData of_log = motion_data(given, log.frame, L, camera, reference);
   Motions not_logged = truth;
   std::erase_if(not_logged, [&](const auto& motion) { return given.contains(motion.first); });
+  of_log.T_true_estimated = W;
   of_log.not_logged = motion_data(not_logged, log.frame, L, camera, reference).samples;
   std::vector<ObjectExplanation> of_estimate = explain_motions(of_log);
   for (ObjectExplanation& found : of_estimate) {
