@@ -216,6 +216,11 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
          [](MotionData& data, double& ignored) {
            const std::optional<SE3> W = data.T_true_estimated;
            if (!W) return false;
+           for (MotionSample& sample : data.samples) {
+             for (std::optional<SE3>* camera : {&sample.T_world_prev, &sample.T_world_curr}) {
+               if (*camera) *camera = *W * **camera;
+             }
+           }
            return change_motions([&W](const SE3& m, S) { return Result(*W * m * W->inverse()); })(data,
                                                                                                   ignored);
          },

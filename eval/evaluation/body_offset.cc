@@ -77,7 +77,7 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
 std::optional<BodyRotation> estimate_body_rotation(const PoseSeries& reference, const PoseSeries& estimate) {
   SEXTANT_CHECK(reference.size() == estimate.size());
   constexpr double lever_sigma_m = 2, worse = 1.1;
-  constexpr size_t n_pieces = 100;
+  constexpr size_t n_pieces = 100, most_pieces = 2000;  // overlapping pieces, of which 2000 suffice
   constexpr int n_iterations = 5;
   const size_t n = estimate.size();
   if (n < fewest_poses) return std::nullopt;
@@ -85,8 +85,8 @@ std::optional<BodyRotation> estimate_body_rotation(const PoseSeries& reference, 
     RelativePose reference, estimate;
   };
   std::vector<Piece> pieces;
-  const size_t k = std::max<size_t>(1, n / n_pieces);
-  for (size_t i = 0; i + k < n; ++i)
+  const size_t k = std::max<size_t>(1, n / n_pieces), every = n / most_pieces + 1;
+  for (size_t i = 0; i + k < n; i += every)
     pieces.push_back({relative_pose(reference, i, i + k), relative_pose(estimate, i, i + k)});
 
   Eigen::Matrix3d camera_from_body = Eigen::Matrix3d::Identity();
