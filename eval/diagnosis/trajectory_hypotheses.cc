@@ -1,6 +1,7 @@
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -39,6 +40,42 @@ void reorder_quaternions(PoseSeries& series, bool w_is_first) {
 
 void transpose_rotations(PoseSeries& series) {
   for (Eigen::Matrix3d& R : series.rotations) R.transposeInPlace();
+}
+
+/// Multiplies the angle of each rotation by 2, or by 1/2. Of the two rotations whose square is R, the one
+/// nearer to the rotation before is taken.
+void double_angles(PoseSeries& series) {
+  for (Eigen::Matrix3d& R : series.rotations) R = Eigen::Quaterniond(R * R).normalized().toRotationMatrix();
+}
+void halve_angles(PoseSeries& series) {
+  Eigen::Quaterniond last = Eigen::Quaterniond::Identity();
+  for (Eigen::Matrix3d& R : series.rotations) {
+    const Eigen::AngleAxisd turn(R);
+    const Eigen::Quaterniond half(Eigen::AngleAxisd(turn.angle() / 2, turn.axis())),
+        other(Eigen::AngleAxisd(turn.angle() / 2 + std::numbers::pi, turn.axis()));
+    last = rotation_angle_rad(last.inverse() * half) <= rotation_angle_rad(last.inverse() * other) ? half
+                                                                                                   : other;
+    R = last.toRotationMatrix();
+  }
+}
+
+/// Reads the coordinates `latitude` and `longitude` as degrees, and converts them to metres east and north of
+/// the first position. Returns false if they are no degrees, or span more than one.
+bool read_degrees(PoseSeries& series, int latitude, int longitude) {
+  constexpr double m_per_degree = 6'371'000 * std::numbers::pi / 180, widest_deg = 1;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : series.positions_m) box.extend(p);
+  const Eigen::Vector3d largest = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()), extent = box.sizes();
+  if (!(largest[latitude] <= 90 && largest[longitude] <= 180) ||
+      std::max(extent[latitude], extent[longitude]) > widest_deg)
+    return false;
+  const Eigen::Vector3d origin = series.positions_m[0];
+  const double shrink = std::cos(origin[latitude] * std::numbers::pi / 180);
+  for (Eigen::Vector3d& p : series.positions_m) {
+    const Eigen::Vector3d d = p - origin;
+    p = {m_per_degree * shrink * d[longitude], m_per_degree * d[latitude], d.z()};
+  }
+  return true;
 }
 
 /// Returns true if the extents of both paths agree within a factor of 3. If they do not, a smaller unit
@@ -131,6 +168,22 @@ void add_of_side(const Side& side, bool converted, const TrajectoryHypothesisOpt
   table.add("transposed", "'s rotation matrices are transposed, or its quaternions conjugate",
             "transpose the rotation of each line and keep the position", 0.2,
             of_rotations(transpose_rotations));
+  constexpr double price_of_angles = 0.4;
+  table.add("angles", "'s rotations turn by twice the angle",
+            "write the quaternion (cos(a / 2), n sin(a / 2)) of a rotation by a about n", price_of_angles,
+            of_rotations(halve_angles));
+  table.add("angles", "'s rotations turn by half of the angle",
+            "write the quaternion (cos(a / 2), n sin(a / 2)) of a rotation by a about n", price_of_angles,
+            of_rotations(double_angles));
+  for (const bool latitude_first : {true, false}) {
+    const char* order = latitude_first ? "latitude and longitude" : "longitude and latitude";
+    table.add_of_pair(
+        "degrees", fmt::format("'s x and y look like {} in degrees", order),
+        "convert them to metres east and north", 0.1, [side, latitude_first](TrajectoryPair& pair) {
+          return read_degrees(pair.*side.poses, latitude_first ? 0 : 1, latitude_first ? 1 : 0) &&
+                 has_same_extent(pair);
+        });
+  }
   for (const int axis : {0, 1, 2}) {
     const Eigen::Matrix3d M = Eigen::Vector3d::Unit(axis).asDiagonal();
     const Eigen::Matrix3d mirror = Eigen::Matrix3d::Identity() - 2 * M;

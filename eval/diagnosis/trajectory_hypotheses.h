@@ -10,6 +10,8 @@
 //   mirrored    with one axis of the opposite sign: of both        the pair
 //               world and body, or of the positions alone
 //   unit        in cm or mm, on either side, or the estimate in km  the pair, unless the alignment scales
+//   degrees     latitude and longitude in degrees as x and y        the pair
+//   angles      with rotations by twice or half of the angle        the pair
 //   steps       T_k-1,k or T_k,k-1 instead of T_0,k                 the pair
 //   body        of a body with other axes: turned from the right    the pair
 //   world       in a world with other axes: turned from the left    the pair, unless the alignment rotates

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -180,10 +181,10 @@ double roll_standard_error_deg(const EgoResult& r, int n_to_align) {
 void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                        std::vector<TrajectoryWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
-  const bool is_explained = has_code(warnings, "lag") || has_code(warnings, "unit") ||
-                            has_code(warnings, "steps") || has_code(warnings, "inverse") ||
-                            has_code(warnings, "lost_poses") || has_code(warnings, "no_offset") ||
-                            has_code(warnings, "clock_rate") || has_code(warnings, "reversed");
+  constexpr std::array explaining = {"lag",        "unit",      "degrees",    "steps",   "inverse",
+                                     "lost_poses", "no_offset", "clock_rate", "reversed"};
+  const bool is_explained =
+      std::ranges::any_of(explaining, [&](const char* code) { return has_code(warnings, code); });
   if (!scaled && !is_explained && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "

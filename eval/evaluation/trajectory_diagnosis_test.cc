@@ -149,6 +149,33 @@ void delayed(PoseSeries& s, int frames) {
                     stamps.begin() + static_cast<std::ptrdiff_t>(first + kept.size()));
 }
 
+/// Replaces east, north, up by latitude, longitude (degrees) and height.
+void to_degrees(PoseSeries& s) {
+  constexpr double m_per_degree = 6'371'000 * M_PI / 180, latitude_deg = 49;
+  const Eigen::Matrix3d enu =
+      turn(0, -M_PI / 2, 0);  // x right, y down, z forward to x right, y forward, z up
+  turned(s, enu, Eigen::Matrix3d::Identity());
+  for (Eigen::Vector3d& p : s.positions_m) {
+    p = {latitude_deg + p.y() / m_per_degree,
+         8.4 + p.x() / (m_per_degree * std::cos(latitude_deg * M_PI / 180)), p.z()};
+  }
+}
+/// Multiplies the angles of the rotations, whose axes stay.
+void multiply_angles(PoseSeries& s, double factor) {
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  for (Eigen::Matrix3d& R : s.rotations) {
+    const Eigen::AngleAxisd turn(R);
+    // The rotation vector that continues the one before: the angle exceeds pi in a long turn.
+    Eigen::Vector3d best = turn.angle() * turn.axis();
+    for (const int turns : {-2, -1, 1, 2}) {
+      const Eigen::Vector3d other = (turn.angle() + 2 * M_PI * turns) * turn.axis();
+      if ((other - last).norm() < (best - last).norm()) best = other;
+    }
+    last = best;
+    R = so3_exp(factor * best).toRotationMatrix();
+  }
+}
+
 struct PlantedMistake {
   const char* name;
   std::function<void(PoseSeries& reference, PoseSeries& estimate)> plant;
@@ -181,6 +208,14 @@ std::vector<PlantedMistake> plants() {
        "the estimate's positions are in kilometres: multiply them by 1000, or give --align sim3; the other "
        "way round, the reference's positions are in millimetres"},
       {"estimate mm", [](S&, S& e) { scaled(e, 1000); }, "unit", "millimetres"},
+      {"estimate in degrees", [](S&, S& e) { to_degrees(e); }, "degrees",
+       "the estimate's x and y look like latitude"},
+      {"reference in degrees", [](S& r, S&) { to_degrees(r); }, "degrees",
+       "the reference's x and y look like latitude"},
+      {"angles doubled", [](S&, S& e) { multiply_angles(e, 2); }, "angles",
+       "the estimate's rotations turn by twice"},
+      {"angles halved", [](S&, S& e) { multiply_angles(e, 0.5); }, "angles",
+       "the estimate's rotations turn by half"},
       {"estimate opengl", [=](S&, S& e) { turned(e, gl, gl.transpose()); }, "axes", "--axes opengl"},
       {"estimate ned", [=](S&, S& e) { turned(e, ned.transpose(), ned); }, "axes", "--axes ned"},
       {"estimate flu", [=](S&, S& e) { turned(e, flu.transpose(), flu); }, "axes", "--axes flu"},

@@ -14,7 +14,8 @@
 //   yaw        --align yaw         with --align none or scale: one rotation explains more than half of the
 //                                  squared errors that a translation leaves, and halves the mean rotation
 //                                  error; above 3 deg
-//   inverse, axes, columns, transposed, mirrored, unit, steps, body, world, world_of_rotations
+//   inverse, axes, columns, transposed, mirrored, unit, degrees, angles, steps, body, world,
+//   world_of_rotations
 //                                  another reading of one side leaves at most a fifth of the squared error,
 //                                  and at most 5 %. The squared error is (RMS position error / RMS extent of
 //                                  the path)^2 + (mean rotation error in rad)^2. A declared reading below 3 %

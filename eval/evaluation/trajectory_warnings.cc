@@ -166,6 +166,28 @@ std::vector<size_t> lost_identities(const PoseSeries& side, const PoseSeries& ot
   return rows;
 }
 
+bool equal(const PoseSeries& s, size_t i, const PoseSeries& t, size_t j) {
+  return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
+}
+
+/// Number of poses that equal the pose before although the reference moves, and the row of the first one.
+struct RepeatedPoses {
+  size_t n = 0, first = 0;
+};
+RepeatedPoses repeated_poses(const PoseSeries& reference, const PoseSeries& estimate) {
+  constexpr double moves_m = 0.01, turns_rad = 0.001;
+  RepeatedPoses out;
+  for (size_t i = 1; i < estimate.size(); ++i) {
+    if (!equal(estimate, i, estimate, i - 1)) continue;
+    const RelativePose step = relative_pose(reference, i - 1, i);
+    if (step.translation_m.norm() < moves_m &&
+        rotation_angle_rad(Eigen::Quaterniond(step.rotation)) < turns_rad)
+      continue;
+    if (out.n++ == 0) out.first = i;
+  }
+  return out;
+}
+
 /// Largest angle between the first rotation and another one.
 double turn_deg(const PoseSeries& poses) {
   double largest = 0;
@@ -193,13 +215,70 @@ std::optional<TrajectoryWarning> warning_of_equal_rotations(const PoseSeries& re
           still, turning, std::max(of_reference, of_estimate), still, flag)};
 }
 
+/// Returns the largest power of ten, 1e-4 m to 100 m, of which all coordinates of an axis are multiples; 0 if
+/// there is none, or if the coordinate is constant.
+double rounding_m(const PoseSeries& poses, int axis) {
+  constexpr double relative = 1e-6, digits = 1e-15;
+  for (const double step_m : {100.0, 10.0, 1.0, 0.1, 0.01, 0.001, 0.0001}) {
+    bool varies = false;
+    const bool all = std::ranges::all_of(poses.positions_m, [&](const Eigen::Vector3d& p) {
+      varies = varies || p[axis] != poses.positions_m[0][axis];
+      const double steps = p[axis] / step_m;
+      return std::abs(steps - std::round(steps)) <= relative + digits * std::abs(steps);
+    });
+    if (all) return varies ? step_m : 0;
+  }
+  return 0;
+}
+
+/// Warns if the coordinates of one side were rounded so that this explains more than half of the squared
+/// errors of the translations from pose to pose. The difference of two numbers that are rounded to multiples
+/// of q has the variance q^2 / 6.
+std::optional<TrajectoryWarning> warning_of_rounding(const PoseSeries& reference,
+                                                     const PoseSeries& estimate) {
+  constexpr size_t fewest = 20;
+  // Errors that are smaller than those of rounding show that the coordinates are whole numbers by themselves.
+  constexpr double explained = 0.5, contradicted = 2, least_share_of_step = 0.01;
+  if (estimate.size() < fewest) return std::nullopt;
+  double squares = 0;
+  std::vector<double> lengths;
+  for (size_t i = 1; i < estimate.size(); ++i) {
+    const Eigen::Vector3d step = relative_pose(reference, i - 1, i).translation_m;
+    squares += (relative_pose(estimate, i - 1, i).translation_m - step).squaredNorm();
+    lengths.push_back(step.norm());
+  }
+  squares /= static_cast<double>(lengths.size());
+  if (!(squares > 0)) return std::nullopt;
+  const double step_m = middle_of(lengths);
+  for (const auto& [side, name] : {std::pair(&estimate, "estimate"), std::pair(&reference, "reference")}) {
+    double variance = 0, largest_m = 0;
+    for (const int axis : {0, 1, 2}) {
+      const double q = rounding_m(*side, axis);
+      variance += q * q / 6;
+      largest_m = std::max(largest_m, q);
+    }
+    if (variance < explained * squares || variance > contradicted * squares) continue;
+    if (largest_m < least_share_of_step * step_m) continue;
+    return TrajectoryWarning{
+        "rounded",
+        fmt::format(
+            "the positions of the {} are multiples of {:g} m, which explains {:.0f} % of the squared "
+            "errors of relative translations: were they written with too few digits? Write them with all "
+            "digits, as \"%.9f\" does",
+            name, largest_m, 100 * std::min(1.0, variance / squares))};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate) {
   std::vector<TrajectoryWarning> warnings;
   const bool rotations = reference.has_rotations() && estimate.has_rotations();
   const std::vector<size_t> lost = rotations ? lost_identities(estimate, reference) : std::vector<size_t>();
-  if (!lost.empty()) {
+  const RepeatedPoses repeated = rotations ? repeated_poses(reference, estimate) : RepeatedPoses();
+  // A pose that is held, from the origin on as well, is no lost frame.
+  if (!lost.empty() && repeated.n <= 10 * lost.size()) {
     warnings.push_back(
         {"lost_poses",
          fmt::format("{} pose{} of the estimate {} exactly the identity, first at matched pose "
@@ -211,34 +290,22 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
   }
   if (!rotations) return warnings;
   if (auto found = warning_of_equal_rotations(reference, estimate)) warnings.push_back(std::move(*found));
-  const auto equal = [](const PoseSeries& s, size_t i, const PoseSeries& t, size_t j) {
-    return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
-  };
-  size_t repeated = 0, first_repeated = 0, same = 0;
-  for (size_t i = 0; i < estimate.size(); ++i) {
-    same += equal(reference, i, estimate, i);
-    if (i == 0) continue;
-    if (!equal(estimate, i, estimate, i - 1)) continue;
-    constexpr double moves_m = 0.01, turns_rad = 0.001;
-    const RelativePose step = relative_pose(reference, i - 1, i);
-    if (step.translation_m.norm() < moves_m &&
-        rotation_angle_rad(Eigen::Quaterniond(step.rotation)) < turns_rad)
-      continue;
-    if (repeated++ == 0) first_repeated = i;
-  }
-  if (repeated >= 5) {
+  if (auto found = warning_of_rounding(reference, estimate)) warnings.push_back(std::move(*found));
+  if (repeated.n >= 5) {
     warnings.push_back(
         {"repeated_poses", fmt::format("the estimate repeats its last pose exactly {} times while the "
                                        "reference moves, first at matched pose {}: a lost tracker? Leave "
                                        "lost poses out, then they count against coverage",
-                                       repeated, first_repeated)});
+                                       repeated.n, repeated.first)});
   }
   if (const std::vector<size_t> missing = lost_identities(reference, estimate); !missing.empty()) {
     warnings.push_back({"identity", fmt::format("{} reference poses are exactly the identity: missing truth "
                                                 "that was logged as identity? These errors mean nothing",
                                                 missing.size())});
   }
-  if (same == estimate.size() && estimate.size() > 1)
+  bool same = estimate.size() > 1;
+  for (size_t i = 0; same && i < estimate.size(); ++i) same = equal(reference, i, estimate, i);
+  if (same)
     warnings.push_back({"identical", "all poses of estimate and reference are equal: the same file twice?"});
   return warnings;
 }

@@ -21,6 +21,8 @@
 //   identity        the reference contains exact identity poses after it, or the estimate, has left the
 //                   origin: missing truth that was logged as identity
 //   no_rotations    all rotations of one side are equal while the other side turns by 5 deg or more
+//   rounded         the coordinates of one side are multiples of a power of ten that explains more than half
+//                   of the squared errors of relative translations
 //   identical       all poses of both are equal: the same file twice?
 //   same_run        all poses equal those of an earlier run of the same system (ego_evaluation.h)
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary
@@ -57,8 +59,8 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
                                                 const TrajectorySide& estimate_side,
                                                 bool interpolates = false);
 
-/// Checks after the association and before the alignment: lost_poses, jump, no_rotations, repeated_poses,
-/// identity, identical.
+/// Checks after the association and before the alignment: lost_poses, jump, no_rotations, rounded,
+/// repeated_poses, identity, identical.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
 
 // ---- Checks for data that cannot be evaluated: a truth that no vehicle can drive, and time stamps that do

@@ -228,6 +228,35 @@ TEST(TrajectoryWarnings, EqualRotationsBesideOnesThatTurnAreReported) {
   EXPECT_THAT(evaluate(without, noisy(without)).warnings, Not(Contains(code("no_rotations"))));
 }
 
+TEST(TrajectoryWarnings, RoundedPositionsAreReportedWhereTheyExplainTheErrors) {
+  const auto rounded = [](PoseSeries s, double step_m) {
+    for (Eigen::Vector3d& p : s.positions_m)
+      p = step_m * (p / step_m).unaryExpr([](double value) { return std::round(value); });
+    return s;
+  };
+  for (const double step_m : {1.0, 0.1}) {
+    EXPECT_THAT(evaluate(drive(300, 10), rounded(noisy(drive(300, 10)), step_m)).warnings,
+                ElementsAre(AllOf(code("rounded"),
+                                  text(fmt::format("of the estimate are multiples of {:g} m", step_m)))));
+    EXPECT_THAT(evaluate(rounded(drive(300, 10), step_m), noisy(drive(300, 10))).warnings,
+                ElementsAre(AllOf(code("rounded"), text("positions of the reference"))));
+  }
+  EXPECT_THAT(evaluate(drive(300, 10), rounded(noisy(drive(300, 10)), 0.001)).warnings, IsEmpty());
+}
+
+TEST(TrajectoryWarnings, APoseThatIsHeldIsNoLostFrame) {
+  PoseSeries held = noisy(drive(300, 10));
+  held.positions_m[0].setZero();
+  held.rotations[0].setIdentity();
+  for (size_t i = 0; i < held.size(); ++i) {
+    held.positions_m[i] = held.positions_m[i / 5 * 5];
+    held.rotations[i] = held.rotations[i / 5 * 5];
+  }
+  const auto warnings = evaluate(drive(300, 10), held).warnings;
+  EXPECT_THAT(warnings, Contains(code("repeated_poses")));
+  EXPECT_THAT(warnings, Not(Contains(code("lost_poses"))));
+}
+
 TEST(TrajectoryWarnings, IdentityTruthAndTheSameFileTwice) {
   PoseSeries reference = drive(300, 10);
   reference.positions_m[20].setZero();
