@@ -95,6 +95,29 @@ std::optional<double> null_of_poses(const PoseData& data) {
   return trimmed_mean(std::move(squares), fewest_steps);
 }
 
+std::string RepeatedCameraPoses::text() const {
+  return fmt::format(
+      "repeats its pose exactly in {} of {} steps while the true camera moves, first at frame {}: a lost "
+      "tracker? Leave lost poses out, then they count against coverage",
+      frames.size(), n_steps, frames.front());
+}
+
+RepeatedCameraPoses repeated_camera_poses(const PoseData& data) {
+  constexpr double moves_m = 0.01, turns_rad = 0.001;
+  RepeatedCameraPoses out;
+  for (const auto& [key, pose] : data.given) {
+    const auto before = find_pose(data.given, previous(key));
+    const auto r0 = find_pose(data.reference, previous(key)), r1 = find_pose(data.reference, key);
+    if (key.first != 0 || !before || !r0 || !r1) continue;
+    ++out.n_steps;
+    const SE3 step = r0->inverse() * *r1;
+    const bool moves =
+        step.translation().norm() >= moves_m || rotation_angle_rad(step.rotation()) >= turns_rad;
+    if (moves && pose.matrix() == before->matrix()) out.frames.push_back(key.second);
+  }
+  return out;
+}
+
 std::vector<Hypothesis<PoseData>> pose_hypotheses() {
   std::vector<Hypothesis<PoseData>> table;
   using Result = std::optional<SE3>;

@@ -10,6 +10,7 @@
 
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sextant/eval/diagnosis/motion_readings.h"
@@ -30,6 +31,17 @@ std::optional<double> pose_residual(const PoseData& data);
 
 /// Residual of the null reading, in which no body moves.
 std::optional<double> null_of_poses(const PoseData& data);
+
+/// Steps of the camera, whose id is 0, and the frames of those in which the given pose equals the one before
+/// exactly although the reference moves by 1 cm or 0.001 rad or more: what a tracker writes that is lost.
+struct RepeatedCameraPoses {
+  size_t n_steps = 0;
+  std::vector<int> frames;
+
+  /// Formats "repeats its pose exactly in 3 of 10 steps ...", with the first frame and the remedy.
+  std::string text() const;
+};
+RepeatedCameraPoses repeated_camera_poses(const PoseData& data);
 
 /// Every hypothesis about recorded poses:
 ///   inverse, centimetres .. mirrored_z, lag_-3 .. lag_3   as in motion_hypotheses()

@@ -96,6 +96,19 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
   }
 }
 
+TEST(PoseReadings, ACameraThatRepeatsItsPoseWhileTheTruthMovesIsCounted) {
+  PoseData data{SharedFrame::body, {}, {}, {}};
+  for (const auto& [k, pose] : scene(1, 20, 0.5).C) data.given[{0, k}] = data.reference[{0, k}] = pose;
+  EXPECT_TRUE(repeated_camera_poses(data).frames.empty());
+  data.given[{0, 7}] = data.given[{0, 8}] = data.given[{0, 6}];
+  data.reference[{0, 15}] = data.given[{0, 15}] = data.given[{0, 14}];  // the true camera stands
+  const RepeatedCameraPoses repeated = repeated_camera_poses(data);
+  EXPECT_EQ(repeated.n_steps, 19);
+  EXPECT_EQ(repeated.frames, (std::vector<int>{7, 8}));
+  EXPECT_NE(repeated.text().find("in 2 of 19 steps while the true camera moves, first at frame 7"),
+            std::string::npos);
+}
+
 TEST(PoseReadings, AShiftOfACameraThatDriftsShowsInTheChangesOfItsSteps) {
   const Scene truth = scene(1, 80, 0.5);
   std::mt19937 random(5);

@@ -132,6 +132,10 @@ std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajec
   const PoseData data{SharedFrame::body, camera_poses(camera), camera_poses(truth), {}};
   std::vector<LogDiagnosis> out = diagnoses_of(explain_poses(data), subject);
   if (!out.empty()) return out;
+  if (const RepeatedCameraPoses repeated = repeated_camera_poses(data); repeated.frames.size() >= 2) {
+    out.push_back({"repeated_poses", fmt::format("{} {}", subject, repeated.text())});
+    return out;
+  }
   const std::string both = subject + " and true camera";
   if (begins_upside_down(camera) && begins_upside_down(truth)) {
     out.push_back({"quaternion_w_first",

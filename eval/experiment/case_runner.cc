@@ -325,6 +325,10 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   add_lines(explain_poses(cameras), "estimated camera");
   // Motions of objects are given in the world of the estimated camera, so they cannot be judged without it.
   if (!out.empty()) return out;
+  // A camera that never moves is a statement of its program.
+  const RepeatedCameraPoses repeated = repeated_camera_poses(cameras);
+  if (repeated.frames.size() >= 2 && repeated.frames.size() < repeated.n_steps)
+    out.push_back(fmt::format("{}: the estimated camera {}", estimator, repeated.text()));
 
   // A motion as logged, in the declared frame: the inverse of the conversion to the world of `motions`.
   const auto as_logged = [&](const SE3& H, const MotionSample& at) -> std::optional<SE3> {
