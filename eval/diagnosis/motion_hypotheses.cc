@@ -199,7 +199,8 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
     constexpr double strictness_of_known_worlds = 0.4;
     add(
         "displacement",
-        "the translations look like displacements of the object's origin, not those of H in p' = H p",
+        "the translations look like displacements of the object's origin, not like the translation of the "
+        "rigid motion that maps its points",
         "write t = L_k.t - R L_{k-1}.t, with L = T_world_object and R the rotation of the motion",
         [](const SE3& m, S s) -> Result {
           if (!s.T_world_object) return std::nullopt;

@@ -102,18 +102,19 @@ std::string RepeatedCameraPoses::text() const {
       frames.size(), n_steps, frames.front());
 }
 
+bool moves(const SE3& step) {
+  constexpr double least_m = 0.01, least_rad = 0.001;
+  return step.translation().norm() >= least_m || rotation_angle_rad(step.rotation()) >= least_rad;
+}
+
 RepeatedCameraPoses repeated_camera_poses(const PoseData& data) {
-  constexpr double moves_m = 0.01, turns_rad = 0.001;
   RepeatedCameraPoses out;
   for (const auto& [key, pose] : data.given) {
     const auto before = find_pose(data.given, previous(key));
     const auto r0 = find_pose(data.reference, previous(key)), r1 = find_pose(data.reference, key);
     if (key.first != 0 || !before || !r0 || !r1) continue;
     ++out.n_steps;
-    const SE3 step = r0->inverse() * *r1;
-    const bool moves =
-        step.translation().norm() >= moves_m || rotation_angle_rad(step.rotation()) >= turns_rad;
-    if (moves && pose.matrix() == before->matrix()) out.frames.push_back(key.second);
+    if (pose.matrix() == before->matrix() && moves(r0->inverse() * *r1)) out.frames.push_back(key.second);
   }
   return out;
 }

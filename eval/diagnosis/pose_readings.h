@@ -32,8 +32,11 @@ std::optional<double> pose_residual(const PoseData& data);
 /// Residual of the null reading, in which no body moves.
 std::optional<double> null_of_poses(const PoseData& data);
 
-/// Steps of the camera, whose id is 0, and the frames of those in which the given pose equals the one before
-/// exactly although the reference moves by 1 cm or 0.001 rad or more: what a tracker writes that is lost.
+/// Returns true for a step of 1 cm or 0.001 rad or more, in which a lost tracker repeats its pose.
+bool moves(const SE3& step);
+
+/// Number of steps of the camera, whose id is 0, and the frames in which the given pose equals the one before
+/// exactly although the reference moves.
 struct RepeatedCameraPoses {
   size_t n_steps = 0;
   std::vector<int> frames;

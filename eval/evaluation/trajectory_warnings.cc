@@ -12,6 +12,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
+#include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/eval/logs/number_file.h"
 
@@ -175,14 +176,11 @@ struct RepeatedPoses {
   size_t n = 0, first = 0;
 };
 RepeatedPoses repeated_poses(const PoseSeries& reference, const PoseSeries& estimate) {
-  constexpr double moves_m = 0.01, turns_rad = 0.001;
   RepeatedPoses out;
   for (size_t i = 1; i < estimate.size(); ++i) {
     if (!equal(estimate, i, estimate, i - 1)) continue;
     const RelativePose step = relative_pose(reference, i - 1, i);
-    if (step.translation_m.norm() < moves_m &&
-        rotation_angle_rad(Eigen::Quaterniond(step.rotation)) < turns_rad)
-      continue;
+    if (!moves(SE3(Eigen::Quaterniond(step.rotation), step.translation_m))) continue;
     if (out.n++ == 0) out.first = i;
   }
   return out;
@@ -237,7 +235,7 @@ double rounding_m(const PoseSeries& poses, int axis) {
 std::optional<TrajectoryWarning> warning_of_rounding(const PoseSeries& reference,
                                                      const PoseSeries& estimate) {
   constexpr size_t fewest = 20;
-  // Errors that are smaller than those of rounding show that the coordinates are whole numbers by themselves.
+  // Errors smaller than those that rounding causes show that the coordinates are exact and were not rounded.
   constexpr double explained = 0.5, contradicted = 2, least_share_of_step = 0.01;
   if (estimate.size() < fewest) return std::nullopt;
   double squares = 0;
