@@ -208,9 +208,9 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
       has_weak_directions(information)) {
     const MeasuredDepths measured(points.sample(points.size()), levels, kernel, X, *L, weights, of_each);
     to_mean = measured.step;
-    prior = weak_direction_prior(SE3::exp(to_mean) * X, information, measured.information,
-                                 gradient + (information.total - information.errors) * to_mean, scores.size(),
-                                 parts.correlate() ? Scores::correlated : Scores::independent);
+    prior =
+        weak_direction_prior(SE3::exp(to_mean) * X, information, measured.information,
+                             gradient + (information.total - information.errors) * to_mean, scores.size());
     if (prior.holds()) {
       // The prior's mean has errors too, from the errors of the same points.
       of_prior = prior.precision * prior.covariance;

@@ -166,10 +166,9 @@ bool has_weak_directions(const DepthInformation& information) {
 }
 
 MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& information,
-                                 const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
-                                 Scores scores) {
+                                 const DepthInformation& measured, const Vector6d& gradient,
+                                 size_t n_points) {
   constexpr double three_sigma2 = 9;
-  const double known = scores == Scores::independent ? 1 : 0.1;
   constexpr double held = 1e6;  // precision in units of H at which the structured estimate has no influence
   MotionPrior prior;
   const Directions at = directions_of(information);
@@ -192,10 +191,8 @@ MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& inform
     const bool is_no_better = lambda * lambda * variance[i] >= 1 || !(of_difference > 0);
     if (is_no_better && at.lambda[i] > 0) continue;  // the structured estimate is good enough
     const double share = has_relief ? std::max(0.0, 1 - three_sigma2 * of_difference / difference2) : 0;
-    const double bias2 =
-        has_relief ? std::max(0.0, difference2 - known * of_difference) : difference2 + of_difference;
     precision[i] = share * held > lambda * (1 - share) ? lambda * (1 - share) / share : held;
-    bias[i] = std::pow(1 - share, 2) * bias2;
+    bias[i] = std::pow(1 - share, 2) * std::max(0.0, difference2 - of_difference);
   }
   prior.mean = mean;
   prior.precision = to_coordinates.transpose() * precision.asDiagonal() * to_coordinates;
@@ -221,7 +218,7 @@ MotionPrior weak_directions(RoughFlowDepthData& data, const SE3& start, const No
   previous.delta_d_curr_px = 0;
   const DepthInformation measured = information_of(previous);
   return weak_direction_prior(*mean, information, measured, accumulate(data, *mean, levels, kernel).gradient,
-                              data.n_used(), Scores::independent);
+                              data.n_used());
 }
 
 Matrix6d motion_covariance(const DepthInformation& information, const MotionPrior& prior) {

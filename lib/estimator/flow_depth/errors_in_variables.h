@@ -26,10 +26,7 @@
 // H; lambda: eigenvalues of H^-1 (H - B).
 //
 // A regularised direction retains (1 - share) of the bias of x_measured. The squared bias is the squared
-// difference minus the variance of the difference. If errors are correlated, H is not the covariance of the
-// scores and that variance is known only in order of magnitude: a tenth of it is subtracted. If the relief is
-// not significant (lambda), the structured estimate carries no information on the bias, which is then bounded
-// by the difference plus or minus its standard deviation.
+// difference minus the variance of the difference, or 0 if this is negative.
 
 #include <optional>
 
@@ -58,15 +55,11 @@ std::optional<SE3> motion_of_measured_depths(RoughFlowDepthData& data, const SE3
 /// Returns true if the true depths determine some direction so weakly that it may need the prior.
 bool has_weak_directions(const DepthInformation& information);
 
-enum class Scores { independent, correlated };
-
 /// Returns the prior that regularises weakly observable directions towards `mean`; its precision is 0 in all
 /// other directions. `information`: of the structured estimate; `measured`: of `mean`, the estimate that
-/// treats the depths of its n_points points as exact; `gradient`: of the structured cost at `mean`; `scores`:
-/// correlated if the errors of different points are.
+/// treats the depths of its n_points points as exact; `gradient`: of the structured cost at `mean`.
 MotionPrior weak_direction_prior(const SE3& mean, const DepthInformation& information,
-                                 const DepthInformation& measured, const Vector6d& gradient, size_t n_points,
-                                 Scores scores);
+                                 const DepthInformation& measured, const Vector6d& gradient, size_t n_points);
 
 /// Returns the prior for the included points, whose errors are independent. Its precision is 0 if depths are
 /// exact, no direction is weakly observable, or motion_of_measured_depths() fails.
