@@ -1,6 +1,7 @@
 #include "sextant/eval/evaluation/object_evaluation.h"
 
 #include <algorithm>
+#include <numbers>
 #include <set>
 
 #include "sextant/base/error.h"
@@ -191,6 +192,26 @@ std::vector<LogDiagnosis> diagnose_rotations(const Motions& motions, const std::
   return {{found->best.code, message(*found, subject, "m")}};
 }
 
+/// Reports a log of translations: none of its motions turns, although the true ones do.
+std::vector<LogDiagnosis> diagnose_missing_rotations(const Motions& given, const Motions& truth,
+                                                     const std::string& subject) {
+  constexpr double rounding_rad = 1e-9, least_deg = 0.5;
+  const auto largest_rad = [](const Motions& motions) {
+    double largest = 0;
+    for (const auto& [key, motion] : motions)
+      largest = std::max(largest, rotation_angle_rad(motion.rotation()));
+    return largest;
+  };
+  const double true_deg = largest_rad(truth) * 180 / std::numbers::pi;
+  if (given.size() < fewest_steps || largest_rad(given) > rounding_rad || true_deg < least_deg) return {};
+  return {
+      {"no_rotations",
+       fmt::format("{}: none of the {} motions turns, but the true ones turn by up to {:.1f} deg a frame: "
+                   "does the log have translations only? Then E_R, and in the world frame E_t and E_v too, "
+                   "mean nothing: log the rotations as well",
+                   subject, given.size(), true_deg)}};
+}
+
 /// Reports motions in the objects' own frames along which they drive backwards. If truth and estimate are
 /// both inverse, they agree with each other, so only the direction shows it.
 std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions& motions) {
@@ -321,6 +342,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
       diagnose_camera(log.camera, log.true_camera, name + ", estimated camera");
   if (of_poses.empty()) append(out, diagnose_paths(log));
   if (log.holds_poses_only) {  // its motions are those of the poses
+    if (out.empty()) out = diagnose_missing_rotations(given, truth, name + ", estimated poses of objects");
     append(out, of_camera);
     return out;
   }
@@ -348,6 +370,8 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   }
   // If the truth itself looks wrong, the estimates differ from it for that reason.
   if (of_truth.empty()) append(out, diagnoses_of(of_estimate, name + ", estimated motions"));
+  if (of_estimate.empty())
+    append(out, diagnose_missing_rotations(given, truth, name + ", estimated motions"));
 
   if (of_poses.empty()) {
     for (const ObjectExplanation& own : explain_by_own_poses(log, given)) {
@@ -396,6 +420,13 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
     }
     if (const auto shift = explain_hidden_shift(all))
       out.push_back({shift->best.code, message(*shift, name + ", estimated motions", "m")});
+  }
+  if (out.empty()) {
+    Motions steps;
+    for (const auto& [key, pose] : L) {
+      if (const auto H = world_step(L, key)) steps.emplace(key, *H);
+    }
+    out = diagnose_missing_rotations(given, steps, name + ", estimated motions");
   }
   const auto poses_of = [&](int id, int true_id) {
     return PoseData{SharedFrame::world, of_object(log.poses, id, id), of_object(L, true_id, id),

@@ -118,6 +118,20 @@ TEST_P(ObjectDiagnosis, InverseEstimatesAreNamed) {
         "inverse");
 }
 
+TEST_P(ObjectDiagnosis, TranslationsWithoutRotationsAreNamed) {
+  const auto without_rotation = [](const SE3& motion) {
+    return SE3(Eigen::Quaterniond::Identity(), motion.translation());
+  };
+  const bool vdo = GetParam() == LogFormat::vdo;
+  const ObjectScores scores =
+      evaluate(Drive(), {.estimate = [=](const SE3& H, const SE3& L, int) {
+                 return vdo ? L * without_rotation(body_motion(H, L)) * L.inverse() : without_rotation(H);
+               }});
+  expect_named(scores, "no_rotations");
+  EXPECT_THAT(scores.diagnoses[0].text,
+              HasSubstr("none of the 58 motions turns, but the true ones turn by up to 1.1 deg"));
+}
+
 TEST_P(ObjectDiagnosis, EstimatesInAnotherFrameAreNamed) {
   const Drive drive;
   if (GetParam() == LogFormat::vdo) {
