@@ -3,7 +3,7 @@
 
 Prints, as Markdown, the errors of the estimators on the real sequences in $SEXTANT_DATA: of the camera, of moving objects, and of
 parked cars up to 50 m away, whose speed is 0. Objects whose labels move by more than 1 m/s count as moving. Every mean has a 95 %
-interval (bootstrap over records)."""
+interval (bootstrap over records). The last two sources are pairs of KITTI scene flow, which are frames of KITTI tracking."""
 
 import json
 import os
@@ -25,7 +25,25 @@ SOURCES = {
     "KITTI 03, PWC-Net": ("vdo:{data}/kitti_03_demo@0-19", []),
     "KITTI 03, DIS": ("vdo:{data}/kitti_03_demo@0-19", ["source.flow=dis"]),
     "KITTI 05, SGBM and DIS": ("kitti:{data}/kitti_tracking#0005@0-15", []),
+    "KITTI 0000, frame 10": ("kitti:{pairs}#0000@10-11", []),
+    "KITTI 0001, frame 354": ("kitti:{pairs}#0001@354-355", []),
 }
+PAIRS = (("000002", "0000", 10), ("000007", "0001", 354))  # pair of scene flow, sequence and first frame of tracking
+
+
+def lay_out_pairs(data, root):
+    """Links the pairs of scene flow below `root` as frames of KITTI tracking."""
+    training, text = root / "training", data / "kitti_tracking/training"
+    for pair, sequence, first in PAIRS:
+        for part in ("calib", "oxts", "label_02", "instances_txt"):
+            (training / part).mkdir(parents=True, exist_ok=True)
+            (training / part / f"{sequence}.txt").symlink_to(text / part / f"{sequence}.txt")
+        for side in "23":
+            folder = training / f"image_0{side}" / sequence
+            folder.mkdir(parents=True)
+            for k in (0, 1):
+                image = data / f"kitti_sceneflow_2015/image_{side}/{pair}_1{k}.png"
+                (folder / f"{first + k:06}.png").symlink_to(image)
 
 
 def records(program, source, estimator, options, folder):
@@ -50,14 +68,16 @@ def mean(values):
 def main():
     if len(sys.argv) != 2 or not os.environ.get("SEXTANT_DATA"):
         sys.exit(__doc__)
-    program, data = sys.argv[1], pathlib.Path(os.environ["SEXTANT_DATA"])
+    program, data = sys.argv[1], pathlib.Path(os.environ["SEXTANT_DATA"]).resolve()
     print("| source | method | camera E_t [m] | camera E_R [deg] | moving E_v [km/h] | parked v [km/h] | split NEES of parked "
           "| expansion chi2 of parked |\n|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
+        pairs = pathlib.Path(folder) / "pairs"
+        lay_out_pairs(data, pairs)
         for name, (source, of_source) in SOURCES.items():
             for method, (estimator, of_method) in METHODS.items():
                 options = of_source + of_method + PARKED
-                rows = records(program, source.format(data=data), estimator, options, pathlib.Path(folder) / "out")
+                rows = records(program, source.format(data=data, pairs=pairs), estimator, options, pathlib.Path(folder) / "out")
                 camera = [row for row in rows if row["body"] == "ego"]
                 moving, parked = ([row for row in rows if row["body"] != "ego" and row["values"].get("dynamic_gt") == dynamic]
                                   for dynamic in (1, 0))
