@@ -126,7 +126,7 @@ TEST_F(ComparedRuns, NamesOfSubjectsAreDistinctWhereLevelsOfTwoNoisesAreEqual) {
   EXPECT_TRUE(c.findings.empty());
   std::set<std::string> names;
   const Json entries = comparison_github(c, defaults());
-  for (const Json& entry : entries) names.insert(entry["name"]);
+  for (const Json& entry : entries) names.insert(entry["name"].get<std::string>());
   EXPECT_EQ(names.size(), entries.size());
   EXPECT_TRUE(names.contains("synthetic s18 joint_flow level 0.1 (flow 0.1 px) ego Et_m"));
 }
