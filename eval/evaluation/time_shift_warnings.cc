@@ -12,33 +12,6 @@
 namespace sextant {
 namespace {
 
-/// Warns if the motions determine a shift of the estimate's clock by more than half a time step, although
-/// they agree well without it.
-std::optional<std::pair<TrajectoryWarning, double>> warning_of_offset(
-    PoseSeries reference, PoseSeries estimate, const std::vector<double>& reference_times,
-    const std::vector<double>& estimate_times, bool seconds, double offset_s, const OffsetRemedy& remedy) {
-  reference.stamps_s = reference_times;
-  estimate.stamps_s = estimate_times;
-  if (reference.size() < 2 || estimate.size() < 2) return std::nullopt;
-  const double half_step = std::max(median_step(reference_times), median_step(estimate_times)) / 2;
-  try {
-    const OffsetEstimate found = estimate_offset(reference, estimate, 0, "");
-    if (found.low_s <= half_step && found.high_s >= -half_step) return std::nullopt;
-    return std::pair(
-        TrajectoryWarning{
-            "lag",
-            fmt::format("the estimate's motion is {} by {:.3g} {} (95 % interval {:.3g} to {:.3g}){}",
-                        found.offset_s < 0 ? "late" : "early", std::abs(found.offset_s),
-                        seconds ? "s" : "frames", std::min(std::abs(found.low_s), std::abs(found.high_s)),
-                        std::max(std::abs(found.low_s), std::abs(found.high_s)),
-                        seconds ? "; try " + remedy(offset_s + found.offset_s)
-                                : fmt::format(": add {:.0f} to its frame numbers", found.offset_s))},
-        found.offset_s);
-  } catch (const Error&) {  // the motions do not determine the offset
-    return std::nullopt;
-  }
-}
-
 /// Matches the poses after `shift_s` is added to the estimate's stamps; empty if fewer than 10 match.
 std::optional<MatchedPoses> shifted(const PoseSeries& reference, const PoseSeries& estimate, double shift_s) {
   std::vector<double> times;
@@ -92,17 +65,23 @@ struct TimedPair {
   PoseSeries reference, estimate;
 };
 
+/// Returns the series with its frame numbers as times.
+PoseSeries timed_by_frames(PoseSeries series) {
+  const std::vector<int> frames = frames_of(series);
+  series.stamps_s.assign(frames.begin(), frames.end());
+  return series;
+}
+
+/// Whether the times of both are stamps, otherwise they are frame numbers.
+bool have_stamps(const PoseSeries& reference, const PoseSeries& estimate) {
+  return !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+}
+
 TimedPair timed_pair(const PoseSeries& reference, const PoseSeries& estimate, double offset_s) {
-  TimedPair pair{reference, estimate};
-  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
-  if (!seconds) {
-    for (PoseSeries* side : {&pair.reference, &pair.estimate}) {
-      const std::vector<int> frames = frames_of(*side);
-      side->stamps_s.assign(frames.begin(), frames.end());
-    }
-  }
-  pair.estimate = thinned(pair.estimate);
-  for (double& t : pair.estimate.stamps_s) t += seconds ? offset_s : 0;
+  if (!have_stamps(reference, estimate))
+    return {timed_by_frames(reference), thinned(timed_by_frames(estimate))};
+  TimedPair pair{reference, thinned(estimate)};
+  for (double& t : pair.estimate.stamps_s) t += offset_s;
   return pair;
 }
 
@@ -152,36 +131,22 @@ double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate,
   return least;
 }
 
-/// Returns the warning of a shift of the motions, and the shift itself, to be added to the estimate's times.
-std::optional<std::pair<TrajectoryWarning, double>> shift_of_motions(const PoseSeries& reference,
-                                                                     const PoseSeries& estimate,
-                                                                     double offset_s,
-                                                                     const OffsetRemedy& remedy) {
-  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
-  std::vector<double> a, b;
-  if (seconds) {
-    a = reference.stamps_s;
-    for (const double t : estimate.stamps_s) b.push_back(t + offset_s);
-  } else {
-    const std::vector<int> fa = frames_of(reference), fb = frames_of(estimate);
-    a.assign(fa.begin(), fa.end());
-    b.assign(fb.begin(), fb.end());
+/// Returns the offset that the motions determine, relative to `offset_s`, if its interval lies outside half a
+/// time step. It counts frames if a recording has no stamps.
+std::optional<OffsetEstimate> shift_of_motions(const PoseSeries& reference, const PoseSeries& estimate,
+                                               double offset_s) {
+  if (reference.size() < 2 || estimate.size() < 2) return std::nullopt;
+  if (!have_stamps(reference, estimate))
+    return shift_of_motions(timed_by_frames(reference), timed_by_frames(estimate), 0);
+  OffsetEstimate found;
+  try {
+    found = estimate_offset(reference, estimate, offset_s, "");
+  } catch (const Error&) {  // the motions do not determine the offset
+    return std::nullopt;
   }
-  const auto lag = estimate_lag(reference, a, estimate, b);
-  constexpr size_t most_poses = 20'000;  // longer recordings are examined by estimate_lag() alone
-  if (!lag) {
-    if (std::max(a.size(), b.size()) > most_poses) return std::nullopt;
-    return warning_of_offset(reference, estimate, a, b, seconds, offset_s, remedy);
-  }
-  const std::string advice = seconds ? "; try " + remedy(offset_s - lag->lag) : "";
-  return std::pair(
-      TrajectoryWarning{
-          "lag",
-          fmt::format("the estimate's motion is {} by about {:.3g} {}: motions correlate at {:.3f} with this "
-                      "shift, {:.3f} without{}",
-                      lag->lag > 0 ? "late" : "early", std::abs(lag->lag), seconds ? "s" : "frames",
-                      lag->correlation, lag->correlation_0, advice)},
-      -lag->lag);
+  for (double* const time : {&found.offset_s, &found.low_s, &found.high_s}) *time -= offset_s;
+  const double half_step = std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s)) / 2;
+  return found.low_s > half_step || found.high_s < -half_step ? std::optional(found) : std::nullopt;
 }
 
 }  // namespace
@@ -189,18 +154,28 @@ std::optional<std::pair<TrajectoryWarning, double>> shift_of_motions(const PoseS
 std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
                                                 double offset_s, const AlignmentChoice& choice,
                                                 const OffsetRemedy& remedy) {
-  const auto found = shift_of_motions(reference, estimate, offset_s, remedy);
+  const auto found = shift_of_motions(reference, estimate, offset_s);
   if (!found) return std::nullopt;
-  if (!is_short(reference, estimate)) return found->first;
-  const auto left = unexplained_by(timed_pair(reference, estimate, offset_s), found->second, choice);
-  if (!left) return found->first;
-  const bool seconds = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  const double shift = found->offset_s;
+  const bool seconds = have_stamps(reference, estimate);
+  const char* const unit = seconds ? "s" : "frames";
+  const auto left = is_short(reference, estimate)
+                        ? unexplained_by(timed_pair(reference, estimate, offset_s), shift, choice)
+                        : std::nullopt;
+  if (left) {
+    return TrajectoryWarning{
+        "no_offset",
+        fmt::format("no offset explains the errors: the motions agree best when the estimate is shifted by "
+                    "{:.3g} {}, which leaves a position RMSE of {:.3g} m of {:.3g} m: is it of another "
+                    "recording, or does its clock run at another rate?",
+                    shift, unit, left->then_m, left->now_m)};
+  }
+  const auto [shortest, longest] = std::minmax({std::abs(found->low_s), std::abs(found->high_s)});
   return TrajectoryWarning{
-      "no_offset",
-      fmt::format("no offset explains the errors: the motions agree best when the estimate is shifted by "
-                  "{:.3g} {}, which leaves a position RMSE of {:.3g} m of {:.3g} m: is it of another "
-                  "recording, or does its clock run at another rate?",
-                  found->second, seconds ? "s" : "frames", left->then_m, left->now_m)};
+      "lag", fmt::format("the estimate's motion is {} by {:.3g} {} (95 % interval {:.3g} to {:.3g}){}",
+                         shift < 0 ? "late" : "early", std::abs(shift), unit, shortest, longest,
+                         seconds ? "; try " + remedy(offset_s + shift)
+                                 : fmt::format(": add {:.0f} to its frame numbers", shift))};
 }
 
 std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& reference,
@@ -228,7 +203,7 @@ std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& referen
     return fmt::format(" (position RMSE {:.3g} m read so, {:.3g} m as declared)", std::sqrt(then),
                        std::sqrt(*now));
   };
-  const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  const bool by_time = have_stamps(reference, estimate);
   const char* const times = by_time ? "time stamps" : "frame numbers";
   PoseSeries read = pair.estimate;
   for (double& t : read.stamps_s) t = a.front() + factor * (t - b.front());
@@ -260,7 +235,7 @@ std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& referen
 std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
                                                   double offset_s, const AlignmentChoice& choice,
                                                   const OffsetRemedy& remedy) {
-  if (reference.stamps_s.empty() || estimate.stamps_s.empty() || reference.size() < fewest_explained_poses ||
+  if (!have_stamps(reference, estimate) || reference.size() < fewest_explained_poses ||
       estimate.size() < fewest_explained_poses)
     return std::nullopt;
   AlignmentChoice all = choice;
@@ -301,7 +276,7 @@ std::optional<TrajectoryWarning> warning_of_rows(const PoseSeries& reference, co
   constexpr int most_rows = 3;
   constexpr size_t least_poses = 20;
   constexpr double confirmed = 1.5;
-  const bool stamped = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
+  const bool stamped = have_stamps(reference, estimate);
   const std::vector<int> frames = frames_of(reference);
   for (size_t i = 1; !stamped && i < frames.size(); ++i) {
     if (frames[i] != frames[i - 1] + 1) return std::nullopt;

@@ -3,8 +3,8 @@
 // Warnings of a shift in time between estimate and reference, of the clock or of the frame numbers. Those of
 // a shift have the code "lag":
 //
-//   motions  estimate_lag() finds a shift, or the interval of estimate_offset() lies outside half a
-//            step, and it halves the position RMSE or the squared differences of the steps
+//   motions  the interval of estimate_offset() lies outside half a time step, and the offset halves the
+//            position RMSE or the squared differences of the steps
 //   clocks   a shift explains more than half of the squared position errors, and the interval of
 //            estimate_offset(), from the motions alone, does not contain 0
 //   rows     a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors

@@ -46,7 +46,6 @@ struct Motion {
 };
 
 constexpr double least_correlation = 0.8;
-constexpr size_t max_steps = 1000;  // longer recordings are compared over their first steps only
 
 /// Number of windows to shift to each side: 20, or 1 s if that is longer.
 int shifts(double duration_s, double width_s) {
@@ -140,14 +139,6 @@ std::optional<double> centre_of_search(const PoseSeries& reference,
   }
   if (best_correlation < least_correlation || far > less * near) return 0;
   return far <= clearly_less * near ? std::optional(best) : std::nullopt;
-}
-
-/// Position of the maximum of the parabola through the best score and its neighbours, relative to the best
-/// one, in -0.5 .. 0.5.
-double peak_offset(const std::vector<double>& scores, std::vector<double>::const_iterator best) {
-  if (best == scores.begin() || best + 1 == scores.end()) return 0;
-  const double before = best[-1], after = best[1], bend = before - 2 * *best + after;
-  return bend < 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0;
 }
 
 // ---- offset
@@ -382,66 +373,7 @@ class OffsetSearch {
   std::map<double, Stretches> known_;
 };
 
-/// Returns the best of `n_shifts` shifts by `width` to each side; empty if the recordings overlap too little.
-std::optional<LagEstimate> best_lag(const PoseSeries& reference, const std::vector<double>& reference_times,
-                                    const PoseSeries& estimate, const std::vector<double>& estimate_times,
-                                    int n_shifts, double width) {
-  const double reach = n_shifts * width;
-  const double begin = std::max(reference_times.front(), estimate_times.front() + reach);
-  double end = std::min(reference_times.back(), estimate_times.back() - reach);
-  end = std::min(end, begin + width * max_steps);
-  if (!(end - begin > 20 * width)) return std::nullopt;
-  const auto n = static_cast<size_t>((end - begin) / width);
-  const auto r = motion_in_windows(motion_of(reference, reference_times, end + width), begin, width, n);
-  const auto shift_count = static_cast<size_t>(2 * n_shifts + 1);
-  const auto e = motion_in_windows(motion_of(estimate, estimate_times, end + reach + width), begin - reach,
-                                   width, n + shift_count);
-  const bool rotations = reference.has_rotations() && estimate.has_rotations();
-  std::vector<double> scores;
-  for (size_t shift = 0; shift < shift_count; ++shift) {
-    double score = 0;
-    for (size_t k = 0; k < (rotations ? 2 : 1); ++k)
-      score += (rotations ? 0.5 : 1) * correlation(r[k], std::span(e[k]).subspan(shift, n));
-    scores.push_back(score);
-  }
-  const auto best = std::max_element(scores.begin(), scores.end());
-  const auto k = static_cast<int>(best - scores.begin()) - n_shifts;
-  return LagEstimate{k == 0 ? 0 : (k + peak_offset(scores, best)) * width, *best,
-                     scores[static_cast<size_t>(n_shifts)]};
-}
-
 }  // namespace
-
-std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
-                                        const std::vector<double>& reference_times,
-                                        const PoseSeries& estimate,
-                                        const std::vector<double>& estimate_times) {
-  constexpr size_t least_poses = 40;
-  if (reference.size() < least_poses || estimate.size() < least_poses) return std::nullopt;
-  const double width = std::max(median_step(reference_times), median_step(estimate_times));
-  if (!(width > 0)) return std::nullopt;
-  const int n_shifts = shifts(std::min(reference_times.back() - reference_times.front(),
-                                       estimate_times.back() - estimate_times.front()),
-                              width);
-  const auto centre =
-      centre_of_search(reference, reference_times, estimate, estimate_times, n_shifts * width);
-  if (!centre) return std::nullopt;
-  const auto without = best_lag(reference, reference_times, estimate, estimate_times, n_shifts, width);
-  std::optional<LagEstimate> found = without;
-  if (*centre != 0) {
-    std::vector<double> times = estimate_times;
-    for (double& t : times) t += *centre;
-    found = best_lag(reference, reference_times, estimate, times, n_shifts, width);
-  }
-  if (!found) return std::nullopt;
-  const LagEstimate lag{found->lag - *centre, found->correlation, without ? without->correlation_0 : 0};
-  // Smooth motions correlate well without a shift too; then the shift must explain half of the remaining
-  // difference to 1.
-  const double gain = lag.correlation - lag.correlation_0;
-  const bool explains = gain > 0.1 || (gain > 5e-4 && gain > 0.5 * (1 - lag.correlation_0));
-  if (lag.lag == 0 || lag.correlation < least_correlation || !explains) return std::nullopt;
-  return lag;
-}
 
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name) {

@@ -3,8 +3,6 @@
 // Time offset between two clocks, estimated from the motions alone: speeds and rotation rates do not depend
 // on the world frame, on the mounting or on drift.
 //
-// estimate_lag() is a fast check for warnings; estimate_offset() measures the offset:
-//
 //   signals   speed and rotation rate of each step between poses, smoothed by a Gaussian of one step (the
 //             longer of the two median steps) and sampled at such steps. Without smoothing, interpolation
 //             would average the noise at fractional shifts only, and would favour shifts between the samples
@@ -31,21 +29,6 @@ namespace sextant {
 /// Median difference of successive times; needs at least two times.
 double median_step(const std::vector<double>& times);
 
-/// Shift of the estimate's clock at which the motions agree best: its stamps are late by `lag`. Shifts up to
-/// 20 of the longer time steps, or 1 s if that is longer (but 200 steps at most), around the centre are
-/// tried. Empty if the centre is not certain, if a recording has fewer than 40 poses or both overlap too
-/// little, if the correlation is below 0.8, or if it exceeds the unshifted correlation neither by 0.1 nor by
-/// half of the difference to 1.
-struct LagEstimate {
-  double lag = 0;            ///< in units of the times
-  double correlation = 0;    ///< correlation of speeds and rotation rates at this lag
-  double correlation_0 = 0;  ///< correlation without a shift
-};
-std::optional<LagEstimate> estimate_lag(const PoseSeries& reference,
-                                        const std::vector<double>& reference_times,
-                                        const PoseSeries& estimate,
-                                        const std::vector<double>& estimate_times);
-
 /// Formats "--interpolate GAP" with 1.5 times the reference's median time step, which bridges its usual
 /// steps. Needs at least two stamps.
 std::string interpolate_flag(const std::vector<double>& reference_stamps_s);
@@ -58,9 +41,10 @@ struct OffsetEstimate {
   size_t n = 0;  ///< number of times compared
 };
 
-/// Searches around the centre, which is `initial_s` or distant, over the range of estimate_lag(). Throws
-/// Error "NAME: ..." if the motions do not determine the offset: an uncertain centre, fewer than 40 times to
-/// compare, correlations below 0.8, or the best offset at the end of the range.
+/// Tries offsets up to 20 of the longer time steps, or 1 s if that is longer (but 200 steps at most), around
+/// the centre, which is `initial_s` or distant. Throws Error "NAME: ..." if the motions do not determine the
+/// offset: an uncertain centre, fewer than 40 times to compare, correlations below 0.8, or the best offset at
+/// the end of the range.
 OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& estimate, double initial_s,
                                const std::string& name);
 
