@@ -13,6 +13,7 @@
 #include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/eval/diagnosis/dense_readings.h"
 #include "sextant/eval/diagnosis/hypothesis.h"
+#include "sextant/eval/diagnosis/motion_readings.h"
 #include "sextant/metrics/dense_errors.h"
 
 namespace sextant {
@@ -270,13 +271,34 @@ std::array<Side, 2> sides_of(const DenseFiles<Format>& files) {
            {&DensePair::truth, to_string(files.truth_format), "--gt-format"}}};
 }
 
+/// Mean of the smallest four fifths of the squared errors: a few gross errors are no mistake of the whole image.
+double robust_mean_square(const DensePairs& pairs) {
+  std::vector<double> squares;
+  for (const DensePair& pair : pairs) squares.push_back((pair.estimate - pair.truth).squaredNorm());
+  return trimmed_mean(std::move(squares), 1).value_or(0);
+}
+
+/// Warns of another reading that explains the errors or, if none does, of an estimate that is hardly better
+/// than `null`, which knows nothing of the image.
 void explain_errors(const DensePairs& pairs, const std::vector<Hypothesis<DensePairs>>& hypotheses,
-                    double null, const char* subject, const char* unit, std::vector<std::string>& warnings) {
+                    const DensePairs& null, const char* subject, const char* unit, const char* null_text,
+                    std::vector<std::string>& warnings) {
+  constexpr double largest_share = 0.5;
   const std::optional<double> declared = mean_square(pairs);
   if (!declared) return;
-  auto found = explain(*declared, read_as(hypotheses, pairs, mean_square), {.null = null});
-  if (found) std::erase_if(found->alike, [](const Reading& other) { return other.code == factor_code; });
-  if (found) warnings.push_back(message(*found, subject, unit));
+  auto found =
+      explain(*declared, read_as(hypotheses, pairs, mean_square), {.null = mean_square(null).value_or(0)});
+  if (found) {
+    std::erase_if(found->alike, [](const Reading& other) { return other.code == factor_code; });
+    warnings.push_back(message(*found, subject, unit));
+    return;
+  }
+  const double errors = robust_mean_square(pairs), of_null = robust_mean_square(null);
+  if (!warnings.empty() || errors <= largest_share * of_null || !(of_null > 0)) return;
+  warnings.push_back(fmt::format(
+      "{}: the estimate is hardly better than {}: RMS errors of {:.3g} and {:.3g} {} (without the largest fifth of "
+      "each): is it of another image, mirrored, or stored in another format or byte order?",
+      subject, null_text, std::sqrt(errors), std::sqrt(of_null), unit));
 }
 
 /// Warns if much of the estimate is exactly (0, 0) where the truth is not, as pixels without an estimate are
@@ -324,7 +346,7 @@ void explain_flow(const DensePairs& pairs, const DenseFiles<FlowFormat>& files,
       "check the unit and scale of the flow"));
   DensePairs still = pairs;
   for (DensePair& pair : still) pair.estimate.setZero();
-  explain_errors(pairs, hypotheses, mean_square(still).value_or(0), "flow", "px", warnings);
+  explain_errors(pairs, hypotheses, still, "flow", "px", "no flow at all", warnings);
 }
 
 /// Removes the pixels with the largest estimate if they are 5 to 95 % of all: the format of the files, or
@@ -370,7 +392,7 @@ void explain_depth(const DensePairs& all_pairs, const DenseFiles<DepthFormat>& f
   double mean = 0;
   for (const DensePair& pair : pairs) mean += pair.truth.x() / static_cast<double>(pairs.size());
   for (DensePair& pair : even) pair.estimate.x() = mean;
-  explain_errors(pairs, hypotheses, mean_square(even).value_or(0), "depth", "in ln z", warnings);
+  explain_errors(pairs, hypotheses, even, "depth", "in ln z", "the same depth everywhere", warnings);
 }
 
 }  // namespace

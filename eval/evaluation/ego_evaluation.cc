@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/evaluation/disagreement.h"
 #include "sextant/eval/evaluation/time_shift_warnings.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
@@ -185,7 +186,10 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
                                      "lost_poses", "no_offset", "clock_rate", "reversed"};
   const bool is_explained =
       std::ranges::any_of(explaining, [&](const char* code) { return has_code(warnings, code); });
-  if (!scaled && !is_explained && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
+  // The scale of a standstill is that of the noise.
+  constexpr double least_extent_m = 0.1;
+  const bool moves = rms_extent_m(r.reference) >= least_extent_m;
+  if (!scaled && !is_explained && moves && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
                               "scale; a system without metric scale needs --align sim3",
@@ -348,6 +352,11 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
     const auto kind =
         by_convention ? std::nullopt : warning_of_alignment_kind(r.reference, r.estimate, choice);
     if (kind) add({*kind});
+    constexpr std::array explaining = {"lost_poses", "jump", "repeated_poses", "identity", "no_rotations"};
+    const bool is_explained =
+        lag || explained || shift ||
+        std::ranges::any_of(explaining, [&](const char* code) { return has_code(r.warnings, code); });
+    if (!is_explained) add(warnings_of_disagreement(r.reference, r.estimate, choice));
   }
   try {
     r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);

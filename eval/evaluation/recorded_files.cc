@@ -12,6 +12,7 @@
 #include "sextant/base/new_file.h"
 #include "sextant/base/options.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/eval/evaluation/disagreement.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/trajectory_matching.h"
@@ -341,6 +342,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
                         std::back_inserter(found));
       if (source) take_truth(log, source->truth);
       if (found.empty()) found = diagnose_identities(log);  // other mistakes move the positions as well
+      if (found.empty()) found = diagnose_disagreement(log);
       note_steps(log, files.identity);
       const uint64_t run = runs[log.estimator]++;
       std::ranges::move(object_records(log, std::string(to_string(files.format)), name, rate.hz, run),

@@ -18,60 +18,6 @@ namespace {
 
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
-Agreement agreement(const PoseSeries& reference, const PoseSeries& estimate) {
-  Agreement out{.n = reference.size()};
-  const bool rotations = reference.has_rotations() && estimate.has_rotations();
-  for (size_t i = 0; i < reference.size(); ++i) {
-    out.squares += (reference.positions_m[i] - estimate.positions_m[i]).squaredNorm();
-    if (!rotations) continue;
-    out.angle_deg += degrees(rotation_angle_rad(Eigen::Quaterniond(
-                         Eigen::Matrix3d(reference.rotations[i].transpose() * estimate.rotations[i])))) /
-                     static_cast<double>(reference.size());
-  }
-  return out;
-}
-
-Eigen::Vector3d mean_position(const PoseSeries& series) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : series.positions_m) mean += p / static_cast<double>(series.size());
-  return mean;
-}
-
-/// An alignment to positions on a line does not determine the rotation about it. This function chooses the
-/// rotation by the rotations of the poses, such that the sum of squared chordal distances is least.
-void close_roll(PoseSeries& estimate, const PoseSeries& reference) {
-  constexpr double flat = 1e-3;
-  if (!reference.has_rotations() || !estimate.has_rotations()) return;
-  const auto u = umeyama(reference.positions_m, reference.positions_m, false);
-  if (u && u->flatness >= flat) return;
-  const Eigen::Vector3d mean = mean_position(reference);
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero(), M = Eigen::Matrix3d::Zero();
-  for (size_t i = 0; i < reference.size(); ++i) {
-    const Eigen::Vector3d d = reference.positions_m[i] - mean;
-    spread += d * d.transpose();
-    M += reference.rotations[i] * estimate.rotations[i].transpose();
-  }
-  const Eigen::Vector3d line = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
-  const Eigen::Vector3d w(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
-  const double along = line.dot(M * line);
-  const Eigen::AngleAxisd roll(std::atan2(line.dot(w), M.trace() - along), line);
-  for (size_t i = 0; i < estimate.size(); ++i) {
-    estimate.rotations[i] = roll * estimate.rotations[i];
-    estimate.positions_m[i] = mean + roll * (estimate.positions_m[i] - mean);
-  }
-}
-
-/// Aligns as chosen; returns false if the poses do not determine the alignment.
-bool try_align(PoseSeries& estimate, const PoseSeries& reference, const AlignmentChoice& choice) {
-  try {
-    align(estimate, reference, choice.alignment, choice.n_to_align, choice.up);
-  } catch (const Error&) {
-    return false;
-  }
-  if (turns_world(choice.alignment)) close_roll(estimate, reference);
-  return true;
-}
-
 std::string numbers(const Eigen::Vector3d& v) {
   return fmt::format("{:.3f} {:.3f} {:.3f}", v[0], v[1], v[2]);
 }
@@ -101,12 +47,13 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
   // A longer lever arm, as of an orbit, is nearly equivalent to a translation or a scale, so it must explain
   // as much as another convention.
   constexpr double share_of_extent = 0.1;
-  double squares = 0;
-  const Eigen::Vector3d mean = mean_position(reference);
-  for (const Eigen::Vector3d& p : reference.positions_m) squares += (p - mean).squaredNorm();
-  const double extent_m = std::sqrt(squares / static_cast<double>(reference.size()));
-  const double left = l->norm() < share_of_extent * extent_m ? largest_left_share : 1 / explains_times;
-  if (!then || then->squares > left * now.squares) return std::nullopt;
+  const bool is_short = l->norm() < share_of_extent * rms_extent_m(reference);
+  if (!then || then->squares > (is_short ? largest_left_share : 1 / explains_times) * now.squares)
+    return std::nullopt;
+  AlignmentChoice with_scale = choice;
+  with_scale.alignment = Alignment::sim3;
+  const auto scaled = is_short ? std::nullopt : aligned_agreement(reference, estimate, with_scale);
+  if (scaled && then->squares > largest_left_share * scaled->squares) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   const Eigen::Vector3d total = T.topRightCorner<3, 1>() + R * *l;
@@ -183,13 +130,34 @@ bool scales(Alignment a) { return a == Alignment::sim3 || a == Alignment::scale;
 
 /// Squared position error over the squared extent of the path, plus the squared rotation error in rad.
 double residual(const Agreement& agreement, const PoseSeries& reference, bool with_rotations) {
-  constexpr double least_m2 = 1e-6;
-  const auto n = static_cast<double>(reference.size());
-  const Eigen::Vector3d mean = mean_position(reference);
-  double variance = 0;
-  for (const Eigen::Vector3d& p : reference.positions_m) variance += (p - mean).squaredNorm() / n;
+  constexpr double least_m = 1e-3;
+  const double extent_m = std::max(rms_extent_m(reference), least_m);
   const double angle = agreement.angle_deg * std::numbers::pi / 180;
-  return agreement.mean_squares_m2() / std::max(variance, least_m2) + (with_rotations ? angle * angle : 0);
+  return agreement.mean_squares_m2() / (extent_m * extent_m) + (with_rotations ? angle * angle : 0);
+}
+
+/// Sum of the squared angles between the rotations of both sides over pieces of a hundredth of the path.
+/// Unlike the poses, these rotations need no alignment.
+double relative_rotation_squares(const PoseSeries& reference, const PoseSeries& estimate) {
+  const size_t n = estimate.size(), k = std::max<size_t>(1, n / 100);
+  double sum = 0;
+  for (size_t i = 0; i + k < n; i += k) {
+    const Eigen::Matrix3d r = relative_pose(reference, i, i + k).rotation,
+                          e = relative_pose(estimate, i, i + k).rotation;
+    const double angle = rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(r.transpose() * e)));
+    sum += angle * angle;
+  }
+  return sum;
+}
+
+/// Returns true if the rotations over pieces of the path contradict a reading: their squared errors are more
+/// than a tenth larger than those as declared. An alignment to a nearly straight path may be turned about it
+/// by any angle, which another body would explain.
+bool contradicts_rotations(const TrajectoryPair& declared, const TrajectoryPair& read) {
+  constexpr double worse = 1.1, rounding_rad2 = 1e-10;
+  if (!declared.reference.has_rotations() || !declared.estimate.has_rotations()) return false;
+  return relative_rotation_squares(read.reference, read.estimate) >
+         worse * relative_rotation_squares(declared.reference, declared.estimate) + rounding_rad2;
 }
 
 constexpr double least_fitted_rad = 10 * std::numbers::pi / 180;
@@ -209,6 +177,7 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
   if (is_near_axes(B, least_fitted_rad))
     return std::nullopt;  // the hypotheses about exchanged axes cover this rotation
   for (Eigen::Matrix3d& R : estimate.rotations) R = R * B;
+  if (contradicts_rotations(pair, {pair.reference, estimate})) return std::nullopt;
   const std::string remedy = frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B)
                                                 : "correct --body-from-camera";
   return Reading{
@@ -299,16 +268,35 @@ std::string agreement_text(const Agreement& a, bool with_rotations) {
   return text;
 }
 
+// 3 % of the squares: 17 % of the extent, or 10 deg
+constexpr double negligible = 0.03;
+
+/// Returns true if the declared reading agrees after the alignment, apart from a turn about the path of which
+/// a short or straight path leaves no more than four times the squared position errors.
+bool agrees(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+  constexpr double undetermined = 4;
+  const PoseSeries reference = thinned(pair.reference);
+  PoseSeries estimate = thinned(pair.estimate);
+  if (!try_align(estimate, reference, choice)) return false;
+  const bool rotations = reference.has_rotations() && estimate.has_rotations();
+  const Agreement now = agreement(reference, estimate);
+  if (residual(now, reference, rotations) <= negligible) return true;
+  if (!rotations || !turns_world(choice.alignment)) return false;
+  turn_about_path(estimate, reference);
+  const Agreement then = agreement(reference, estimate);
+  return then.squares <= undetermined * now.squares && residual(then, reference, true) <= negligible;
+}
+
 std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, const AlignmentChoice& choice,
                                                   Alignment given, const PoseFrame& frame,
                                                   const PoseFrame& reference_frame) {
-  constexpr double negligible = 0.03, explained = 0.05;  // 3 % of the squares: 17 % of the extent, or 10 deg
+  constexpr double explained = 0.05;
   const auto now = aligned_agreement(pair.reference, pair.estimate, choice);
   if (!now) return std::nullopt;
   const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
   const double declared = residual(*now, pair.reference, rotations);
-  if (declared <= negligible) return std::nullopt;
   const auto residual_of = [&](const TrajectoryPair& read) -> std::optional<double> {
+    if (contradicts_rotations(pair, read)) return std::nullopt;
     const auto then = aligned_agreement(read.reference, read.estimate, choice);
     if (!then) return std::nullopt;
     return residual(*then, read.reference, rotations);
@@ -358,6 +346,7 @@ std::optional<TrajectoryWarning> convention(const TrajectoryPair& pair, const Al
   for (const Alignment alignment : tried) {
     AlignmentChoice other = choice;
     other.alignment = alignment;
+    if (agrees(pair, other)) return std::nullopt;
     if (auto found = convention_after(pair, other, choice.alignment, frame, reference_frame)) return found;
   }
   return std::nullopt;
@@ -390,34 +379,6 @@ std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const P
 }
 
 }  // namespace
-
-PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
-  constexpr size_t enough = 1000;
-  const size_t every = (n + enough - 1) / enough;
-  PoseSeries out;
-  const auto keep_in = [&](auto& kept, const auto& values) {
-    for (size_t i = 0; i < n && !values.empty(); i += every) kept.push_back(values[first + i]);
-  };
-  keep_in(out.rotations, series.rotations);
-  keep_in(out.positions_m, series.positions_m);
-  keep_in(out.stamps_s, series.stamps_s);
-  keep_in(out.frames, series.frames);
-  keep_in(out.covariances, series.covariances);
-  keep_in(out.lines, series.lines);
-  return out;
-}
-
-PoseSeries thinned(const PoseSeries& series) { return thinned(series, 0, series.size()); }
-
-bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
-
-std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, const PoseSeries& all_estimate,
-                                           const AlignmentChoice& choice) {
-  const PoseSeries reference = thinned(all_reference);
-  PoseSeries estimate = thinned(all_estimate);
-  if (!try_align(estimate, reference, choice)) return std::nullopt;
-  return agreement(reference, estimate);
-}
 
 std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all_reference,
                                                            const PoseSeries& all_estimate,

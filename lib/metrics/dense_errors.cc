@@ -1,11 +1,15 @@
 #include "sextant/metrics/dense_errors.h"
 
 #include <cmath>
+#include <limits>
 
 namespace sextant {
 namespace {
 
-bool is_outlier(double error_px, double true_px) { return error_px > 3 && error_px > 0.05 * true_px; }
+/// `rounding_px` is the error that the stored values have from rounding.
+bool is_outlier(double error_px, double true_px, double rounding_px = 0) {
+  return error_px > 3 + rounding_px && error_px > 0.05 * true_px + rounding_px;
+}
 
 double divided(double sum, int n) { return n > 0 ? sum / n : NAN; }
 
@@ -67,7 +71,8 @@ DenseDisparityError dense_disparity_error(const Image<float>& depth_m, const Ima
     ++sum.n_truth;
     if (!usable(z)) continue;
     const double shift = bf / z - bf / t;
-    const bool outlier = is_outlier(std::abs(shift), bf / t);
+    const double rounding_px = std::numeric_limits<float>::epsilon() * (bf / z + bf / t);
+    const bool outlier = is_outlier(std::abs(shift), bf / t, rounding_px);
     ++sum.n;
     sum.mean_px += std::abs(shift);
     sum.n_outliers += outlier;

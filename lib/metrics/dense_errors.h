@@ -39,7 +39,8 @@ struct DenseDisparityError {
 
 /// Compares flow images of equal size.
 DenseFlowError dense_flow_error(const Image<Flow>& estimate, const Image<Flow>& truth);
-/// Compares depth images of equal size (m; not finite or <= 0: no value) as disparities bf / z.
+/// Compares depth images of equal size (m; not finite or <= 0: no value) as disparities bf / z. An error of
+/// exactly 3 px is no outlier, although depths in single precision return it with a rounding error.
 DenseDisparityError dense_disparity_error(const Image<float>& depth_m, const Image<float>& true_depth_m,
                                           double bf);
 

@@ -57,6 +57,20 @@ TEST(DenseDisparityError, ByHand) {
   EXPECT_NEAR(dense_disparity_error(estimate, truth, 128).mean_px, 1.25, 1e-5);
 }
 
+TEST(DenseDisparityError, AnErrorOfExactlyThePermittedOneIsNoOutlier) {
+  for (const double bf : {387.57, 386.1448, 388.18, 300.0}) {
+    Image<float> truth(200, 1), exact(200, 1), more(200, 1);
+    for (int x = 0; x < 200; ++x) {
+      const double d = 1 + x / 4.0;
+      truth(x, 0) = static_cast<float>(bf / d);
+      exact(x, 0) = static_cast<float>(bf / (d + 3));
+      more(x, 0) = static_cast<float>(bf / (d + 3 + 1 / 256.0));  // the next value of a disparity image
+    }
+    EXPECT_EQ(dense_disparity_error(exact, truth, bf).n_outliers, 0) << bf;
+    EXPECT_EQ(dense_disparity_error(more, truth, bf).n_outliers, 200) << bf;
+  }
+}
+
 TEST(DenseDisparityError, WithoutEstimateOrTruth) {
   const Image<float> none(2, 1, NAN), some(2, 1, 4.0f);
   EXPECT_TRUE(std::isnan(dense_disparity_error(none, some, 100).mean_px));
