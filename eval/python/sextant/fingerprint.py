@@ -8,6 +8,7 @@ Its parts are named by their kind: "function mine", "global gain of mine", "file
   modules     those of the user: the source file, the files that it imports, and the values of the module that the code
               names; all others (installed packages, the standard library): name and version
   numbers, texts, lists, dicts, sets, numpy arrays: by content
+  objects of installed packages: their state as pickle would store it, so a data frame counts with its index and columns
 
 The user's modules are those that are neither in the standard library nor installed in site-packages, or that belong to the same
 package as the function. Objects without comparable content (a file, a lock, a generator) are named in `not_seen`.
@@ -26,7 +27,7 @@ import types
 
 import numpy
 
-#: Types whose values are compared by their text.
+#: Types whose values are compared by their text. A class derived from one of them may hold more than this text.
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, type(Ellipsis), type(NotImplemented), range, slice)
 _BUILTIN = (types.BuiltinFunctionType, types.MethodWrapperType, types.WrapperDescriptorType, types.MethodDescriptorType,
             types.ClassMethodDescriptorType, types.GetSetDescriptorType, types.MemberDescriptorType, numpy.ufunc)
@@ -39,6 +40,8 @@ _MADE_BY_A_CLASS_STATEMENT = 1 << 9  #: Py_TPFLAGS_HEAPTYPE
 _CACHES = (functools._lru_cache_wrapper,)
 #: A user's class derived from one of these has content in addition to its attributes.
 _CONTAINERS = (list, tuple, set, frozenset, dict, str, bytes, bytearray, int, float, complex)
+#: Attributes with which numpy implements its own subclasses of ndarray; what they mean is compared by _array().
+_OF_NUMPY = {*vars(numpy.ma.array(0.0)), "_mmap", "filename", "offset", "mode"}
 
 
 def _installed_folders():
@@ -71,6 +74,12 @@ def _codes(code):
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
             yield from _codes(constant)
+
+
+def _compiled_base(kind):
+    """Returns the class, `kind` or the first of its bases, whose instances are made by compiled code; object: none but Python's own."""
+    return next(base for base in kind.__mro__ if not base.__flags__ & _MADE_BY_A_CLASS_STATEMENT
+                or isinstance(vars(base).get("__new__"), types.BuiltinFunctionType))
 
 
 class _Finder:
@@ -301,7 +310,7 @@ class _Finder:
 
     def _value(self, value, where):
         """Returns a text that represents the value's content; parts are represented by their names."""
-        if isinstance(value, _PLAIN):
+        if type(value) in _PLAIN:
             return f"{type(value).__name__} {value!r}"
         if isinstance(value, types.FunctionType):
             return self._function(value) if self._is_users(value) else self._foreign(value)
@@ -350,9 +359,15 @@ class _Finder:
             return f"{kind} {sorted(f'{self._value(k, where)}: {self._value(v, where)}' for k, v in value.items())}"
         if type(value) in (bytearray, memoryview):
             return f"{kind} {bytes(value).hex()}"
-        if self._is_users(type(value)) and not isinstance(value, _CONTAINERS):
-            return f"{kind} {self._attributes(value, where)}"
-        return f"{kind} {self._state(value, where)}"
+        pandas = sys.modules.get("pandas")
+        if pandas is not None and isinstance(value, (pandas.DataFrame, pandas.Series)):
+            return f"{kind} {self._frame(value, pandas, where)}"
+        if not self._is_users(type(value)) or isinstance(value, _CONTAINERS):
+            return f"{kind} {self._state(value, where)}"
+        attributes = self._attributes(value, where)
+        if _compiled_base(type(value)) is object:
+            return f"{kind} {attributes}"
+        return f"{kind} {attributes} {self._state(value, where)}"
 
     def _array(self, value, where):
         if value.dtype.hasobject:
@@ -361,8 +376,21 @@ class _Finder:
             content = hashlib.sha256(numpy.ascontiguousarray(value).tobytes()).hexdigest()
         if isinstance(value, numpy.ma.MaskedArray):
             content += self._array(numpy.ma.getmaskarray(value), where)
-        kind = "" if type(value) is numpy.ndarray else self._value(type(value), where)
+            content += f" {self._value(value.fill_value, where)} {value.hardmask}"
+        kind = ""
+        if type(value) is not numpy.ndarray:
+            kind = self._value(type(value), where)
+            content += f" {self._attributes(value, where, but=_OF_NUMPY)}"
         return f"array {kind} {value.dtype.str} {value.dtype.descr if value.dtype.names else ''} {value.shape} {content}"
+
+    def _frame(self, value, pandas, where):
+        """Returns the columns, index and names of a frame or series of pandas. What pickle would store changes without a change of
+        content, since methods of a frame join its columns into one array."""
+        columns = [value.iloc[:, k] for k in range(value.shape[1])] if value.ndim == 2 else [value]
+        content = [*value.axes, getattr(value, "name", None), *(column.array for column in columns), value.attrs,
+                   value.flags.allows_duplicate_labels]
+        of_pandas = {*vars(pandas.DataFrame()), *vars(pandas.Series(dtype=float)), *value._accessors, "_cacher"}
+        return f"{self._value(content, where)} {self._attributes(value, where, but=of_pandas)}"
 
     def _foreign(self, value):
         module = getattr(value, "__module__", None) or getattr(getattr(value, "__objclass__", None), "__module__", "builtins")
@@ -373,33 +401,51 @@ class _Finder:
             return f"{name} of {self._module(sys.modules[module])}"
         return f"{module}.{name} {self._version(module)}"
 
-    def _attributes(self, value, where):
+    def _attributes(self, value, where, but=()):
         attributes = dict(getattr(value, "__dict__", None) or {})
         for kind in type(value).__mro__:
             slots = vars(kind).get("__slots__", ())
             for name in (slots,) if isinstance(slots, str) else slots:
                 if name not in ("__dict__", "__weakref__") and hasattr(value, name):
                     attributes[name] = getattr(value, name)
-        return str([f"{name}: {self._value(one, f'{where}, its {name}')}" for name, one in sorted(attributes.items())])
+        return str([f"{name}: {self._value(one, f'{where}, its {name}')}" for name, one in sorted(attributes.items())
+                    if name not in but])
 
     def _state(self, value, where):
-        """Returns the state of an object of a third-party class: the numbers of a tensor, else its copy state, else attributes."""
-        if hasattr(type(value), "__array__"):
-            try:
-                return self._array(numpy.asarray(value), where)
-            except Exception:  # pylint: disable=broad-except
-                pass  # a third-party class may raise anything
+        """Returns the state of an object of a third-party class: what pickle would store. A tensor is compared by its numbers and
+        attributes instead, because pickle stores addresses of tensors of torch."""
+        if hasattr(type(value), "__dlpack__"):  # the array API: it holds nothing but numbers
+            numbers = self._numbers(value, where)
+            if numbers is not None:
+                return f"{numbers} {self._attributes(value, where)}"
         try:
             reduced = value.__reduce_ex__(4)
         except Exception:  # pylint: disable=broad-except
-            attributes = self._attributes(value, where)
-            if attributes == "[]":
-                self.not_seen.append(f"{where}: {type(value).__module__}.{type(value).__qualname__} has no content to compare")
-            return attributes
+            return self._unpickled(value, where)
         if isinstance(reduced, str):
             return reduced
-        pieces = [list(piece) if index > 2 and piece is not None else piece for index, piece in enumerate(reduced)]
+        pieces = [list(piece) if index in (3, 4) and piece is not None else piece for index, piece in enumerate(reduced)]
         return str([self._value(piece, where) for piece in pieces[1:]])
+
+    def _numbers(self, value, where):
+        """Returns the numbers of an object that numpy can convert; None for others."""
+        if not hasattr(type(value), "__array__"):
+            return None
+        try:
+            return self._array(numpy.asarray(value), where)
+        except Exception:  # pylint: disable=broad-except
+            return None  # a third-party class may raise anything
+
+    def _unpickled(self, value, where):
+        """Returns the numbers and attributes of an object that pickle refuses. A compiled one may hold more, so it is listed in
+        `not_seen`."""
+        numbers, attributes = self._numbers(value, where), self._attributes(value, where)
+        compared = [name for name, is_there in (("numbers", numbers is not None), ("attributes", attributes != "[]")) if is_there]
+        if attributes == "[]" or _compiled_base(type(value)) is not object:
+            kind = f"{type(value).__module__}.{type(value).__qualname__}"
+            self.not_seen.append(f"{where}: {kind} cannot be pickled, so only its {' and '.join(compared)} are compared" if compared else
+                                 f"{where}: {kind} has no content to compare")
+        return f"{numbers or ''}{attributes}"
 
 
 def fingerprint(function):

@@ -1,7 +1,10 @@
 """Versions of estimators in Python: what is seen of them, and that no sweep is scored with results of another one."""
 
+import collections
+import datetime
 import functools
 import json
+import os
 import logging
 import pathlib
 import subprocess
@@ -56,6 +59,54 @@ class Holder:
         return self.scale * self.gain * problem.start
 
 
+class Calibrated(numpy.ndarray):
+    """An array with attributes."""
+
+
+class Queue(collections.deque):
+    """Its content is no attribute."""
+
+
+class Metres(float):
+    pass
+
+
+class Day(datetime.date):
+    pass
+
+
+def with_gain(thing, gain):
+    thing.gain = gain
+    return thing
+
+
+class Opaque:
+    """An object as of a compiled package: no attributes, no pickle, but numbers."""
+    __slots__ = ()
+
+    def __array__(self, dtype=None, copy=None):
+        return numpy.arange(3.0)
+
+    def __reduce_ex__(self, protocol):
+        raise TypeError("cannot pickle")
+
+
+class Tensor(Opaque):
+    """An object of the array API whose pickle would hold an address."""
+
+    def __init__(self, gain):
+        self.gain = gain
+
+    def __dlpack__(self):
+        raise AssertionError("not needed")
+
+    def __reduce_ex__(self, protocol):
+        return Tensor, (object(),)
+
+
+Opaque.__module__ = Tensor.__module__ = "numpy"  # as if they were installed
+
+
 def recompiled(function, old, new):
     """A function with another constant in its code."""
     code = function.__code__
@@ -98,6 +149,76 @@ class Fingerprints(unittest.TestCase):
         self.assertEqual(self.changed(before, fingerprint(Holder(1))), ["class Holder"])
         self.assertEqual(self.changed(fingerprint(functools.partial(plain, bias=1)), fingerprint(functools.partial(plain, bias=2))),
                          ["estimator"])
+
+    def distinct(self, *values):
+        """Checks that every value is seen, that equal values are equal, and that all values have different fingerprints."""
+        found = [fingerprint(bound(make())) for make in values for _ in range(2)]
+        self.assertEqual([each["not_seen"] for each in found], [[]] * len(found))
+        for k in range(0, len(found), 2):
+            self.assertEqual(found[k], found[k + 1], f"value {k // 2}")
+        self.assertEqual(len({json.dumps(each) for each in found}), len(values))
+
+    def test_arrays_with_attributes_and_classes_derived_from_compiled_ones(self):
+        array = lambda gain: with_gain(numpy.eye(3).view(Calibrated), gain)
+        self.distinct(lambda: numpy.eye(3), lambda: array(1.0), lambda: array(2.0), lambda: array([2.0]))
+        masked = lambda **how: numpy.ma.array([1.0, 2.0], mask=[0, 1], **how)
+        self.distinct(masked, lambda: masked(fill_value=5), lambda: masked(hard_mask=True), lambda: with_gain(masked(), 2))
+        used = masked()
+        before = fingerprint(bound(used))
+        used.filled()
+        self.assertEqual(fingerprint(bound(used)), before)
+        self.distinct(lambda: Queue([1]), lambda: Queue([2]), lambda: with_gain(Queue([2]), 1))
+        self.distinct(lambda: 1.0, lambda: Metres(1), lambda: Metres(2), lambda: with_gain(Metres(2), 1))
+        self.distinct(lambda: Day(2020, 1, 1), lambda: Day(2020, 1, 2))
+        with tempfile.TemporaryDirectory() as folder:
+            files = [pathlib.Path(folder) / name for name in ("a.npy", "b.npy")]
+            for file in files:
+                numpy.save(file, numpy.arange(3.0))
+            mapped = [fingerprint(bound(numpy.load(file, mmap_mode="r"))) for file in files]
+        self.assertEqual(mapped[0], mapped[1], "the path does not count")
+        self.assertEqual(mapped[0]["not_seen"], [])
+
+    def test_objects_with_numbers(self):
+        self.assertEqual(fingerprint(bound(Opaque()))["not_seen"],
+                         ["closure gain of bound.<locals>.inner: numpy.Opaque cannot be pickled, so only its numbers are compared"])
+        self.distinct(lambda: Tensor(1), lambda: Tensor(2))
+        with open(__file__, encoding="utf-8") as file:  # has an attribute, its mode
+            self.assertEqual(fingerprint(bound(file))["not_seen"],
+                             ["closure gain of bound.<locals>.inner: _io.TextIOWrapper cannot be pickled, so only its attributes are compared"])
+
+    def test_frames_with_index_columns_and_names(self):
+        try:
+            import pandas
+        except ImportError as missing:
+            self.skipTest(f"{missing}: scripts/setup --python")
+        frame, index = pandas.DataFrame, pandas.Index
+        self.distinct(lambda: frame([[1.0, 2.0]]), lambda: frame([[1.0, 3.0]]), lambda: frame([[1, 2]]),
+                      lambda: frame([[1.0, 2.0]], index=[1]), lambda: frame([[1.0, 2.0]], index=[1.0]),
+                      lambda: frame([[1.0, 2.0]], index=["x"]), lambda: frame([[1.0, 2.0]], index=index(["x"], name="n")),
+                      lambda: frame([[1.0, 2.0]], columns=["x", "y"]), lambda: frame([[1.0, 2.0]], columns=["y", "x"]),
+                      lambda: frame([[1.0, 2.0]], columns=index(["y", "x"], name="n")),
+                      lambda: with_gain(frame([[1.0, 2.0]]), 3))
+        series = pandas.Series
+        self.distinct(lambda: series([1.0]), lambda: series([1.0], index=[1.0]), lambda: series([1.0], name="a"),
+                      lambda: series([1.0], dtype="float32"), lambda: with_gain(series([1.0]), 3), lambda: series([[1]]),
+                      lambda: series([[2]]), lambda: series(["a"]), lambda: series(["a"], dtype="category"))
+        table = frame({"a": [1.0, 2.0], "b": ["x", "y"], "c": pandas.date_range("2020", periods=2, tz="UTC")}, index=["p", "q"])
+        table["d"] = 2 * table["a"]
+        before = fingerprint(bound(table))
+        for use in (table.describe, table.isnull().any, table["b"].str.upper, lambda: table.loc["p"]):
+            use()  # joins columns into one array, and fills caches
+        self.assertEqual(fingerprint(bound(table)), before)
+        self.assertEqual(fingerprint(bound(table["b"]))["not_seen"], [])
+
+    def test_the_same_in_every_process(self):
+        script = ("import json, numpy, sys\nsys.path.insert(0, sys.argv[1])\nfrom test_fingerprint import *\n"
+                  "values = [with_gain(numpy.eye(2).view(Calibrated), {'a', 'b', 'c'}), Queue(['a']), Metres(1), Tensor(1)]\n"
+                  "try:\n    import pandas\n    values.append(pandas.DataFrame({'a': ['x'], 'b': pandas.Categorical(['u'])}, index=['i']))\n"
+                  "except ImportError:\n    pass\n"
+                  "print(json.dumps([fingerprint(bound(value)) for value in values]))\n")
+        found = [subprocess.run([sys.executable, "-B", "-c", script, pathlib.Path(__file__).parent], stdout=subprocess.PIPE, check=True,
+                                env={**os.environ, "PYTHONHASHSEED": seed}).stdout for seed in ("1", "2")]
+        self.assertEqual(*found)
 
     def test_code_that_no_module_holds(self):
         def loaded(gain):
