@@ -65,16 +65,24 @@ def whole(name, value, low, high):
     return int(value)
 
 
-def number(name, value, *, above=-math.inf):
-    """Returns a finite float above a bound."""
+def switch(name, value):
+    """Returns a bool. A text is refused, because bool("False") is True."""
+    if not isinstance(value, (bool, numpy.bool_)):
+        raise Error(f"{name}: expected True or False, got {value!r} of type {type(value).__name__}")
+    return bool(value)
+
+
+def number(name, value, *, above=-math.inf, low=-math.inf, high=math.inf):
+    """Returns a finite float above a bound, and within low..high."""
     if isinstance(value, bool) or not isinstance(value, Real):
         raise Error(f"{name}: expected a number, got {value!r} of type {type(value).__name__}")
     try:
         found = float(value)
     except OverflowError:
         found = math.inf
-    if not (math.isfinite(found) and found > above):
-        limit = "" if above == -math.inf else f" above {above:g}"
+    if not (math.isfinite(found) and found > above and low <= found <= high):
+        limit = f" above {above:g}" if above > -math.inf else f" from {low:g} to {high:g}" if high < math.inf else \
+            f" of at least {low:g}" if low > -math.inf else ""
         raise Error(f"{name}: expected a finite number{limit}, got {found if found == math.inf else repr(value)}")
     return found
 

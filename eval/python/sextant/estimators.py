@@ -20,7 +20,7 @@ import warnings
 import numpy
 
 from ._core import Error
-from .arguments import floats, text, whole
+from .arguments import floats, switch, text, whole
 from .fingerprint import fingerprint
 from .noise import Camera
 
@@ -140,7 +140,7 @@ def added(functions):
             warnings.warn(f"estimator {name}: its fingerprint does not notice changes of some values: "
                           f"{'; '.join(version['not_seen'])}", stacklevel=5)  # the caller of sextant.run or sextant.sweep
         known.append((text("name", name), adapter(name, function), json.dumps(options_of(function)), json.dumps(version),
-                      bool(getattr(function, "chooses_points", False))))
+                      switch(f"estimator {name}: chooses_points", getattr(function, "chooses_points", False))))
     with _one_at_a_time:
         try:
             for each in known:

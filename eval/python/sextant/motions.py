@@ -7,7 +7,7 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import floats, number, numbers, poses
+from .arguments import floats, number, numbers, poses, switch
 from .noise import camera_numbers
 from .trajectories import check_rotations
 
@@ -54,7 +54,7 @@ class Bound:
 
     def rms(self, T=None, *, both=False):
         """Returns the root mean squares (E_t [m], E_R [deg]); T (4, 4) transforms the twist into another frame."""
-        if both and self.both_depths is None:
+        if switch("both", both) and self.both_depths is None:
             raise Error("both: expected False, because this bound was computed without depth_curr, got True")
         return _core.rms_error(floats("covariance", self.both_depths if both else self.previous_depth), floats("T", T))
 
@@ -77,10 +77,8 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
     True
     """
     intrinsics = camera_numbers(camera)
-    focal_baseline = intrinsics[0] * number("baseline_m", baseline_m) if baseline_m else intrinsics[4]
-    delta = number("delta_d_px", delta_d_px)
-    if delta < 0:
-        raise Error(f"delta_d_px: expected 0 or more, got {delta}")
+    baseline, delta = number("baseline_m", baseline_m, low=0), number("delta_d_px", delta_d_px, low=0)
+    focal_baseline = intrinsics[0] * baseline if baseline else intrinsics[4]
     if delta > 0 and not focal_baseline > 0:
         raise Error(f"camera.bf: expected a number above 0 (or baseline_m) with delta_d_px, got {focal_baseline}")
     sigma = numbers("flow_sigma_px", flow_sigma_px, 2, above=0)

@@ -12,6 +12,8 @@ import signal
 import subprocess
 import sys
 
+import numpy
+
 from ._core import Error
 from .arguments import path
 
@@ -145,6 +147,9 @@ def _drain(process, error_end, messages):
 
 
 def checked_progress(progress):
+    """Returns True, False, None or a function."""
+    if isinstance(progress, numpy.bool_):
+        return bool(progress)
     if progress is not None and not isinstance(progress, bool) and not callable(progress):
         raise Error(f"progress: expected True, False or a function, got {progress!r}")
     return progress

@@ -12,16 +12,22 @@ import numpy
 
 from . import _core
 from ._core import Error
-from .arguments import arguments_named, ascending, choice, floats, number, numbers, optional, path, poses, text, whole
+from .arguments import arguments_named, ascending, choice, floats, number, numbers, optional, path, poses, switch, text, whole
 from .showing import Shown, axes_of
+
+
+# Limits of the readers of trajectory files (eval/logs): beyond them write_trajectory would write files that read_trajectory refuses.
+_LAST_FRAME = 10**9
+_LARGEST_STAMP_S = 1e11
+_FARTHEST_M = 1e7
 
 
 @dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Trajectory(Shown):
-    """A path, read from a file or made from arrays or lists, which are checked and converted."""
+    """A path, read from a file or made from arrays or lists, which are checked, converted and copied. The arrays are read-only."""
     poses: numpy.ndarray  #: (n, 4, 4), T_world_camera; the rotations are the matrices as read
     stamps: typing.Optional[numpy.ndarray] = None  #: (n,), s, ascending
-    frames: typing.Optional[numpy.ndarray] = None  #: (n,), whole numbers, ascending
+    frames: typing.Optional[numpy.ndarray] = None  #: (n,), whole numbers from 0 to 10^9, ascending
     has_rotations: bool = True  #: False: positions only, the rotations are identities
     truth: typing.Optional["Trajectory"] = dataclasses.field(default=None, repr=False)  #: the true path, for logs that contain both
     format: str = ""
@@ -36,13 +42,21 @@ class Trajectory(Shown):
         if len(bad):
             raise Error(f"poses: expected finite numbers, got others in {len(bad)} of {len(found)} poses, first in poses[{bad[0]}]: "
                         "leave lost frames out, with their stamps or frames")
+        if len(found):
+            _core.check_path(found, "poses")
         frames = ascending("frames", self.frames, len(found))
         if frames is not None:
-            if (frames != numpy.floor(frames)).any() or (abs(frames) >= 2**31).any():
-                raise Error("frames: expected whole numbers of 32 bits, got others")
+            _refuse("frames", f"whole numbers from 0 to {_LAST_FRAME}", frames,
+                    (frames != numpy.floor(frames)) | (frames < 0) | (frames > _LAST_FRAME))
             frames = frames.astype(numpy.int64)
         for name, value in (("poses", found), ("stamps", ascending("stamps", self.stamps, len(found))), ("frames", frames)):
+            if value is not None:
+                value = value.copy()
+                value.setflags(write=False)
             object.__setattr__(self, name, value)
+        object.__setattr__(self, "has_rotations", switch("has_rotations", self.has_rotations))
+        if not isinstance(self.truth, (Trajectory, type(None))):
+            raise Error(f"truth: expected a sextant.Trajectory or None, got {self.truth!r} of type {type(self.truth).__name__}")
 
     def __len__(self):
         return len(self.poses)
@@ -78,11 +92,19 @@ class Trajectory(Shown):
         return ax
 
 
+def _refuse(name, expected, values, bad):
+    """Raises an Error that names the first of the numbers (n,) for which `bad` (n,) is true."""
+    if bad.any():
+        k = int(numpy.argmax(bad))
+        raise Error(f"{name}: expected {expected}, got {values[k]:.17g} at [{k}]")
+
+
 def _trajectory(series, truth=None, warnings=(), format=""):
     found, stamps, frames, has_rotations = series
     return Trajectory(found, stamps, frames, has_rotations, truth and _trajectory(truth, format=format), format, list(warnings))
 
 
+@arguments_named
 def read_trajectory(file, format="auto") -> Trajectory:
     """Reads a file in any format of `sextant evaluate ego`: tum, kitti, euroc, bag, mcap, ... (docs/evaluate.md). If a file
     fits several formats, `format` must be given.
@@ -120,12 +142,15 @@ def write_trajectory(file, trajectory, *, stamps=None, format=None) -> None:
     check_rotations("a file of format tum or kitti", trajectory)
     T = poses("trajectory", trajectory)
     _core.check_path(T, "trajectory")
+    farthest = abs(T[:, :3, 3]).max(axis=1)
+    _refuse("trajectory", f"positions within {_FARTHEST_M:g} m of 0", farthest, farthest > _FARTHEST_M)
     stamps = ascending("stamps", stamps if stamps is not None else getattr(trajectory, "stamps", None), len(T))
     frames = getattr(trajectory, "frames", None)
     format = choice("format", format or ("kitti" if stamps is None else "tum"), ("tum", "kitti"))
     if format == "tum":
         if stamps is None:
             raise Error(f"stamps: expected {len(T)} numbers with format tum, got none")
+        _refuse("stamps", f"seconds within {_LARGEST_STAMP_S:g} of 0", stamps, abs(stamps) > _LARGEST_STAMP_S)
         rows = numpy.column_stack([stamps, T[:, :3, 3], _quaternions(T[:, :3, :3])])
     else:
         rows = T[:, :3].reshape(-1, 12)
@@ -362,16 +387,16 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
     """
     if _core.needs_rotations(text("relation", relation), True):
         check_rotations(f"relation='{relation}' of pairs", estimate, reference)
+    tolerance, all_pairs = number("tolerance", tolerance, low=0, high=1), switch("all_pairs", all_pairs)
+    pairs_from_reference = switch("pairs_from_reference", pairs_from_reference)
     if text("delta", delta).endswith(("deg", "rad")):
         check_rotations(f"delta='{delta}'", reference if pairs_from_reference else estimate)
     stamps = getattr(estimate, "stamps", None) if stamps is None else stamps
-    tolerance = number("tolerance", tolerance)
     if tolerance != _core.default_tolerance and (not all_pairs or delta.endswith("f")):
         raise Error("tolerance: selects among all pairs by m, deg, rad or s, so all_pairs=True and such a delta are needed too")
     estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
-    return RelativeErrors(*_core.relative_errors(estimate, poses("reference", reference), delta, bool(all_pairs),
-                                                 tolerance, bool(pairs_from_reference), relation,
-                                                 floats("stamps", stamps)))
+    return RelativeErrors(*_core.relative_errors(estimate, poses("reference", reference), delta, all_pairs,
+                                                 tolerance, pairs_from_reference, relation, floats("stamps", stamps)))
 
 
 @arguments_named
@@ -388,9 +413,9 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
     TrajectoryErrors(rmse: 0 m, errors: 4, measured: APE trans_part [m], align none, warnings: 1)
     """
     from . import _files
-    if all_pairs and delta is None:
+    if switch("all_pairs", all_pairs) and delta is None:
         raise Error("all_pairs: selects pairs of relative errors, so delta is needed too, such as delta='1f'")
-    offset, max_difference = number("offset", offset), number("max_difference", max_difference)
+    offset, max_difference = number("offset", offset), number("max_difference", max_difference, low=0)
     stamped = all(getattr(given, "stamps", None) is not None for given in (estimate, reference))
     for name, is_given in (("offset", offset != 0), ("max_difference", max_difference != _core.default_max_difference)):
         if is_given and not stamped:
@@ -400,12 +425,13 @@ def evaluate_trajectory(estimate, reference, *, align="none", relation="trans_pa
     errors, pairs, a, b, warnings = _files.evaluate(
         *series, text("align", align),
         _first_n(n_to_align, align), _upward(up, align), text("relation", relation),
-        optional(text, "delta", delta), bool(all_pairs), max_difference, offset,
+        optional(text, "delta", delta), all_pairs, max_difference, offset,
         number("max_speed", max_speed, above=0))
     return TrajectoryErrors(errors, statistics(errors), relation, _core.unit_of(relation), pairs, a, b,
                             [*getattr(estimate, "warnings", []), *getattr(reference, "warnings", []), *warnings], delta, align)
 
 
+@arguments_named
 def kitti_odometry(estimate, reference) -> typing.List[KittiError]:
     """Returns the errors of the KITTI odometry benchmark: all lengths together first, then 100 to 800 m.
 
@@ -427,4 +453,4 @@ def associate(reference_stamps, estimate_stamps, *, max_difference=_core.default
     (array([1, 2]...), array([0, 1]...))
     """
     return _core.associate(floats("reference_stamps", reference_stamps), floats("estimate_stamps", estimate_stamps),
-                           number("max_difference", max_difference), number("offset", offset))
+                           number("max_difference", max_difference, low=0), number("offset", offset))

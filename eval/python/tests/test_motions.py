@@ -132,7 +132,8 @@ class TheBound(unittest.TestCase):
 
     def test_refused(self):
         for parts, other in ((("flow_sigma_px", "above 0", "got 0.0"), {"flow_sigma_px": (0.0, 1.0)}),
-                             (("delta_d_px", "got -1"), {"delta_d_px": -1}),
+                             (("delta_d_px: expected a finite number of at least 0, got -1",), {"delta_d_px": -1}),
+                             (("baseline_m: expected a finite number of at least 0, got -0.5",), {"baseline_m": -0.5}),
                              (("flow_sigma_px", "expected 2 numbers", "got 0.3 of type float"), {"flow_sigma_px": 0.3}),
                              (("flow_sigma_px", "expected 2 numbers", "got 3"), {"flow_sigma_px": (1, 1, 1)}),
                              (("correlation", "expected 2 numbers", "got 50"), {"correlation": (50, 0.7)}),
@@ -147,6 +148,8 @@ class TheBound(unittest.TestCase):
                 self.assertIn(part, str(caught.exception))
         with self.assertRaisesRegex(sextant.Error, "both: expected False"):
             self.bound().rms(both=True)
+        with self.assertRaisesRegex(sextant.Error, "both: expected True or False, got 'False'"):
+            self.bound().rms(both="False")
         flow = self.flow()
         self.flow = lambda: flow
         self.depth[4] = -2

@@ -131,6 +131,18 @@ class Trajectories(unittest.TestCase):
         found = sextant.evaluate_trajectory(other, sextant.Trajectory(path(20), pandas.Series(stamps)), delta="3s")
         numpy.testing.assert_array_equal(found.pairs, wanted.pairs)
 
+    def test_its_arrays_are_its_own(self):
+        poses, stamps, frames = path(4), 0.1 * numpy.arange(4), numpy.arange(4)
+        made = sextant.Trajectory(poses, stamps, frames)
+        poses[:, 0, 3] += 100
+        stamps[0] = 50
+        frames[0] = 3
+        numpy.testing.assert_array_equal(made.poses, path(4))
+        self.assertEqual((made.stamps[0], made.frames[0]), (0, 0))
+        for array in (made.poses, made.positions, made.stamps, made.frames):
+            with self.assertRaisesRegex(ValueError, "read-only"):
+                array[0] = 0
+
     def test_empty_ones_are_shown(self):
         self.assertEqual(repr(sextant.Trajectory(numpy.empty((0, 4, 4)), stamps=[])), "Trajectory(poses: 0, length: 0 m)")
 
@@ -145,7 +157,12 @@ class Trajectories(unittest.TestCase):
                                  ("stamps: expected each above the one before, got 2 after 2", {"stamps": [0, 1, 2, 2]}),
                                  ("frames: expected each above the one before, got 1 after 1 at [2]", {"frames": [0, 1, 1, 2]}),
                                  ("frames: expected whole numbers", {"frames": [0, 1, 1.5, 2]}),
-                                 ("frames: expected whole numbers", {"frames": [0, 1, 2, 2**31]})):
+                                 ("frames: expected whole numbers from 0 to 1000000000, got 2147483647 at [3]", {"frames": [0, 1, 2, 2**31 - 1]}),
+                                 ("frames: expected whole numbers from 0 to 1000000000, got -1 at [0]", {"frames": [-1, 0, 1, 2]}),
+                                 ("poses: expected rigid motions [R t; 0 0 0 1], got the last row 0 0 0 0 at [0]", {"poses": 0 * poses}),
+                                 ("poses: expected rigid motions [R t; 0 0 0 1], got a rotation part", {"poses": poses * [[[2], [2], [2], [1]]]}),
+                                 ("has_rotations: expected True or False, got 'no' of type str", {"has_rotations": "no"}),
+                                 ("truth: expected a sextant.Trajectory or None, got 5 of type int", {"truth": 5})):
             with self.assertRaises(sextant.Error) as caught:
                 sextant.Trajectory(**{"poses": poses, **arguments})
             self.assertIn(words, str(caught.exception))
@@ -306,6 +323,22 @@ class Files(unittest.TestCase):
         sextant.write_trajectory(self.folder / "a.txt", sextant.Trajectory(path(4), frames=numpy.arange(4)))
         self.assertIsNone(sextant.read_trajectory(self.folder / "a.txt").frames)
 
+    def test_what_is_written_can_be_read(self):
+        far = path(3)
+        far[1, 2, 3] = -1e7
+        sextant.write_trajectory(self.folder / "a.txt", sextant.Trajectory(far, frames=[0, 1, 10**9]))
+        self.assertEqual(sextant.read_trajectory(self.folder / "a.txt").frames[2], 10**9)
+        sextant.write_trajectory(self.folder / "a.txt", far, stamps=[-1e11, 0, 1e11])
+        self.assertEqual(sextant.read_trajectory(self.folder / "a.txt").stamps[2], 1e11)
+        for stamps in ([-1.1e11, 0, 1], [0, 1, 1.1e11]):
+            with self.assertRaisesRegex(sextant.Error, r"stamps: expected seconds within 1e\+11 of 0, got -?110000000000 at \[[02]\]"):
+                sextant.write_trajectory(self.folder / "a.txt", far, stamps=stamps)
+        far[1, 2, 3] = -1.1e7
+        for stamps in (None, [0, 1, 2]):
+            with self.assertRaisesRegex(sextant.Error, r"trajectory: expected positions within 1e\+07 m of 0, got 11000000 at \[1\]"):
+                sextant.write_trajectory(self.folder / "b.txt", far, stamps=stamps)
+        self.assertFalse((self.folder / "b.txt").exists())
+
     def test_the_place_that_is_written(self):
         (self.folder / "taken").mkdir()
         os.mkfifo(self.folder / "pipe")
@@ -376,7 +409,17 @@ class Refused(unittest.TestCase):
         self.refuse("up: expected 3 numbers, got 2", align="yaw", up=[0, 1])
         self.refuse("up: expected 3 numbers, got 5 of type int", align="yaw", up=5)
         self.refuse("up: expected a direction, got a vector of length 0", align="yaw", up=[0, 0, 0])
-        self.refuse("tolerance: expected a finite number, got inf", call=sextant.relative_errors, tolerance=10**400)
+        self.refuse("tolerance: expected a finite number from 0 to 1, got inf", call=sextant.relative_errors, tolerance=10**400)
+        for tolerance in (-0.1, 1.5):
+            self.refuse(f"tolerance: expected a finite number from 0 to 1, got {tolerance}", call=sextant.relative_errors,
+                        tolerance=tolerance, delta="2m", all_pairs=True)
+        self.refuse("max_difference: expected a finite number of at least 0, got -1", call=sextant.evaluate_trajectory, max_difference=-1)
+        with self.assertRaisesRegex(sextant.Error, "max_difference: expected a finite number of at least 0, got -1"):
+            sextant.associate([0, 1], [0, 1], max_difference=-1)
+        for call in (sextant.relative_errors, sextant.evaluate_trajectory):
+            self.refuse("all_pairs: expected True or False, got 'False' of type str", call=call, delta="2m", all_pairs="False")
+        self.refuse("pairs_from_reference: expected True or False, got 1", call=sextant.relative_errors, pairs_from_reference=1)
+        self.assertEqual(len(sextant.relative_errors(path(20), path(20), all_pairs=numpy.True_).errors), 19)
         for call in (sextant.absolute_errors, sextant.relative_errors, sextant.evaluate_trajectory):
             for align in ("none", "origin"):
                 self.refuse("n_to_align", f"'{align}'", call=call, n_to_align=5, align=align)
