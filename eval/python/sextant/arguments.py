@@ -16,11 +16,16 @@ from ._core import Error
 _FLAG = re.compile(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)(?: (none|origin|se3|sim3|scale|yaw|trans_part|rot_part|angle_deg|angle_rad|full|"
                    r"point_distance|[-+]?\d[\w.]*)\b)?")
 _OTHER_NAMES = {"rpe": "delta", "delta_tolerance": "tolerance"}  #: arguments that are not named as their flag
+#: Flags of `sextant evaluate ego` without a value. evaluate_ego() takes them, and those with a value, by name.
+SWITCHES = ("estimate_offset", "inverse", "ref_inverse", "pairs_from_reference", "quiet")
+_OF_EVALUATE_EGO = (*SWITCHES, "rate", "interpolate", "t_start", "t_end", "format", "ref_format", "est_format", "axes", "ref_axes",
+                    "body_from_camera", "ref_body_from_camera", "covariance")
 
 
 def arguments_named(function):
     """Returns the function, whose Errors give advice by its arguments where the program's messages name flags: "align='se3'" for
-    "--align se3". A flag that the function does not have stays as it is."""
+    "--align se3". A flag of `sextant evaluate ego` that the function does not have is called an argument of evaluate_ego; any other
+    stays as it is."""
     parameters = inspect.signature(function).parameters
     takes_all = any(each.kind == inspect.Parameter.VAR_KEYWORD for each in parameters.values())
 
@@ -28,17 +33,18 @@ def arguments_named(function):
         name, value = found[1].replace("-", "_"), found[2]
         if name not in parameters and _OTHER_NAMES.get(name) in parameters:
             name = _OTHER_NAMES[name]
-        if name not in parameters and (not takes_all or name == "help"):
+        whose = "" if name in parameters or takes_all else " of sextant.evaluate_ego"
+        if name == "help" or whose and name not in _OF_EVALUATE_EGO:
             return found[0]
-        if name in parameters and parameters[name].default is False:
-            return f"{name}=True{f' {value}' if value else ''}"
+        if name in SWITCHES or name in parameters and parameters[name].default is False:
+            return f"{name}=True{whose}{f' {value}' if value else ''}"
         if value is None:
-            return name
+            return f"{name}{whose}"
         try:
             float(value)
         except ValueError:
             value = repr(value)
-        return f"{name}={value}"
+        return f"{name}={value}{whose}"
 
     @functools.wraps(function)
     def named(*values, **others):

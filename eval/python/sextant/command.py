@@ -12,9 +12,11 @@ import tempfile
 import typing
 import weakref
 
+import numpy
+
 from . import estimators as functions
 from ._core import Error
-from .arguments import arguments_named, choice, json_text, number, optional, path, text, whole
+from .arguments import SWITCHES, arguments_named, choice, json_text, number, numbers, optional, path, switch, text, whole
 from .plots import draw_errors, draw_lines, grids_of, heading, with_counted_errors
 from .program_call import Progress, ProgramError, call, checked_progress, program
 from .records import read
@@ -170,7 +172,8 @@ def _remove(folder, owner):
 
 def _quiet(progress):
     """Returns whether a run or sweep with functions shows no progress."""
-    if callable(checked_progress(progress)):
+    progress = checked_progress(progress)
+    if callable(progress):
         raise Error("progress: expected True or False, because the estimator is a function, got a function")
     return not progress
 
@@ -306,6 +309,13 @@ def _flags(**given):
             for name, value in given.items() if value is not None and value is not False]
 
 
+def _joined(value):
+    """Returns a list, tuple or array as the text that the program expects, such as "0,0,1"; other values unchanged."""
+    if not isinstance(value, (list, tuple, numpy.ndarray)):
+        return value
+    return ",".join(map(str, numpy.ravel(value).tolist()))
+
+
 def _data_folder(data):
     """Returns the folder of data sets: the argument, else $SEXTANT_DATA, else None."""
     return optional(path, "data", data if data is not None else os.environ.get("SEXTANT_DATA") or None)
@@ -357,7 +367,7 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
     """
     sources = _texts("sources", sources)
     out, kept = _results_folder(out)
-    seeds, level = whole("seeds", seeds, 1, 1000000), number("level", level)
+    seeds, level, force = whole("seeds", seeds, 1, 1000000), number("level", level), switch("force", force)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
     data = _data_folder(data)
     if callable(estimator):
@@ -367,14 +377,14 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
         with functions.added({name: estimator}) as inprocess:
             summary = json.loads(inprocess.run(
                 sources, f"python:{name}", json_text("options", options or {}), _noise_text(noise), data or "", level, seeds,
-                jobs or os.cpu_count(), text("preset", preset), out, bool(force), _quiet(progress)))
+                jobs or os.cpu_count(), text("preset", preset), out, force, _quiet(progress)))
         warnings = summary["problems"]
     else:
         if text("estimator", estimator).startswith("python:"):
             raise Error(f"estimator: expected a function or the name of an estimator, got {estimator!r}: give the function itself")
         flags = _flags(out=out, estimator=estimator, noise=_noise_text(noise), seeds=seeds, level=level,
                        options=optional(json_text, "options", options), procedure=procedure,
-                       preset=text("preset", preset), jobs=jobs, data=data, force=bool(force))
+                       preset=text("preset", preset), jobs=jobs, data=data, force=force)
         _, summary, warnings = call(["run", *sources, *flags, "--json"], progress=progress)
     return Run(pathlib.Path(out), summary["preset"], summary["aggregate"], [Row.of(row) for row in summary["rows"]],
                summary["classification"], warnings, kept)
@@ -393,13 +403,14 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
     out, kept = _results_folder(out)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
     data, cache = _data_folder(data), optional(path, "cache", cache)
+    force, reuse_stale = switch("force", force), switch("reuse_stale", reuse_stale)
     if estimators:
         content = json_text("plan", plan) if isinstance(plan, dict) else _read(plan)
         name = "plan" if isinstance(plan, dict) else path("plan", plan)
         with functions.added(estimators) as inprocess:
             try:
-                done = json.loads(inprocess.sweep(content, name, data or "", cache or "", jobs or os.cpu_count(), out, bool(force),
-                                                  bool(reuse_stale), _quiet(progress)))
+                done = json.loads(inprocess.sweep(content, name, data or "", cache or "", jobs or os.cpu_count(), out, force,
+                                                  reuse_stale, _quiet(progress)))
             except Error as error:
                 if isinstance(plan, dict):
                     error.args = (_named_plan(str(error), name),)
@@ -407,8 +418,7 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
         warnings = []
     else:
         with _plan_file(plan) as file:
-            flags = _flags(out=out, cache=cache, jobs=jobs, data=data, force=bool(force),
-                           reuse_stale=bool(reuse_stale))
+            flags = _flags(out=out, cache=cache, jobs=jobs, data=data, force=force, reuse_stale=reuse_stale)
             _, done, warnings = call(["sweep", file, *flags, "--json"], progress=progress)
         if isinstance(plan, dict):
             warnings = [_named_plan(text, file) for text in warnings]
@@ -438,8 +448,8 @@ def compare(base, new, *, policy=None, only=None, allow=(), out=None, jobs=None)
 @arguments_named
 def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", rpe=None, all_pairs=False, format=None,
                  out=None, save_zip=None, data=None, **flags) -> EgoEvaluation:
-    """Runs `sextant evaluate ego` on files, each FILE or SYSTEM=FILE. Other flags are given by name: n_to_align=100, offset=0.2,
-    body_from_camera="...".
+    """Runs `sextant evaluate ego` on files, each FILE or SYSTEM=FILE. Several lengths in `rpe` are a text, "1f,10m", or a list. Other
+    flags are given by name: n_to_align=100, offset=0.2, estimate_offset=True, up=(0, 0, 1), body_from_camera="..." or an array.
 
     >>> path = numpy.tile(numpy.eye(4), (9, 1, 1))
     >>> path[:, 2, 3] = numpy.arange(9)
@@ -447,8 +457,13 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
     >>> sextant.evaluate_ego("truth.txt", "truth.txt", format="kitti").statistics.rmse
     0.0
     """
+    flags.update({name: switch(name, flags[name]) for name in SWITCHES if name in flags})
+    if not isinstance(flags.get("up"), (str, type(None))):
+        flags["up"] = numbers("up", flags["up"], 3)
+    flags.update({name: _joined(flags[name]) for name in ("up", "body_from_camera", "ref_body_from_camera") if name in flags})
     arguments = ["evaluate", "ego", *_texts("reference", reference), *_texts("estimates", estimates),
-                 *_flags(align=text("align", align), relation=text("relation", relation), rpe=rpe, all_pairs=bool(all_pairs),
+                 *_flags(align=text("align", align), relation=text("relation", relation), rpe=_joined(rpe),
+                         all_pairs=switch("all_pairs", all_pairs),
                          format=format, out=optional(path, "out", out), save_zip=optional(path, "save_zip", save_zip),
                          data=data, **flags), "--json"]
     _, answer, warnings = call(arguments)

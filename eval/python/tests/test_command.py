@@ -78,6 +78,25 @@ class Command(unittest.TestCase):
         self.assertEqual(caught.exception.exit_code, 2)
         self.assertFalse(out.exists())
 
+    def test_switches_are_true_or_false(self):
+        """bool("False") is True: a text would replace results."""
+        out, plan = self.folder / "a", {"name": "p"}
+        expected = "expected True or False"
+        for value in ("False", "no", 0, None):
+            for estimator in ("motion_only", lambda problem: problem.start):
+                self.refuse(f"^force: {expected}", sextant.run, SOURCE, out=out, estimator=estimator, force=value)
+            for estimators in (None, {"f": len}):
+                for name in ("force", "reuse_stale"):
+                    self.refuse(f"^{name}: {expected}", sextant.sweep, plan, out=out, estimators=estimators, **{name: value})
+            for name in ("all_pairs", "estimate_offset", "inverse", "ref_inverse", "pairs_from_reference"):
+                self.refuse(f"^{name}: {expected}", sextant.evaluate_ego, "a", "b", **{name: value})
+        chooses = lambda problem: problem.start
+        chooses.chooses_points = "no"
+        self.refuse(f"chooses_points: {expected}, got 'no'", sextant.run, SOURCE, out=out, estimator=chooses)
+        self.assertFalse(out.exists())
+        for force in (numpy.False_, numpy.True_):
+            sextant.run("synthetic:s18@0-1", out=out, estimator="motion_only", force=force, progress=numpy.False_)
+
     def test_texts_that_are_no_names_are_refused(self):
         """An empty value of a flag would take the next flag as its value; a zero byte would end a name."""
         out, empty = self.folder / "a", "expected a text, got an empty one"
@@ -188,6 +207,22 @@ class Command(unittest.TestCase):
         self.assertEqual([tick.get_text() for tick in both.plot().get_xticklabels()], ["a", "b"])
         self.assertEqual(lengths.lengths["5f"], sextant.evaluate_ego(files["truth"], files["a"], rpe="5f").statistics)
 
+    def test_lists_and_arrays_of_numbers_are_arguments_too(self):
+        turns = numpy.random.default_rng(1).normal(size=(30, 3))
+        path = numpy.tile(numpy.eye(4), (30, 1, 1))
+        path[:, :3, 3] = numpy.cumsum([0, 0, 1] + 0.1 * turns, axis=0)
+        files = [self.folder / name for name in ("truth.txt", "found.txt")]
+        for file, shift in zip(files, (0, 1)):
+            sextant.write_trajectory(file, path + shift * 0.01 * (numpy.arange(16) == 7).reshape(4, 4), stamps=0.1 * numpy.arange(30))
+        camera = numpy.eye(4)
+        camera[0, 3] = 0.1
+        for ours, theirs in (({"rpe": ["1f", "2f"]}, {"rpe": "1f,2f"}), ({"rpe": ("5f",)}, {"rpe": "5f"}),
+                             ({"align": "yaw", "up": (0, -1, 0)}, {"align": "yaw", "up": "-y"}),
+                             ({"align": "yaw", "up": numpy.array([0.0, 0, 2])}, {"align": "yaw", "up": "0 0 2"}),
+                             ({"body_from_camera": camera}, {"body_from_camera": "0.1 0 0"})):
+            found, wanted = (sextant.evaluate_ego(*files, **flags) for flags in (ours, theirs))
+            self.assertEqual((found.statistics, found.lengths), (wanted.statistics, wanted.lengths))
+
     def test_errors_name_arguments_instead_of_flags(self):
         path = numpy.tile(numpy.eye(4), (5, 1, 1))
         path[:, 2, 3] = range(5)
@@ -195,6 +230,7 @@ class Command(unittest.TestCase):
         for name, trajectory in (("a--rate.txt", here), ("b.txt", later)):
             sextant.write_trajectory(self.folder / name, trajectory)
         a, b, out = self.folder / "a--rate.txt", self.folder / "b.txt", self.folder / "out"
+        (self.folder / "empty.txt").write_text("")
         sextant.run("synthetic:s18@0-1", estimator="motion_only", out=out)
         plan = {"name": "p", "sources": ["synthetic:s18@0-1"], "estimators": ["motion_only"], "seeds": 2,
                 "noise": {"parameter": "depth.delta_d_px", "levels": [0.1]}}
@@ -206,6 +242,11 @@ class Command(unittest.TestCase):
                 ("use align='origin' or align='none'", lambda: sextant.absolute_errors(path, path, align="se3")),
                 ("a--rate.txt within max_difference=0.01 s.*give offset=-100", lambda: sextant.evaluate_ego(a, b)),
                 ("align='yaw' and up go together", lambda: sextant.evaluate_ego(a, a, align="yaw")),
+                ("^up: expected 3 numbers, got 2$", lambda: sextant.evaluate_ego(a, a, align="yaw", up=(0, 1))),
+                ("which estimate_offset=True refines", lambda: sextant.evaluate_ego(a, b)),
+                ("which estimate_offset=True of sextant.evaluate_ego refines", lambda: sextant.evaluate_trajectory(later, here)),
+                ("give rate of sextant.evaluate_ego where rows", lambda: sextant.evaluate_trajectory(sextant.Trajectory(path), here)),
+                ("give format, one of tum", lambda: sextant.read_trajectory(self.folder / "empty.txt")),
                 ("^offset: expected a finite number", lambda: sextant.evaluate_ego(a, b, offset=True)),
                 ("known: format, .*all_pairs, ", lambda: sextant.evaluate_ego(a, b, aling="se3")),
                 ("rate=-1: must be finite", lambda: sextant.evaluate_objects(self.folder, format="dynosam", rate=-1)),
