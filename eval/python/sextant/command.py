@@ -228,7 +228,8 @@ class EgoEvaluation(Shown):
     @property
     def measured(self):
         """What was measured: "APE trans_part [m], align se3", or "RPE trans_part [m] over 10m, align none"."""
-        delta = ", ".join(self.lengths) or self.details.get("delta", None if self.details.get("metric", "ape") == "ape" else "pairs")
+        lengths = self.lengths or dict.fromkeys(length for system in self.systems for length in system.lengths)
+        delta = ", ".join(lengths) or self.details.get("delta", None if self.details.get("metric", "ape") == "ape" else "pairs")
         return measured(self.details.get("relation", ""), self.unit, delta, self.details.get("align", ""))
 
     def _columns(self):
@@ -259,7 +260,8 @@ class EgoEvaluation(Shown):
         ax, columns = axes_of(ax), {name: found for name, found in self._columns().items() if found is not None}
         for k, name in enumerate(("rmse", "mean", "max")):
             ax.bar([i + 0.27 * (k - 1) for i in range(len(columns))], [getattr(found, name) for found in columns.values()], 0.25, label=name)
-        ax.set_xticks(range(len(columns)), columns)
+        fits = max(map(len, columns), default=0) * len(columns) < 60  # characters side by side below the axis
+        ax.set_xticks(range(len(columns)), columns, **({} if fits else {"rotation": 40, "ha": "right", "rotation_mode": "anchor"}))
         ax.set_ylabel(f"error{f' [{self.unit}]' if self.unit else ''}")
         ax.set_title(self.measured, fontsize="medium")
         ax.legend(fontsize="small")
@@ -467,7 +469,8 @@ def evaluate_ego(reference, estimates, *, align="none", relation="trans_part", r
                          format=format, out=optional(path, "out", out), save_zip=optional(path, "save_zip", save_zip),
                          data=data, **flags), "--json"]
     _, answer, warnings = call(arguments)
-    systems = [EgoEvaluation.of(run, answer["unit"]) for run in answer.get("runs", [answer])]
+    common = {key: answer[key] for key in ("metric", "relation", "unit", "align", "up", "delta", "all_pairs") if key in answer}
+    systems = [EgoEvaluation.of({**common, **run}, answer["unit"]) for run in answer.get("runs", [answer])]
     if len(systems) == 1:
         return dataclasses.replace(systems[0], warnings=warnings + systems[0].warnings, systems=systems)
     warnings += [f"{system.name}: {text}" for system in systems for text in system.warnings]

@@ -205,6 +205,14 @@ class Command(unittest.TestCase):
         self.assertIn("rmse 900m: none", repr(lengths))
         self.assertIn("<th>900m</th>", lengths._repr_html_())
         self.assertEqual([tick.get_text() for tick in both.plot().get_xticklabels()], ["a", "b"])
+        every = sextant.evaluate_ego(files["truth"], [f"system_{name}={files[name]}" for name in "ab"], rpe=["1f", "5f", "10m"])
+        for text in (every.measured, every.systems[1].measured, every._table()[0][0], every.plot().get_title()):
+            self.assertEqual(text, "RPE trans_part [m] over 1f, 5f, 10m, align none")
+        self.assertIn("over 1f, 5f, 10m", repr(every))
+        self.assertEqual(both.systems[0].measured, "APE trans_part [m], align none")
+        texts = every.plot().get_xticklabels()
+        self.assertEqual([text.get_text() for text in texts][:4], ["system_a 1f", "system_a 5f", "system_a 10m", "system_b 1f"])
+        self.assertEqual({text.get_rotation() for text in texts}, {40}, "labels side by side would overlap")
         self.assertEqual(lengths.lengths["5f"], sextant.evaluate_ego(files["truth"], files["a"], rpe="5f").statistics)
 
     def test_lists_and_arrays_of_numbers_are_arguments_too(self):
