@@ -63,10 +63,13 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
                  correlation=()):
     """Returns the Cramer-Rao bound of one body's motion; None if the points do not determine it.
 
-    pixels (n, 2), depth (n,), flow (n, 2): exact, float64; depth_curr (n,): above 0, NaN = none
+    pixels (n, 2), depth (n,), flow (n, 2): exact, float64; depth_curr (n,): above 0, NaN = none. The bound does not depend on the
+                      values of flow, only on its noise, because exact flow follows from the other arguments; of depth_curr it
+                      matters which are finite
     flow_sigma_px     (x, y), standard deviations
     delta_d_px        standard deviation of disparity: sigma(z) = z^2 / (fx baseline_m) delta_d_px, with camera.bf in place of
-                      fx baseline_m if baseline_m is 0
+                      fx baseline_m if baseline_m is 0, the default. Noise has the default 0.5 m instead: for the bound of its
+                      noise give both the same baseline_m
     correlation       [(length_px, share), ...] of errors over the image
 
     >>> camera = sextant.Camera(fx=700, fy=700, cx=320, cy=240, bf=350)

@@ -121,6 +121,14 @@ class TheBound(unittest.TestCase):
         self.assertAlmostEqual(Et, numpy.sqrt(diagonal[:3].sum()), places=12)
         self.assertAlmostEqual(ER, numpy.rad2deg(numpy.sqrt(diagonal[3:].sum())), places=12)
 
+    def test_does_not_depend_on_the_values_of_the_flow(self):
+        for other in ({}, {"correlation": [(40.0, 0.5)]}, {"depth_curr": self.depth.copy()}):
+            expected = self.bound(**other)
+            found = sextant.motion_bound(self.camera, self.pixels, self.depth, 1e6 + self.flow(), self.T, flow_sigma_px=(0.5, 0.3),
+                                         delta_d_px=0.2, **other)
+            numpy.testing.assert_array_equal(found.previous_depth, expected.previous_depth)
+            numpy.testing.assert_array_equal(found.both_depths, expected.both_depths)
+
     def test_more_of_it(self):
         correlated = self.bound(correlation=[(40.0, 0.5)])
         self.assertNotAlmostEqual(correlated.rms()[0], self.bound().rms()[0], places=6)

@@ -8,6 +8,7 @@ import pickle
 import subprocess
 import tempfile
 import unittest
+import warnings
 
 import numpy
 
@@ -25,6 +26,10 @@ NOISES = [
      "quantisation": {"step_px": 0.0625}},
     {"profile": "pwc_net_kitti03", "scale": 0.5},
 ]
+
+
+def setUpModule():
+    warnings.filterwarnings("ignore", "depth noise is added for a baseline")  # tested by Baseline
 
 
 def frame_arrays():
@@ -124,6 +129,44 @@ class Bits(unittest.TestCase):
         for bad in (numpy.array([1j]), numpy.float32("nan"), numpy.ma.masked_equal([1, 2], 1), {1, 2}, numpy.datetime64("2020")):
             with self.assertRaisesRegex(sextant.Error, "noise: expected values that JSON can represent"):
                 sextant.Noise({"depth": {"delta_d_px": bad}})
+
+
+class Baseline(unittest.TestCase):
+    """Depth noise has the paper's baseline, 0.5 m, unless baseline_m is given; the camera's may be another."""
+
+    def warned(self, options, bf, **arrays):
+        arrays = arrays or {"depth": numpy.full((2, 3), 10.0)}
+        camera = sextant.Camera(525.0, 525.0, 1.0, 1.0, bf)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            sextant.Noise(options).apply(seed=0, dataset="a", sequence="b", frame=0, camera=camera, **arrays)
+        return [(str(each.message), each.filename) for each in caught]
+
+    def test_another_one_of_the_camera_is_warned_of(self):
+        depth = {"delta_d_px": 0.2}
+        self.assertEqual(self.warned({"depth": depth}, 40.0), [(
+            "depth noise is added for a baseline of 0.5 m, but the camera's is bf / fx = 0.07619 m: give 'baseline_m': 0 beside "
+            "delta_d_px for the camera's, or 'baseline_m': 0.5", __file__)])
+        self.assertEqual(len(self.warned(json.dumps({"depth": depth, "quantisation": {"step_px": 0.1, "baseline_m": 0.5}}), 276.0)), 1)
+        for options, bf in (({"depth": depth}, 262.5), ({"depth": depth}, 275.0), ({"depth": depth}, 250.0),
+                            ({"depth": {**depth, "baseline_m": 0.5}}, 40.0), ({"depth": {**depth, "baseline_m": 0}}, 40.0),
+                            ({"depth": {"delta_d_px": 0}}, 40.0), ("none", 40.0), ({"flow": {"epe_px": 1}}, 40.0),
+                            ({"profile": "pwc_net_kitti03"}, 40.0)):
+            self.assertEqual(self.warned(options, bf, depth=numpy.full((2, 3), 10.0), flow=numpy.zeros((2, 3, 2))), [], (options, bf))
+        self.assertEqual(self.warned({"depth": depth, "flow": {"epe_px": 1}}, 40.0, flow=numpy.zeros((2, 3, 2))), [])
+
+    def test_a_copy_warns_as_well(self):
+        noise = pickle.loads(pickle.dumps(sextant.Noise({"depth": {"delta_d_px": 0.2}})))
+        with self.assertWarnsRegex(UserWarning, "for a baseline of 0.5 m"):
+            noise.apply(seed=0, dataset="a", sequence="b", frame=0, camera=CAMERA, depth=numpy.full((2, 3), 10.0))
+
+    def test_is_shown(self):
+        for options, shown in (({"depth": {"delta_d_px": 0.2}, "flow": {"epe_px": 1}}, "depth 0.2 px at a baseline of 0.5 m + flow 1 px"),
+                               ({"depth": {"delta_d_px": 0.2, "baseline_m": 0.12}}, "depth 0.2 px at a baseline of 0.12 m"),
+                               ({"depth": {"delta_d_px": 0.2, "baseline_m": 0}}, "depth 0.2 px at the source's bf"),
+                               ({"quantisation": {"step_px": 0.1, "baseline_m": 0.3}}, "disparity step 0.1 px at b 0.3 m"), ({}, "none")):
+            self.assertEqual(repr(sextant.Noise(options)), f"Noise({shown})")
+        self.assertEqual(sextant.Noise({"depth": {"delta_d_px": 0.2}}).name, "depth 0.2 px", "the name in records stays")
 
 
 class Refused(unittest.TestCase):
