@@ -389,7 +389,7 @@ class _Finder:
         columns = [value.iloc[:, k] for k in range(value.shape[1])] if value.ndim == 2 else [value]
         content = [*value.axes, getattr(value, "name", None), *(column.array for column in columns), value.attrs,
                    value.flags.allows_duplicate_labels]
-        of_pandas = {*vars(pandas.DataFrame()), *vars(pandas.Series(dtype=float)), *value._accessors, "_cacher"}
+        of_pandas = {*vars(pandas.DataFrame()), *vars(pandas.Series(dtype=float)), *getattr(value, "_accessors", ()), "_cacher"}
         return f"{self._value(content, where)} {self._attributes(value, where, but=of_pandas)}"
 
     def _foreign(self, value):
