@@ -11,6 +11,7 @@
 #include "sextant/base/machine.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/stats/paired_comparison.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 
@@ -101,16 +102,64 @@ void check_measurements(const PairedCases& cases, const AccuracyPolicy& policy, 
   }
 }
 
-/// Judges records that got worse (lost, wrong) against records that got better (gained, corrected).
-GateVerdict judge_counts(int n_worse, int n_better, const AccuracyPolicy& policy) {
-  if (n_worse > n_better + policy.max_lost) return GateVerdict::regressed;
-  return n_better > n_worse ? GateVerdict::improved : GateVerdict::ok;
+/// Records of a subject that got worse (lost, wrong) and better (gained, corrected) by seed.
+struct CountsBySeed {
+  std::map<uint64_t, int> net;  ///< worse less better, of every seed of the subject
+  int n_worse = 0, n_better = 0;
+
+  void add(uint64_t seed, int worse, int better) {
+    net[seed] += worse - better;
+    n_worse += worse;
+    n_better += better;
+  }
+  void add(const CountsBySeed& other) {
+    for (const auto& [seed, n] : other.net) net[seed] += n;
+    n_worse += other.n_worse;
+    n_better += other.n_better;
+  }
+  bool got_worse() const { return n_worse > n_better; }
+  /// The larger p of the sign test of the records and of Wilcoxon's test of the seeds, since the records of a
+  /// seed may depend on each other. That of the records is multiplied by the number of tests.
+  double p(size_t n_tests) const {
+    std::vector<double> differences;
+    for (const auto& [seed, n] : net) differences.push_back(n);
+    if (differences.empty()) return 1;
+    const double of_records = std::min(1.0, sign_test(n_worse, n_better) * static_cast<double>(n_tests));
+    return std::max(of_records, wilcoxon_test(differences).p);
+  }
+};
+
+/// Counts of all subjects of a family: the camera, or the objects, of an estimator.
+struct FamilyCounts {
+  CountsBySeed all;
+  size_t n_subjects = 0;  ///< with changes
+
+  void add(const CountsBySeed& counts) {
+    all.add(counts);
+    n_subjects += counts.n_worse + counts.n_better > 0;
+  }
+};
+
+/// Judges the counts of a subject of the family.
+GateVerdict judge_counts(const CountsBySeed& counts, const FamilyCounts& family,
+                         const AccuracyPolicy& policy) {
+  constexpr double suspicious_p = 0.05;
+  const bool is_worse = counts.n_worse > counts.n_better + policy.max_lost;
+  if (!is_worse && counts.n_better <= counts.n_worse) return GateVerdict::ok;
+  const CountsBySeed& all = family.all;
+  const bool all_agree = (is_worse ? all.n_better : all.n_worse) == 0;
+  const double p = std::min(counts.p(family.n_subjects), all.got_worse() == is_worse ? all.p(1) : 1.0);
+  if (all_agree || p <= policy.alpha) return is_worse ? GateVerdict::regressed : GateVerdict::improved;
+  if (!is_worse) return GateVerdict::ok;
+  const double attainable_p = std::ldexp(2.0, -static_cast<int>(counts.net.size()));
+  const bool too_few = attainable_p > policy.alpha && counts.n_worse > 2 * counts.n_better;
+  return too_few || p <= suspicious_p ? GateVerdict::inconclusive : GateVerdict::ok;
 }
 
 /// Adds the decisions between dynamic and static that differ. Like the counts of a report, the judged ones do
 /// not include records that are gated for another reason: their decision has no effect. A decision that only
 /// one side made is listed if the statuses are equal; otherwise it is missing because of the status.
-void compare_decisions(const PairedCases& cases, StatusRow& row) {
+void compare_decisions(const PairedCases& cases, StatusRow& row, CountsBySeed& counts) {
   const SubjectCases &base = cases.base, &fresh = cases.fresh;
   const NumberColumn *before = find_column(base.decisions, "dynamic"),
                      *after = find_column(fresh.decisions, "dynamic"),
@@ -125,6 +174,7 @@ void compare_decisions(const PairedCases& cases, StatusRow& row) {
     if ((!was || !is) && (base.statuses[b] != fresh.statuses[f] || base.gates[b] != fresh.gates[f])) continue;
     const bool is_judged = was && is && right && base.has_decision(b) && fresh.has_decision(f);
     (!is_judged ? row.n_other : is == right ? row.n_corrected : row.n_wrong)++;
+    if (is_judged) counts.add(base.seeds[b], is != right, is == right);
     const bool is_first_wrong = row.n_lost == 0 && row.n_wrong == 1 && is_judged && is != right;
     if (row.example.empty() || is_first_wrong) {
       row.example = fmt::format("{}: {} -> {}{}", short_case(base, b), word(was), word(is),
@@ -133,28 +183,89 @@ void compare_decisions(const PairedCases& cases, StatusRow& row) {
   }
 }
 
-StatusRow compare_statuses(const PairedCases& cases, const AccuracyPolicy& policy) {
-  const SubjectCases &base = cases.base, &fresh = cases.fresh;
-  StatusRow row{.subject = base.subject, .n = static_cast<int>(cases.rows.size())};
+/// True if the record, which only NEW has estimated, has an error that exceeds the largest one of the subject in
+/// BASE by the factor of the policy.
+class ImplausibleGains {
+ public:
+  ImplausibleGains(const PairedCases& cases, const AccuracyPolicy& policy) {
+    for (const auto& [name, base, fresh] : pair_columns(cases.base.errors, cases.fresh.errors)) {
+      if (base == nullptr || fresh == nullptr || policy.of(name).direction != Direction::lower) continue;
+      std::optional<double> largest;
+      for (const RowPair& row : cases.rows) {
+        const auto before = cases.base.is_estimated(row.base) ? number_at(base, row.base) : std::nullopt;
+        if (before) largest = std::max(largest.value_or(0), *before);
+      }
+      if (largest) limits_.emplace_back(fresh, policy.gained_error * *largest);
+    }
+  }
+  bool contain(size_t row) const {
+    return std::ranges::any_of(limits_, [&](const auto& limit) {
+      const auto error = number_at(limit.first, row);
+      return error && *error > limit.second;
+    });
+  }
+
+ private:
+  std::vector<std::pair<const NumberColumn*, double>>
+      limits_;  ///< errors in NEW, and the largest allowed one
+};
+
+/// Changes of the statuses and decisions of a subject; the verdict is judged with those of its family.
+struct ComparedStatuses {
+  StatusRow row;
+  CountsBySeed statuses, decisions;
   bool has_common_case = false;
+};
+
+ComparedStatuses compare_statuses(const PairedCases& cases, const AccuracyPolicy& policy) {
+  const SubjectCases &base = cases.base, &fresh = cases.fresh;
+  ComparedStatuses out;
+  StatusRow& row = out.row;
+  row.subject = base.subject;
+  row.n = static_cast<int>(cases.rows.size());
+  const ImplausibleGains implausible(cases, policy);
   for (const auto& [b, f] : cases.rows) {
     const bool before = base.is_estimated(b), after = fresh.is_estimated(f);
-    has_common_case |= before && after;
+    out.has_common_case |= before && after;
+    out.statuses.add(base.seeds[b], 0, 0);
+    out.decisions.add(base.seeds[b], 0, 0);
     if (base.statuses[b] == fresh.statuses[f] && base.gates[b] == fresh.gates[f]) continue;
     if (before && after)
       continue;  // between ok and no_truth only the truth changed: check_truth() reports it
-    (before ? row.n_lost : after ? row.n_gained : row.n_other)++;
-    if (row.example.empty() || (before && row.n_lost == 1)) {
-      row.example = fmt::format("{}: {} -> {}", short_case(base, b), to_string(base.statuses[b]),
-                                to_string(fresh.statuses[f]));
+    const bool is_bad = !before && after && implausible.contain(f);
+    (before ? row.n_lost : is_bad ? row.n_bad : after ? row.n_gained : row.n_other)++;
+    out.statuses.add(base.seeds[b], before || is_bad, !before && after && !is_bad);
+    const bool is_first_lost = before && row.n_lost == 1, is_first_bad = is_bad && row.n_bad == 1;
+    if (row.example.empty() || is_first_lost || (is_first_bad && row.n_lost == 0)) {
+      row.example = fmt::format("{}: {} -> {}{}", short_case(base, b), to_string(base.statuses[b]),
+                                to_string(fresh.statuses[f]), is_bad ? ", with a gross error" : "");
     }
   }
-  compare_decisions(cases, row);
-  row.verdict = judge_counts(row.n_lost, row.n_gained, policy);
-  if (!has_common_case && row.n_lost > 0 && row.n_gained > 0)
-    row.verdict = std::min(row.verdict, GateVerdict::inconclusive);
-  row.verdict = std::min(row.verdict, judge_counts(row.n_wrong, row.n_corrected, policy));
-  return row;
+  compare_decisions(cases, row, out.decisions);
+  return out;
+}
+
+/// Judges all rows together: where records of a family also got better, more worse ones than better ones need
+/// evidence.
+void judge_statuses(std::vector<ComparedStatuses>& all, const AccuracyPolicy& policy) {
+  std::map<std::pair<std::string, bool>, std::pair<FamilyCounts, FamilyCounts>> families;
+  const auto family_of = [&](const ComparedStatuses& one) -> auto& {
+    return families[{one.row.subject.estimator, one.row.subject.body == "ego"}];
+  };
+  for (const ComparedStatuses& one : all) {
+    family_of(one).first.add(one.statuses);
+    family_of(one).second.add(one.decisions);
+  }
+  for (ComparedStatuses& one : all) {
+    const auto& [statuses, decisions] = family_of(one);
+    StatusRow& row = one.row;
+    row.verdict = std::min(judge_counts(one.statuses, statuses, policy),
+                           judge_counts(one.decisions, decisions, policy));
+    constexpr double expected_by_chance = 3;  // of common records
+    const double n_common = static_cast<double>(row.n_lost) * (row.n_gained + row.n_bad) / row.n;
+    if (!one.has_common_case && n_common >= expected_by_chance)
+      row.verdict = std::min(row.verdict, GateVerdict::inconclusive);
+  }
 }
 
 /// Reports errors that only one side has, among the records that both have estimated.
@@ -354,8 +465,7 @@ Members judged_members(const Members& all, const AccuracyPolicy& policy) {
   return judged.empty() ? all : judged;
 }
 
-FamilyRow pool(const Members& all, const AccuracyPolicy& policy) {
-  const Members members = judged_members(all, policy);
+FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
   const AccuracyRow& first = members.front()->row;
   const MetricPolicy rules = policy.of(first.metric);
   FamilyRow row;
@@ -411,7 +521,14 @@ std::vector<FamilyRow> judge_families(const std::vector<MeasuredError>& errors,
       families[{subject.estimator, subject.body != "ego", metric}].push_back(&error);
   }
   std::vector<FamilyRow> rows;
-  for (const auto& [key, members] : families) rows.push_back(pool(members, policy));
+  std::vector<FamilyRow> with_few_seeds;
+  for (const auto& [key, all] : families) {
+    const Members members = judged_members(all, policy);
+    rows.push_back(pool(members, policy));
+    Members others;
+    std::ranges::set_difference(all, members, std::back_inserter(others));
+    if (!others.empty()) with_few_seeds.push_back(pool(others, policy));
+  }
   for (const char* body : {"camera", "objects"}) {
     std::vector<FamilyRow*> together;
     for (FamilyRow& row : rows) {
@@ -419,10 +536,16 @@ std::vector<FamilyRow> judge_families(const std::vector<MeasuredError>& errors,
     }
     correct_by_holm(together);
   }
-  for (FamilyRow& row : rows) {
+  for (FamilyRow& row : rows) row.verdict = judge(row, policy);
+  // Levels without noise and rare bodies prove a change only by all of their records.
+  for (FamilyRow& row : with_few_seeds) {
+    row.p = std::nullopt;
     row.verdict = judge(row, policy);
-    remove_unused_p(policy, row);
+    if (row.verdict != GateVerdict::regressed) continue;
+    row.body += " with few seeds";
+    rows.push_back(std::move(row));
   }
+  for (FamilyRow& row : rows) remove_unused_p(policy, row);
   std::ranges::stable_sort(rows, {}, [](const FamilyRow& row) {
     return std::pair(row.verdict, row.verdict == GateVerdict::improved ? row.worse : -row.worse);
   });
@@ -451,12 +574,12 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
   const bool equal_measurements = expects_equal_measurements(out.findings);
   const std::vector<PairedCases> shared = pair_up(base, fresh, policy.same, out.findings);
   std::vector<PairedErrors> tasks;
+  std::vector<ComparedStatuses> statuses;
   for (const PairedCases& cases : shared) {
     out.n_cases += static_cast<int>(cases.rows.size());
     check_truth(cases, truth);
     if (equal_measurements) check_measurements(cases, policy.accuracy, measurements);
-    const StatusRow statuses = compare_statuses(cases, policy.accuracy);
-    if (policy.accuracy.judge && !statuses.example.empty()) out.statuses.push_back(statuses);
+    if (policy.accuracy.judge) statuses.push_back(compare_statuses(cases, policy.accuracy));
     const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
     check_which_errors(cases, errors, missing, added);
     for (const auto& [name, before, after] : errors) {
@@ -469,6 +592,10 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
   added.move_to(out.findings);
   measurements.move_to(out.findings);
   if (!policy.accuracy.judge) return;
+  judge_statuses(statuses, policy.accuracy);
+  for (ComparedStatuses& one : statuses) {
+    if (!one.row.example.empty()) out.statuses.push_back(std::move(one.row));
+  }
   std::vector<size_t> sources;
   std::map<std::pair<std::string, std::string>, size_t> known;
   for (const PairedErrors& task : tasks) {

@@ -24,10 +24,22 @@
 // not reported.
 //
 // Statuses: a record that was estimated in BASE (status ok or no_truth) and is not in NEW is lost; the
-// opposite is gained. A subject is `regressed` if more than gained + max_lost records are lost, and
-// `improved` if more records are gained than lost. A subject that both sides have estimated, but in no common
-// record, has no error to compare: it is `inconclusive` unless it is `regressed`. Truth that appears or
-// disappears is not a change of the estimator; it is a finding.
+// opposite is gained. A gained record with an error above gained_error times the largest one of the subject
+// in BASE is bad and counts as lost: a grossly wrong estimate is no gain. A subject with more than gained +
+// max_lost lost records is
+//
+//   regressed      if no record of its family (the camera, or the objects, of its estimator) is gained, or if
+//                  the loss of the subject or of the family is proven: p <= alpha, both of the sign test of
+//                  the records, times the number of subjects, and of Wilcoxon's test of the seeds
+//   inconclusive   if p <= 0.05, or if it has too few seeds for a proof and lost more than twice as many
+//                  records as it gained
+//   ok             otherwise: an estimator with random numbers of its own loses some records and gains others
+//
+// With more records gained than lost it is `improved` by the same rule, with lost and gained exchanged,
+// otherwise `ok`. A subject that both sides have estimated, but in no
+// common record although chance would give three, has no error to compare: it is `inconclusive` unless it is
+// `regressed`. Truth that appears
+// or disappears is not a change of the estimator; it is a finding.
 //
 // Decisions: a record whose value `dynamic` differs from `dynamic_gt` in NEW but not in BASE has become
 // wrong; the opposite is corrected. They are judged like lost and gained records, and a subject has the worse
@@ -53,7 +65,8 @@ namespace sextant {
 //             levels share
 //
 // A body with fewer than `minimum_seeds` seeds is left out of a family in which other bodies have enough.
-// Seeds with identical errors, as of a deterministic estimator without noise, count once.
+// Seeds with identical errors, as of a deterministic estimator without noise, count once. The bodies that are
+// left out are pooled by themselves, and listed if they are `regressed`.
 //
 //   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no record better
 //                  and at least minimum_cases worse
@@ -118,6 +131,7 @@ struct StatusRow {
   int n = 0;
   int n_lost = 0;
   int n_gained = 0;
+  int n_bad = 0;  ///< estimated in NEW only, with a gross error; they count as lost
   /// Cases that neither side estimated, with another status or another Gate; and other decisions that differ
   /// but are not judged: without truth, of a body gated for another reason, or made by one side only
   int n_other = 0;

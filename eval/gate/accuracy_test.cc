@@ -142,5 +142,87 @@ TEST_F(ComparedRuns, ABodyWithoutACommonCaseIsInconclusive) {
   EXPECT_THAT(headline(swapped), Not(HasSubstr("nothing changed")));
 }
 
+void lose(Record& r) {
+  r.status = Status::lost;
+  r.errors.clear();
+}
+
+TEST_F(ComparedRuns, AGainedRecordWithAGrossErrorCountsAsLost) {
+  std::vector<Record> records = sweep_records();
+  for (Record& r : records) {
+    if (is_target(r) && r.frame == 2) lose(r);
+  }
+  write_run(base(), records);
+  const auto gain = [&](double Et_m, bool swap) {
+    return compare_changed([&](Record& r) {
+      if (!is_target(r)) return;
+      if (r.frame == 2) r.errors["Et_m"] = Et_m;
+      if (swap && r.frame == 3) lose(r);
+    });
+  };
+  EXPECT_EQ(gain(0.02, false).verdict, GateVerdict::improved);
+  const Comparison gross = gain(100, false);
+  EXPECT_EQ(gross.verdict, GateVerdict::regressed);
+  EXPECT_EQ(gross.statuses.at(0).n_bad, 10);
+  EXPECT_EQ(gross.statuses.at(0).example, "seed 0 frame 2: lost -> ok, with a gross error");
+  EXPECT_EQ(gain(0.02, true).verdict, GateVerdict::ok);
+  EXPECT_EQ(gain(100, true).verdict, GateVerdict::regressed);
+}
+
+TEST_F(ComparedRuns, AnEstimatorThatLosesOtherRecordsEveryTimeIsNotRegressed) {
+  PhiloxStream random(5, 0);
+  const auto drop = [&](std::vector<Record> records, double share) {
+    for (Record& r : records) {
+      if (random.uniform() < share) lose(r);
+    }
+    return records;
+  };
+  int n_ok = 0;
+  constexpr int n_trials = 20;
+  for (int trial = 0; trial < n_trials; ++trial) {
+    write_run(base(), drop(sweep_records(), 0.05));
+    write_run(fresh(), drop(sweep_records(), 0.05));
+    n_ok += exit_code(compare().verdict) == 0;
+  }
+  EXPECT_GE(n_ok, n_trials - 2);
+  // An estimator that loses twice as many is regressed, and so is one that loses one body in place of another.
+  write_run(base(), drop(sweep_records(), 0.05));
+  write_run(fresh(), drop(sweep_records(), 0.15));
+  EXPECT_EQ(compare().verdict, GateVerdict::regressed);
+  std::vector<Record> one = sweep_records(), other = one;
+  for (size_t i = 0; i < one.size(); ++i) {
+    if (one[i].frame != 4) continue;
+    if (one[i].body == "object:1") lose(one[i]);
+    if (other[i].body == "object:2") lose(other[i]);
+  }
+  write_run(base(), one);
+  write_run(fresh(), other);
+  EXPECT_EQ(compare().verdict, GateVerdict::regressed);
+}
+
+TEST_F(ComparedRuns, ALevelWithoutNoiseIsJudgedBesideNoisyOnes) {
+  std::vector<Record> records = sweep_records();
+  for (Record r : sweep_records()) {
+    r.level = 0;
+    r.noise = "none";
+    r.errors = {{"Et_m", 0.001 * r.frame}, {"ER_deg", 0.002}};
+    records.push_back(r);
+  }
+  write_run(base(), records);
+  const auto compare_with = [&](double factor, int last_frame) {
+    std::vector<Record> changed = records;
+    for (Record& r : changed) {
+      if (r.level == 0 && r.is_ego() && r.frame <= last_frame) r.errors["Et_m"] *= factor;
+    }
+    write_run(fresh(), changed);
+    return compare();
+  };
+  EXPECT_EQ(compare_with(1, 6).verdict, GateVerdict::ok);
+  const Comparison worse = compare_with(100, 6);
+  EXPECT_EQ(worse.verdict, GateVerdict::regressed);
+  EXPECT_EQ(worse.families.at(0).body, "camera with few seeds");
+  EXPECT_EQ(exit_code(compare_with(0.5, 6).verdict), 0);
+}
+
 }  // namespace
 }  // namespace sextant

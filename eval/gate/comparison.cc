@@ -273,6 +273,7 @@ Table status_table(const Comparison& c) {
   fields.add({{Column::count("n", "records"), &Row::n},
               {Column::count("n_lost", "lost"), &Row::n_lost},
               {Column::count("n_gained", "gained"), &Row::n_gained},
+              {Column::count("n_bad", "bad"), &Row::n_bad},
               {Column::count("n_wrong", "wrong"), &Row::n_wrong},
               {Column::count("n_corrected", "corrected"), &Row::n_corrected},
               {Column::count("n_other", "other"), &Row::n_other},
@@ -281,7 +282,8 @@ Table status_table(const Comparison& c) {
   return with_distinct(
       table_of(
           "Records lost and gained, and decisions between dynamic and static",
-          "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE. Wrong: the decision "
+          "Lost: estimated in BASE, not in NEW. Gained: estimated in NEW, not in BASE. Bad: the same, with a "
+          "gross error. Wrong: the decision "
           "contradicts the truth in NEW, not in BASE. Corrected: in BASE, not in NEW. Other: another "
           "status without an estimate, or another decision that is not judged.",
           fields, by_weight(c.statuses, false)),

@@ -220,8 +220,9 @@ Suite accuracy(const Comparison& c) {
   for (const StatusRow& row : c.statuses) {
     suite.cases.push_back(
         {names(row.subject) + " coverage", row.verdict,
-         fmt::format("{} of {} records lost, {} gained; {} decisions wrong, {} corrected; {}", row.n_lost,
-                     row.n, row.n_gained, row.n_wrong, row.n_corrected, row.example)});
+         fmt::format("{} of {} records lost, {} gained, {} with gross errors; {} decisions wrong, {} "
+                     "corrected; {}",
+                     row.n_lost, row.n, row.n_gained, row.n_bad, row.n_wrong, row.n_corrected, row.example)});
   }
   for (const FamilyRow& row : c.families) {
     const std::string interval =

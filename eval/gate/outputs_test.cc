@@ -33,7 +33,7 @@ Comparison every_verdict() {
                  {0.001, {}, 10, 10, 0.2, {}, {}},
                  subject("object:2"),
                  0.01}};
-  c.statuses = {{subject("ego"), 60, 0, 2, 0, 0, 0, "seed 0 frame 1: lost -> ok", GateVerdict::improved}};
+  c.statuses = {{subject("ego"), 60, 0, 2, 0, 0, 0, 0, "seed 0 frame 1: lost -> ok", GateVerdict::improved}};
   c.speed = {
       {"ransac/3000", 10, 10, 3e5, 1.2, Interval{1.15, 1.25}, 0.001, 1.0, 1.07, GateVerdict::regressed},
       {"total", 1, 1, 2e5, 1.01, std::nullopt, std::nullopt, 1.0, std::nullopt, GateVerdict::ok}};

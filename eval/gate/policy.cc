@@ -43,6 +43,7 @@ void AccuracyPolicy::check() const {
   check_share("inconclusive_effect", inconclusive_effect);
   check_option(replicates >= 100, "replicates", replicates, ">= 100");
   check_option(max_lost >= 0, "max_lost", max_lost, ">= 0");
+  check_option(gained_error >= 1, "gained_error", gained_error, ">= 1");
   for (const auto& [name, policy] : metrics) check_error_name(name);
 }
 

@@ -39,6 +39,7 @@ struct AccuracyPolicy {
   double inconclusive_effect = 1;
   int replicates = 500;
   int max_lost = 0;
+  double gained_error = 10;
   MetricPolicy other;
   std::map<std::string, MetricPolicy> metrics;  ///< by key of a record's "errors"
   template <typename V>
@@ -52,6 +53,8 @@ struct AccuracyPolicy {
     v("replicates", replicates, "count", "resamples of the 95 % intervals of the exact gate");
     v("max_lost", max_lost, "count",
       "records of one body that may be lost beyond those gained; as many decisions may become wrong");
+    v("gained_error", gained_error, "times",
+      "a gained record with an error above so many times the largest of its body in BASE counts as lost");
     v("default", other, "", "metrics that 'metrics' does not name");
     v("metrics", metrics, "",
       "by key of a record's errors; a key that an entry lacks has its value from 'default'");

@@ -144,6 +144,18 @@ SignFlipTest sign_flip_test(std::span<const double> differences, int samples, ui
   return test;
 }
 
+double sign_test(int a, int b) {
+  SEXTANT_CHECK(a >= 0 && b >= 0);
+  const int n = a + b;
+  double log_term = -n * std::numbers::ln2;  // log P(K = k)
+  double tail = 0;
+  for (int k = 0; k <= std::min(a, b); ++k) {
+    if (k > 0) log_term += std::log(static_cast<double>(n - k + 1) / k);
+    tail += std::exp(log_term);
+  }
+  return std::min(1.0, 2 * tail);
+}
+
 WilcoxonTest wilcoxon_test(std::span<const double> differences) {
   check_sample(differences, "Wilcoxon test");
   std::vector<double> magnitudes;

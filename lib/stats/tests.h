@@ -6,6 +6,8 @@
 //   sign_flip        paired differences d_i: under the null hypothesis each sign is a fair coin. p = share of
 //                    sign patterns with |mean| at least the observed one. All 2^n patterns for n <= 16;
 //                    above, (1 + hits) / (1 + samples) from `samples` >= 100 random patterns
+//   sign_test        n independent changes, k of them in one direction: under the null hypothesis each
+//                    direction is a fair coin (McNemar's exact test for decisions)
 //   wilcoxon         signed ranks: zeros are left out (n_used counts the rest), ties get midranks. W = sum of
 //                    the ranks of positive d. Exact distribution given the ranks for n_used <= 50 (also
 //                    with ties); above, normal with tie and continuity correction
@@ -29,6 +31,9 @@ struct SignFlipTest {
   bool exact = false;
 };
 SignFlipTest sign_flip_test(std::span<const double> differences, int samples = 10000, uint64_t seed = 1);
+
+/// Returns p = min(1, 2 P(K <= min(a, b))), K binomial with a + b trials of 1/2; 1 for a = b = 0.
+double sign_test(int a, int b);
 
 struct WilcoxonTest {
   double W = 0;

@@ -64,6 +64,15 @@ TEST(Wilcoxon, AllZerosGiveAPValueOfOne) {
 }
 
 // itertools.product((1, -1), repeat=7): 30 of 128 sums are as large.
+TEST(SignTest, IsTheTailOfTheBinomialDistribution) {
+  EXPECT_EQ(sign_test(0, 0), 1);
+  EXPECT_DOUBLE_EQ(sign_test(3, 0), 0.25);
+  EXPECT_DOUBLE_EQ(sign_test(1, 7), 2 * 9.0 / 256);
+  EXPECT_DOUBLE_EQ(sign_test(4, 4), 1);
+  EXPECT_NEAR(sign_test(60, 40), 0.056887933, 1e-9);  // scipy.stats.binomtest(60, 100).pvalue
+  EXPECT_NEAR(sign_test(0, 1000) / std::ldexp(2.0, -1000), 1, 1e-9);
+}
+
 TEST(SignFlip, CountsAllPatterns) {
   const SignFlipTest test = sign_flip_test(Values{0.3, -0.1, 0.5, 0.2, 0.2, -0.4, 0.9});
   EXPECT_TRUE(test.exact);
