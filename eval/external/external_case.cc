@@ -273,11 +273,17 @@ class Reader {
     }
     const std::optional<int> id = mask_id(*number, path);
     if (!id) return;
+    const auto [first, is_first] = file_of_.emplace(*id, file.path);
     try {
+      if (!is_first) {
+        fail("{}: is a file of object {}, as is {}: expected one file for each object", path, *id,
+             first->second.filename().string());
+      }
       read_object(path, *id);
     } catch (const Error& error) {
       out_.unreadable.insert(*id);
-      std::erase_if(out_.motions, [&](const auto& motion) { return motion.first.first == *id; });
+      for (auto* motions : {&out_.motions, &in_body_})
+        std::erase_if(*motions, [&](const auto& motion) { return motion.first.first == *id; });
       out_.problems.emplace_back(error.what());
     }
   }
@@ -327,7 +333,7 @@ class Reader {
   void add(int id, int frame, const SE3& motion, ObjectsFrame coordinates) {
     if (coordinates == ObjectsFrame::body &&
         set_.objects.ids == ObjectsIds::overlap) {  // the matching body is not known yet
-      in_body_.motions[{id, frame}].estimate = motion;
+      in_body_.emplace(ObjectFrame(id, frame), motion);
       return;
     }
     std::optional<SE3> X;
@@ -349,9 +355,10 @@ class Reader {
   /// Maps the program's ids to the ids of the masks. Motions are compared in the true world, or in the body
   /// frame.
   void match_ids() {
-    ObjectLog log = std::move(in_body_);
-    const bool in_body = !log.motions.empty();
+    ObjectLog log;
+    const bool in_body = !in_body_.empty();
     log.frame = in_body ? MotionFrame::body : MotionFrame::world;
+    for (const auto& [key, motion] : in_body_) log.motions[key].estimate = motion;
     for (const auto& [key, X] : out_.motions) {
       const auto before = truth_.camera.pose(key.second - 1), after = truth_.camera.pose(key.second);
       if (before && after) log.motions[key].estimate = world_motion(*before, *after, X);
@@ -376,7 +383,8 @@ class Reader {
   ExternalResults& out_;
   Files files_;
   std::set<int64_t> refused_;
-  ObjectLog in_body_;  ///< motions in the body frame of ids that are not matched yet
+  std::map<int, fs::path> file_of_;     ///< the first file of each object
+  std::map<ObjectFrame, SE3> in_body_;  ///< motions in the body frame of ids that are not matched yet
 };
 
 }  // namespace

@@ -133,6 +133,20 @@ TEST_F(ExternalProtocolTest, ADamagedFileAffectsOnlyItsObject) {
   EXPECT_EQ(statuses("object:1"), ok4);
 }
 
+TEST_F(ExternalProtocolTest, TwoFilesOfOneObjectAreRefused) {
+  write_right_results();
+  fs::copy_file(file("obj_1.txt"), file("obj_01.txt"));
+  EXPECT_THAT(
+      problem_of(copy_results, motions_),
+      HasSubstr("obj_1.txt: is a file of object 1, as is obj_01.txt: expected one file for each object"));
+  EXPECT_EQ(statuses("object:1"), diverged4);
+  Json overlap = motions_;
+  overlap["objects"]["frame"] = "body";
+  overlap["objects"]["ids"] = "overlap";
+  EXPECT_THAT(problems_of(copy_results, overlap), ElementsAre(HasSubstr("as is obj_01.txt")));
+  EXPECT_THAT(statuses("object:1"), Not(Contains("ok")));
+}
+
 TEST_F(ExternalProtocolTest, IdsOutOfRange) {
   write_right_results();
   const auto with = [&](const std::string& id, int offset) {
