@@ -227,13 +227,13 @@ class ProgramFingerprint {
 
   Fingerprint make() {
     found_.parts["configuration"] = sha256(json_line(write_options(config_)));
+    depends_ = find_dependencies(config_.depends, folder_);
     add_command();
     if (!config_.settings.empty()) add_file(config_.settings, folder_ / config_.settings);
-    Dependencies beside = find_dependencies(config_.depends, folder_);
-    for (const fs::path& file : beside.files) {
+    for (const fs::path& file : depends_.files) {
       if (file != file_) add_file(file.lexically_relative(folder_).generic_string(), file);
     }
-    found_.not_seen.insert(found_.not_seen.end(), beside.not_seen.begin(), beside.not_seen.end());
+    found_.not_seen.insert(found_.not_seen.end(), depends_.not_seen.begin(), depends_.not_seen.end());
     return std::move(found_);
   }
 
@@ -292,25 +292,30 @@ class ProgramFingerprint {
     std::error_code ignored;
     if (is_regular(file)) {
       add_file(name, file);
-    } else if (fs::is_directory(file, ignored) && !lies_in_folder(file)) {
+    } else if (fs::is_directory(file, ignored) && !fs::is_empty(file, ignored) && !holds_dependency(file)) {
       found_.not_seen.push_back(
           fmt::format("{}: a folder; name the files in it that matter with \"depends\"", name));
     }
   }
 
-  bool lies_in_folder(const fs::path& path) const {
-    const fs::path relative = path.lexically_relative(folder_);
+  static bool lies_in(const fs::path& folder, const fs::path& path) {
+    const fs::path relative = path.lexically_relative(folder);
     return !relative.empty() && *relative.begin() != "..";
+  }
+
+  bool holds_dependency(const fs::path& folder) const {
+    return std::ranges::any_of(depends_.files, [&](const fs::path& file) { return lies_in(folder, file); });
   }
 
   void add_file(const std::string& name, const fs::path& file) {
     const fs::path path = fs::absolute(file).lexically_normal();
-    found_.parts[lies_in_folder(path) ? path.lexically_relative(folder_).generic_string() : name] =
+    found_.parts[lies_in(folder_, path) ? path.lexically_relative(folder_).generic_string() : name] =
         file_sha256(path);
   }
 
   const ExternalConfig& config_;
   const fs::path file_, folder_;
+  Dependencies depends_;
   Fingerprint found_;
 };
 

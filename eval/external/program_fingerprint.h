@@ -11,7 +11,8 @@
 //   depends          the files that match its patterns
 //
 // A part in the folder of CONFIG or below is named by its relative path, other parts as in the configuration.
-// The fingerprint does not cover shared libraries, packages of an interpreter, files elsewhere that only the
+// A word that names a folder with files of which `depends` matches none is listed under `not_seen`. The
+// fingerprint does not cover shared libraries, packages of an interpreter, files elsewhere that only the
 // program knows, environment variables, and words that depend on the case ({input}, {seed}).
 //
 // Patterns with * or ? skip names that begin with a dot, __pycache__, and files written by Sextant: folders

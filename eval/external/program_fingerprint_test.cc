@@ -128,6 +128,19 @@ TEST_F(ProgramFingerprintTest, ArgumentsThatNameFilesCount) {
   EXPECT_THAT(of_folder.not_seen, ElementsAre(HasSubstr("../tools: a folder")));
 }
 
+TEST_F(ProgramFingerprintTest, AFolderBesideItIsListedUnlessItsFilesAreDependencies) {
+  write("weights/a.bin", "1");
+  const auto not_seen = [&](const Json& depends) {
+    Json more = {{"command", "sh program.py {config}/weights/ {output}"}};
+    if (!depends.is_null()) more["depends"] = depends;
+    return now(more).not_seen;
+  };
+  EXPECT_THAT(not_seen({"program.py"}),
+              ElementsAre(HasSubstr("{config}/weights/: a folder; name the files")));
+  EXPECT_THAT(not_seen(Json()), IsEmpty());
+  EXPECT_THAT(not_seen({"weights/*.bin"}), IsEmpty());
+}
+
 TEST_F(ProgramFingerprintTest, TheInterpreterOfAScriptCounts) {
   write("interpreter", "#!/bin/sh\n");
   write("run", "#!" + at("interpreter").string() + " -x\n");
