@@ -14,6 +14,11 @@ void check_share(const char* name, double value) {
   check_option(value >= 0 && value < 1e6, name, value, ">= 0");
 }
 
+void check_minimum_effect(double value) {
+  check_option(value >= 0 && value <= 1, "minimum_effect", value,
+               "a share from 0 to 1, such as 0.05 for 5 %");
+}
+
 /// Throws Error if the name looks like a misspelt one. Other names that are not in the list of metrics are
 /// legal, because third-party records may have errors of their own.
 void check_error_name(const std::string& name) {
@@ -33,7 +38,7 @@ void check_alpha(double alpha) {
 void MetricPolicy::check() const {
   check_share("absolute", absolute);
   check_share("relative", relative);
-  check_share("minimum_effect", minimum_effect);
+  check_minimum_effect(minimum_effect);
 }
 
 void AccuracyPolicy::check() const {
@@ -62,7 +67,7 @@ MetricPolicy AccuracyPolicy::default_of(const std::string& metric) const {
 
 void SpeedPolicy::check() const {
   check_alpha(alpha);
-  check_share("minimum_effect", minimum_effect);
+  check_minimum_effect(minimum_effect);
   check_share("unrepeated_effect", unrepeated_effect);
 }
 

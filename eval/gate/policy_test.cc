@@ -29,6 +29,10 @@ TEST(Policy, IsReadStrictly) {
   EXPECT_THAT(message(R"({"same":{"machine":"maybe"}})"), HasSubstr("known: must, note"));
   EXPECT_THAT(message(R"({"speed":{"alpha":2}})"), HasSubstr("alpha"));
   EXPECT_THAT(message("{"), HasSubstr("not valid JSON"));
+  for (const char* percent :
+       {R"({"accuracy":{"default":{"minimum_effect":5}}})",
+        R"({"accuracy":{"metrics":{"Et_m":{"minimum_effect":5}}}})", R"({"speed":{"minimum_effect":5}})"})
+    EXPECT_THAT(message(percent), HasSubstr("minimum_effect = 5: must be a share from 0 to 1")) << percent;
 }
 
 TEST(Policy, AnEntryOfMetricsStartsFromTheDefault) {
