@@ -271,6 +271,9 @@ RunResult run(const RunConfig& config) {
     result.sources.push_back(run_source(config, plan, i, *sequences[i], result.records));
     sequences[i].reset();
   }
+  if (const fs::path rescored = config.folder.parent_path();
+      config.rescore && fs::exists(rescored / "run.json"))
+    check_unchanged_data(rescored, run_provenance(result));
   result.wall_time_s = std::chrono::duration<double>(Clock::now() - start).count();
   return result;
 }

@@ -142,13 +142,9 @@ std::vector<uint64_t> numbers_of(const SweepConfig& config) {
   return cases_of_shard(config.plan, config.shard % config.n_shards, config.n_shards);
 }
 
-Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const CaseResultWriter& results) {
-  Json json = build_provenance();
-  json["configuration"] = config.plan.json();
-  json["shard"] = {config.shard % config.n_shards, config.n_shards};
-  json["cases"] = config.plan.n_cases();
-  json["noise"] = results.noise();
-  json["sources"] = Json::array();
+/// Returns the sources with a case in this shard for run.json, each with the hashes of its files.
+Json sources_json(const SweepConfig& config, const PlanRunner& runner) {
+  Json sources = Json::array();
   for (size_t s = 0; s < runner.sources().size(); ++s) {
     const OpenSource& source = runner.sources()[s];
     if (!source.sequence) continue;
@@ -158,12 +154,22 @@ Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const
       packs.push_back(packed.file.stem().string());
       inputs.update(inputs_json(packed.inputs));
     }
-    json["sources"].push_back({{"source", config.plan.sources[s].text},
-                               {"packs", packs},
-                               {"provenance", source.sequence->info().provenance},
-                               {"warnings", source.sequence->info().all_warnings()},
-                               {"inputs", inputs}});
+    sources.push_back({{"source", config.plan.sources[s].text},
+                       {"packs", packs},
+                       {"provenance", source.sequence->info().provenance},
+                       {"warnings", source.sequence->info().all_warnings()},
+                       {"inputs", inputs}});
   }
+  return sources;
+}
+
+Json sweep_provenance(const SweepConfig& config, const PlanRunner& runner, const CaseResultWriter& results) {
+  Json json = build_provenance();
+  json["configuration"] = config.plan.json();
+  json["shard"] = {config.shard % config.n_shards, config.n_shards};
+  json["cases"] = config.plan.n_cases();
+  json["noise"] = results.noise();
+  json["sources"] = sources_json(config, runner);
   return json;
 }
 
@@ -280,6 +286,8 @@ SweepOutcome sweep(const SweepConfig& config) {
   const std::vector<uint64_t> numbers = numbers_of(config);
   const FolderLock lock(config.out);
   const PlanRunner runner(config, numbers, /*with_packs=*/true);
+  if (!config.rescored.empty())
+    check_unchanged_data(config.rescored, {{"sources", sources_json(config, runner)}});
   const Fingerprints now = config.rescored.empty() ? present_fingerprints(config.plan)
                                                    : rescored_fingerprints(config.plan, config.rescored);
   Json plan = {{"plan", config.plan.json()},

@@ -445,6 +445,41 @@ TEST_F(ExternalProtocolTest, ASweepIsScoredAgain) {
   EXPECT_EQ(files_below(file("out")), before);
 }
 
+TEST_F(ExternalProtocolTest, ChangedDataAreNotScoredAgain) {
+  write_vdo_results();
+  const std::string estimator = config("cp $(dirname $0)/vdo/* $output/", vdo_set("initial"));
+  RunConfig c = run_config(estimator);
+  c.folder = file("run") / "external";
+  write_output_folder(file("run"), run_files(run(c)));
+  const SweepConfig swept = sweep_config("sweep", {{"name", "external:program.json"}}, 1);
+  sweep(swept);
+  const fs::path truth = file("data") / "pose_gt.txt";
+  const std::string before = read_file(truth);
+  const auto rescore_run = [&] {
+    RunConfig again = rescored_run({.folder = file("run")});
+    again.quiet = true;
+    run(again);
+  };
+  const auto rescore_sweep = [&] {
+    SweepConfig again = rescored_sweep({.folder = file("sweep")});
+    again.out = file("again");
+    again.cache = swept.cache;
+    again.quiet = true;
+    sweep(again);
+  };
+  write_file(truth, before + "\n");
+  for (const auto& [kind, message] :
+       {std::pair("run", error_of(rescore_run)), std::pair("sweep", error_of(rescore_sweep))}) {
+    EXPECT_THAT(message, HasSubstr(fmt::format("{}: holds a {} of data that have changed since (vdo:data "
+                                               "data/pose_gt.txt); restore the data, or start the {} over",
+                                               file(kind).string(), kind, kind)));
+  }
+  EXPECT_FALSE(fs::exists(file("again") / "records.jsonl"));
+  write_file(truth, before);
+  rescore_run();
+  rescore_sweep();
+}
+
 // ---- the documentation
 
 /// The block of docs/external-estimators.md with the written files equals the files that are written.

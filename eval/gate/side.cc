@@ -202,15 +202,6 @@ Leaves texts_of(const Json& tree, const std::string& path) {
   return leaves;
 }
 
-/// Removes the folder of a source, "vdo:/data/kitti_03_demo@0-19" -> "vdo:kitti_03_demo@0-19", because the
-/// place of data is not a property of the data.
-std::string without_folder(const std::string& source) {
-  const size_t colon = source.find(':');
-  const size_t slash = source.substr(0, source.find('#')).rfind('/');
-  if (colon == std::string::npos || slash == std::string::npos || slash < colon) return source;
-  return source.substr(0, colon + 1) + source.substr(slash + 1);
-}
-
 Json configuration_of(const Json& run) {
   Json configuration = run.value("configuration", Json());
   if (!configuration.is_object()) return configuration;
@@ -224,25 +215,15 @@ Json configuration_of(const Json& run) {
   return configuration;
 }
 
-/// Collects for every source the hashes of its files, the keys of its correspondence caches (hashes of data,
-/// extraction and version), and its description.
-Leaves data_of(const Json& run) {
+/// Collects the data of every source: data_of(), and the keys of its correspondence caches (hashes of data,
+/// extraction and version).
+Leaves data_leaves_of(const Json& run) {
   Leaves leaves;
-  const Json sources = run.value("sources", Json::array());
-  if (!sources.is_array()) return leaves;
-  for (const Json& source : sources) {
-    if (!source.is_object()) continue;
-    const std::string name = without_folder(source.value("source", std::string()));
-    for (const char* key : {"provenance", "packs", "rate_hz", "width_px", "height_px", "camera"}) {
-      if (source.contains(key)) leaves.merge(texts_of(source[key], name + " " + key));
-    }
-    const Json inputs = source.value("inputs", Json::object());
-    for (const auto& [path, entry] : inputs.items()) {
-      const std::filesystem::path whole(
-          path);  // the last two parts of a path identify a file independently of the machine
-      const std::string tail = (whole.parent_path().filename() / whole.filename()).string();
-      if (entry.is_object()) leaves[name + " " + tail] += entry.value("sha256", std::string("?"));
-    }
+  for (const auto& [what, values] : data_of(run)) leaves[what] = fmt::format("{}", fmt::join(values, ""));
+  for (const Json& source : run.value("sources", Json::array())) {
+    if (source.contains("packs"))
+      leaves.merge(
+          texts_of(source["packs"], without_folder(source.value("source", std::string())) + " packs"));
   }
   return leaves;
 }
@@ -361,7 +342,7 @@ void compare_runs(const RunFolder& base, const RunFolder& fresh, const Policy& p
   const SamenessPolicy& same = policy.same;
   compare("definitions", same.definitions, definitions_of(a), definitions_of(b), findings);
   // A run without correspondence caches does not have the key `packs`.
-  compare("data", same.data, data_of(a), data_of(b), findings,
+  compare("data", same.data, data_leaves_of(a), data_leaves_of(b), findings,
           [](const std::string& path, const Leaves&) { return path.find(" packs") != std::string::npos; });
   compare("configuration", same.configuration, texts_of(configuration_of(a), ""),
           texts_of(configuration_of(b), ""), findings, is_new_option);

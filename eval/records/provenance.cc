@@ -92,6 +92,58 @@ void for_each_leaf(const Json& tree, bool enters_lists,
     for_each_leaf(item.value(), enters_lists, visit, path.empty() ? item.key() : path + "." + item.key());
 }
 
+std::string without_folder(const std::string& source) {
+  const size_t colon = source.find(':');
+  const size_t slash = source.substr(0, source.find('#')).rfind('/');
+  if (colon == std::string::npos || slash == std::string::npos || slash < colon) return source;
+  return source.substr(0, colon + 1) + source.substr(slash + 1);
+}
+
+SourceData data_of(const Json& run) {
+  SourceData data;
+  const Json sources = run.value("sources", Json::array());
+  if (!sources.is_array()) return data;
+  for (const Json& source : sources) {
+    if (!source.is_object()) continue;
+    const std::string name = without_folder(source.value("source", std::string()));
+    for (const char* key : {"provenance", "rate_hz", "width_px", "height_px", "camera"}) {
+      if (!source.contains(key)) continue;
+      for_each_leaf(
+          source[key], true,
+          [&](const std::string& leaf, const Json& value) {
+            if (!value.is_null())
+              data[leaf].insert(value.is_string() ? value.get<std::string>() : json_line(value));
+          },
+          name + " " + key);
+    }
+    const Json inputs = source.value("inputs", Json::object());
+    for (const auto& [path, entry] : inputs.items()) {
+      const std::filesystem::path whole(path);
+      const std::string tail = (whole.parent_path().filename() / whole.filename()).string();
+      if (entry.is_object()) data[name + " " + tail].insert(entry.value("sha256", std::string("?")));
+    }
+  }
+  return data;
+}
+
+std::string changed_data(const SourceData& before, const SourceData& now) {
+  for (const auto& [what, values] : now) {
+    const auto known = before.find(what);
+    if (known != before.end() && !std::ranges::includes(known->second, values) &&
+        !std::ranges::includes(values, known->second))
+      return what;
+  }
+  return "";
+}
+
+void check_unchanged_data(const std::filesystem::path& folder, const Json& now) {
+  const std::string changed = changed_data(data_of(read_run_json(folder)), data_of(now));
+  if (changed.empty()) return;
+  const char* kind = std::filesystem::exists(folder / "plan.json") ? "sweep" : "run";
+  fail("{}: holds a {} of data that have changed since ({}); restore the data, or start the {} over",
+       folder.string(), kind, changed, kind);
+}
+
 std::optional<std::pair<uint64_t, uint64_t>> shard_of(const Json& run) {
   const Json shard = run.value("shard", Json());
   const auto is_count = [](const Json& number) { return number.is_number_unsigned(); };

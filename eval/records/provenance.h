@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +37,20 @@ Json read_run_json(const std::filesystem::path& folder);
 void for_each_leaf(const Json& tree, bool enters_lists,
                    const std::function<void(const std::string& key, const Json& value)>& visit,
                    const std::string& path = "");
+/// Returns a source of run.json without its folder, "vdo:/data/kitti_03_demo@0-19" ->
+/// "vdo:kitti_03_demo@0-19", because the place of data is not a property of the data.
+std::string without_folder(const std::string& source);
+/// Data of the sources of a run, as texts by "SOURCE WHAT": description, rate, size and camera, and the
+/// SHA-256 of the files, each named by the last two parts of its path. Files with the same name form a set.
+using SourceData = std::map<std::string, std::set<std::string>>;
+SourceData data_of(const Json& run);
+/// Compares the data of sources that two runs have in common. Returns the first entry that differs,
+/// "vdo:data depth/000000.png"; empty if there is none. Entries and files of one run only are ignored,
+/// because the estimator and the version of the program decide which files are read.
+std::string changed_data(const SourceData& before, const SourceData& now);
+/// Throws Error if the data of the results in `folder` differ from those of `now`, the content of a run.json
+/// of the same sources today.
+void check_unchanged_data(const std::filesystem::path& folder, const Json& now);
 /// Returns the number of the shard and the number of shards that run.json states; nullopt if it states none.
 std::optional<std::pair<uint64_t, uint64_t>> shard_of(const Json& run);
 /// Throws Error if the folder holds one of several shards of a sweep.
