@@ -19,14 +19,6 @@ namespace {
 
 constexpr const char* journal_name = "journal.jsonl";
 
-/// Returns "0.1.0 (commit abc)".
-std::string program_text(const Json& programs) {
-  if (!programs.is_array() || programs.empty()) return "unknown";
-  const Json& first = programs.front();
-  return fmt::format("{} (commit {})", first.value("version", "?"),
-                     first.value("git_commit", "?").substr(0, 12));
-}
-
 void check_all_there(const std::map<uint64_t, std::string>& folder_of, uint64_t n_shards) {
   constexpr size_t most_named = 20;
   std::string missing;

@@ -30,6 +30,13 @@ std::string git_commit() { return build_info::git_commit; }
 
 Json program_identity() { return {{"version", version()}, {"git_commit", git_commit()}}; }
 
+std::string program_text(const Json& programs) {
+  if (!programs.is_array() || programs.empty()) return "unknown";
+  const Json& first = programs.front();
+  return fmt::format("{} (commit {})", first.value("version", "?"),
+                     first.value("git_commit", "?").substr(0, 12));
+}
+
 Json build_provenance() {
   Json json;
   json["schema"] = 1;

@@ -21,6 +21,8 @@ std::string version();
 std::string git_commit();
 /// Returns version and commit of this program; all results of one sweep must have the same.
 Json program_identity();
+/// Returns "0.1.0 (commit abc)" for the first program of a list of program_identity().
+std::string program_text(const Json& programs);
 /// Returns version, build and machine, with which every run.json begins.
 Json build_provenance();
 

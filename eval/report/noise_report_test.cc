@@ -401,6 +401,68 @@ TEST(PooledFolders, OneLabelStandsForOneSetOfOptions) {
       << "an option that only one of the versions has";
 }
 
+TEST(PooledFolders, OneLabelStandsForOneProgramAndSetOfData) {
+  const TempFolder temp;
+  const Json none = Json::object();
+  const auto configured = [&](const Json& source_options) {
+    return Json{{"estimators", {{{"name", "external:a.json"}, {"label", "a"}, {"options", none}}}},
+                {"sources", {{{"source", "vdo:/data/s18"}, {"options", source_options}}}},
+                {"noise", none}};
+  };
+  const auto made_of = [](const std::string& script, const std::string& depth, const char* folder = "/data") {
+    const std::string file = fmt::format("{}/s18/depth/0.png", folder);
+    return Json{
+        {fingerprints_key, fingerprints_json({{"a", {Fingerprint{{{"a.py", script}}, {}}}}})},
+        {"sources",
+         {{{"source", fmt::format("vdo:{}/s18", folder)}, {"inputs", {{file, {{"sha256", depth}}}}}}}}};
+  };
+  uint64_t seed = 0;
+  const auto folder = [&](const Json& source_options, const Json& more) {
+    ++seed;
+    return write_case(temp, fmt::format("{}", seed), seed, configured(source_options), more);
+  };
+  const fs::path first = folder(none, made_of("v1", "d1"));
+  const auto refusal = [&](const Json& source_options, const Json& more) {
+    const fs::path other = folder(source_options, more);
+    const std::string message = error_of([&] { read_noise_sweeps({first, other}); });
+    if (message != "no error") {
+      EXPECT_THAT(message, HasSubstr((first / "run.json").string()));
+      EXPECT_THAT(message, HasSubstr((other / "run.json").string()));
+      EXPECT_THAT(message, HasSubstr("compare the folders (sextant compare), or report them apart"));
+    }
+    return message;
+  };
+  EXPECT_EQ(refusal(none, made_of("v1", "d1", "/moved")), "no error");
+  EXPECT_EQ(refusal(none, none), "no error") << "a folder that does not state them";
+  EXPECT_THAT(refusal(none, made_of("v2", "d1")), HasSubstr("another version of 'a' ran than in"));
+  EXPECT_THAT(refusal(none, made_of("v2", "d1")), HasSubstr("(a.py changed)"));
+  EXPECT_THAT(refusal(none, made_of("v1", "d2")), HasSubstr("(vdo:s18 depth/0.png)"));
+  EXPECT_THAT(refusal({{"flow", "dis"}}, made_of("v1", "d1")),
+              HasSubstr(R"(source 'vdo:s18' has the options {"flow":"dis"}, but {} in)"));
+}
+
+TEST(PooledFolders, VersionsOfSextantAreNamed) {
+  const TempFolder temp;
+  const Json configuration = {{"noise", Json::object()}};
+  const auto folder = [&](uint64_t seed, const Json& more) {
+    return write_case(temp, fmt::format("{}", seed), seed, configuration, more);
+  };
+  const auto warnings_of = [](const std::vector<fs::path>& folders) {
+    std::vector<std::string> warnings;
+    read_noise_sweeps(folders, &warnings);
+    return warnings;
+  };
+  const Json old = {{"version", "0.0.9"}, {"git_commit", "abc"}}, now = {{"version", "0.1.0"}};
+  const fs::path a = folder(1, old), b = folder(2, now), c = folder(3, now), d = folder(4, Json::object());
+  EXPECT_THAT(warnings_of({b, c, d}), testing::IsEmpty());
+  EXPECT_THAT(warnings_of({a, b}),
+              testing::ElementsAre(testing::AllOf(HasSubstr("different versions of Sextant"),
+                                                  HasSubstr("0.0.9 (commit abc) (" + a.string() + ")"),
+                                                  HasSubstr("0.1.0 (commit ?) (" + b.string() + ")"))));
+  EXPECT_THAT(warnings_of({folder(5, {{"version", "0.1.0"}, {"programs", {old, now}}})}),
+              testing::ElementsAre(HasSubstr("different versions of Sextant")));
+}
+
 TEST(PooledFolders, MissingShardsAreNamed) {
   const TempFolder temp;
   const Json configuration = {{"noise", Json::object()}};

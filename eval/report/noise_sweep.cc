@@ -342,6 +342,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
   SameDefinitions definitions;
   SameLabels labels;
   GivenShards shards;
+  SextantVersions versions;
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
     if (!has_results(folder)) {
@@ -352,6 +353,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     definitions.check(run, folder);
     labels.begin(run, folder);
     shards.add(run);
+    versions.add(run, folder);
     const std::vector<ConfiguredLevel> levels = configured_levels(run.value("configuration", Json::object()));
     // A shard may lack levels of its plan, so levels are found by their noise. Where the noise is unknown,
     // the n-th kind of noise to appear is that of the n-th level, because cases are in the order of the
@@ -395,7 +397,10 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
       content.achieved.push_back(std::move(achieved));
     }
   }
-  if (warnings != nullptr) std::ranges::copy(shards.warnings(), std::back_inserter(*warnings));
+  if (warnings != nullptr) {
+    std::ranges::copy(shards.warnings(), std::back_inserter(*warnings));
+    std::ranges::copy(versions.warnings(), std::back_inserter(*warnings));
+  }
   std::vector<NoiseSweep> sweeps;
   for (auto& [grid, content] : by_grid) {
     int n_of_parameter = 0, n_of_label = 0;

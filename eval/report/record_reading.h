@@ -16,6 +16,7 @@
 
 #include "sextant/base/json.h"
 #include "sextant/base/text.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/clustered_sample.h"
@@ -161,7 +162,7 @@ std::vector<const Record*> of_estimator(const std::vector<const Record*>& record
                                         const std::string& estimator);
 
 // ---- Checks of folders whose records are counted together in one report: the labels of records stand for
-// the same options, and no shard of a sweep is missing.
+// the same options, programs and data; no shard of a sweep is missing; versions of Sextant are named.
 
 /// Options by dotted key; a list is one value.
 using Leaves = std::map<std::string, Json>;
@@ -170,35 +171,59 @@ Leaves leaves_of(const Json& options);
 /// Returns the name in records of a noise with these options; "" if this version cannot read them.
 std::string noise_name(const Json& options);
 
-/// Refuses folders in which equal names of an estimator or a noise stand for other options, because their
-/// records would count as one sample. An option that only one folder records is ignored, because another
-/// version of the program may not have it.
+/// Refuses folders whose records would count as one sample although they differ in more than the seed: equal
+/// names of an estimator or a noise stand for other options, another version of an external program ran, or a
+/// source has other data or options. What only one folder records is ignored, because another version of the
+/// program may not have it.
 class SameLabels {
  public:
   /// Begins the next folder. `run`: content of its run.json.
   void begin(const Json& run, const std::filesystem::path& folder);
   /// Checks the labels of a record of the folder. Throws Error if an earlier folder holds records with the
-  /// same labels and other options.
+  /// same labels that differ. Programs, data and source options are compared for equal estimator, data set
+  /// and sequence, because a curve joins their noise levels.
   void check(Interned estimator, Interned dataset, Interned sequence, Interned noise, double level);
 
  private:
+  using Curve = std::tuple<Interned, Interned, Interned>;
   using Row = std::tuple<Interned, Interned, Interned, Interned, double>;
   struct Folder {
     std::string file;
     std::map<std::string, Leaves> of_estimator;                 ///< by label
     std::map<std::pair<std::string, double>, Leaves> of_noise;  ///< by name and level
+    Fingerprints versions;                                      ///< by label
+    std::map<std::string, std::string> of_source;               ///< options, by source without its folder
+    const SourceData* data = nullptr;
   };
-  template <typename Key>
-  static void compare(const Folder& first, const Folder& now, const char* what, Interned label,
-                      const Key& key, std::map<Key, Leaves> Folder::*options);
-  /// Folders with records of a row, as indices.
-  struct RowFolders {
+  /// Folders with records of a row or curve, as indices.
+  struct Holders {
     size_t first, last;
   };
+  /// Returns the first folder that holds `key`; null if it is the present one, or was compared with it.
+  template <typename Key>
+  const Folder* earlier(const Key& key, std::map<Key, Holders>& holders) const;
+  template <typename Key>
+  static void compare(const Folder& first, const Folder& now, const char* what, const std::string& label,
+                      const Key& key, std::map<Key, Leaves> Folder::*options);
+  static void compare_origins(const Folder& first, const Folder& now, const std::string& estimator);
 
   std::vector<Folder> folders_;
-  std::map<Row, RowFolders> folders_of_;
+  std::set<SourceData> data_;  ///< the data of the folders, each once: shards of a sweep have the same
+  std::map<Row, Holders> of_row_;
+  std::map<Curve, Holders> of_curve_;
   std::optional<Row> last_;  ///< the row of the last record
+};
+
+/// Collects the versions of Sextant that made the folders.
+class SextantVersions {
+ public:
+  /// `run`: content of the run.json in `folder`.
+  void add(const Json& run, const std::filesystem::path& folder);
+  /// Returns a sentence if there are several versions.
+  std::vector<std::string> warnings() const;
+
+ private:
+  std::map<std::string, std::string> folder_of_;  ///< the first folder, by version
 };
 
 /// Collects which shards of sweeps are among the folders.
