@@ -13,6 +13,7 @@
 #include "sextant/eval/benchmark/card_document.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/eval/experiment/sweep_folder.h"
+#include "sextant/eval/records/journal.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/record_stream.h"
 
@@ -32,28 +33,56 @@ std::vector<BenchmarkSweep> sweeps_of(const BenchmarkRequest& request, const Sui
   return sweeps;
 }
 
+constexpr std::string_view not_requested = "not requested", no_part = "no part of a quick run",
+                           no_data = "its data are not there", unusable_data = "its data cannot be used: ";
+
+/// Returns true if plan_of() gives this reason for leaving out a track.
+bool is_own_reason(std::string_view reason) {
+  return reason == not_requested || reason == no_part || reason == no_data ||
+         reason.starts_with(unusable_data);
+}
+
+/// Moves tracks from `left_out` to the sweeps of the plan if the folder holds all their sweeps, finished by
+/// an earlier command. The card shows them, too, so sweep() must check that data and estimator are unchanged.
+void add_finished(const BenchmarkRequest& request, const Suite& suite, const std::string& estimator,
+                  BenchmarkPlan& plan) {
+  const auto is_finished = [&](const auto& sweep) {
+    return is_finished_sweep(request.out / plan.folder / sweep.name);
+  };
+  for (const SuiteTrack& track : suite.tracks) {
+    if (!plan.left_out.contains(track.name) || std::ranges::none_of(track.sweeps, is_finished)) continue;
+    std::vector<BenchmarkSweep> sweeps = sweeps_of(request, suite, track, estimator);
+    if (sweeps.empty() || !std::ranges::all_of(sweeps, is_finished)) continue;
+    plan.left_out.erase(track.name);
+    for (BenchmarkSweep& sweep : sweeps) {
+      sweep.was_finished = true;
+      plan.sweeps.push_back(std::move(sweep));
+    }
+  }
+}
+
 BenchmarkPlan plan_of(const BenchmarkRequest& request, const Suite& suite, const std::string& estimator) {
   BenchmarkPlan plan;
   for (const SuiteTrack& track : suite.tracks) {
     const bool by_name = std::ranges::find(request.tracks, track.name) != request.tracks.end();
     if (!request.tracks.empty() && !by_name) {
-      plan.left_out[track.name] = "not requested";
+      plan.left_out[track.name] = not_requested;
       continue;
     }
     try {
       std::vector<BenchmarkSweep> sweeps = sweeps_of(request, suite, track, estimator);
-      if (sweeps.empty()) plan.left_out[track.name] = "no part of a quick run";
+      if (sweeps.empty()) plan.left_out[track.name] = no_part;
       std::ranges::move(sweeps, std::back_inserter(plan.sweeps));
     } catch (const Error& error) {
       if (by_name || !track.needs_data) throw;
-      plan.left_out[track.name] = request.data_root.empty()
-                                      ? "its data are not there"
-                                      : fmt::format("its data cannot be used: {}", error.what());
+      plan.left_out[track.name] =
+          request.data_root.empty() ? std::string(no_data) : fmt::format("{}{}", unusable_data, error.what());
     }
   }
   if (plan.sweeps.empty()) fail("suite {}: no track of it is left to run", suite.name);
   plan.label = plan.sweeps.front().plan.estimators.front().label;
   plan.folder = safe_file_name(plan.label);
+  if (!request.out.empty()) add_finished(request, suite, estimator, plan);
   return plan;
 }
 
@@ -71,12 +100,32 @@ std::vector<BenchmarkPlan> plan_benchmark(const BenchmarkRequest& request, const
   return plans;
 }
 
-SweepOutcome run_benchmark(const BenchmarkRequest& request, const BenchmarkPlan& plan) {
+namespace {
+
+/// Brings left_out.json of the folder up to date. A reason that the user wrote there is kept, unless the
+/// track is requested by name.
+void write_left_out(const BenchmarkRequest& request, const Suite& suite, const BenchmarkPlan& plan) {
+  const fs::path folder = request.out / plan.folder;
+  std::map<std::string, std::string> reasons = plan.left_out;
+  for (const auto& [track, reason] : left_out_of(suite, folder)) {
+    if (!is_own_reason(reason) && std::ranges::find(request.tracks, track) == request.tracks.end())
+      reasons[track] = reason;
+  }
+  if (reasons.empty())
+    fs::remove(folder / left_out_name);
+  else
+    write_output_folder(folder, {{left_out_name, json_text(Json(reasons))}});
+}
+
+}  // namespace
+
+SweepOutcome run_benchmark(const BenchmarkRequest& request, const Suite& suite, const BenchmarkPlan& plan) {
   SweepOutcome all;
   for (const BenchmarkSweep& part : plan.sweeps) {
     SweepConfig config = request.sweep;
     config.plan = part.plan;
     config.out = make_folder_below(request.out, fs::path(plan.folder) / part.name);
+    config.force = config.force && !part.was_finished;
     const SweepOutcome outcome = sweep(config);
     all.n_cases += outcome.n_cases;
     all.n_before += outcome.n_before;
@@ -85,8 +134,7 @@ SweepOutcome run_benchmark(const BenchmarkRequest& request, const BenchmarkPlan&
     all.wall_time_s += outcome.wall_time_s;
     std::ranges::copy(outcome.problems, std::back_inserter(all.problems));
   }
-  if (!plan.left_out.empty())
-    write_output_folder(request.out / plan.folder, {{left_out_name, json_text(Json(plan.left_out))}});
+  write_left_out(request, suite, plan);
   return all;
 }
 

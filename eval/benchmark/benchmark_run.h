@@ -33,6 +33,8 @@ struct BenchmarkSweep {
   std::string track, name;
   std::string text;  ///< the plan as text, for `sextant sweep` and scripts/slurm_sweep
   Plan plan;
+  /// An earlier command finished it and this one does not request it: it only runs again if it is stale
+  bool was_finished = false;
 };
 
 struct BenchmarkPlan {
@@ -43,11 +45,13 @@ struct BenchmarkPlan {
 };
 
 /// Returns one plan per estimator. Throws Error on an unknown track or estimator, and if no track is left to
-/// run. A track with `needs_data` is left out if its data are missing, unless it is requested by name.
+/// run. A track with `needs_data` is left out if its data are missing, unless it is requested by name. Tracks
+/// that are finished in `out` belong to the plan, requested or not; throws Error if their data are missing.
 std::vector<BenchmarkPlan> plan_benchmark(const BenchmarkRequest& request, const Suite& suite);
 
-/// Runs the sweeps of one estimator, or resumes them. Throws the exceptions of sweep().
-SweepOutcome run_benchmark(const BenchmarkRequest& request, const BenchmarkPlan& plan);
+/// Runs the sweeps of one estimator, or resumes them, and updates left_out.json. Throws the exceptions of
+/// sweep().
+SweepOutcome run_benchmark(const BenchmarkRequest& request, const Suite& suite, const BenchmarkPlan& plan);
 
 /// Writes card.json, card.md and card.html of the sweeps in FOLDER into FOLDER.
 void write_card(const Suite& suite, const std::filesystem::path& folder, int jobs);

@@ -294,7 +294,8 @@ class SweepReader {
   std::set<std::string> machines_;
 };
 
-/// Reads left_out.json of the folder, {"TRACK": "reason"}; empty if it does not exist.
+}  // namespace
+
 std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::path& folder) {
   std::map<std::string, std::string> reasons;
   const fs::path file = folder / left_out_name;
@@ -305,8 +306,6 @@ std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::pat
     reasons[suite.track(item.key()).name] = json_member<std::string>(json, item.key(), file.string());
   return reasons;
 }
-
-}  // namespace
 
 bool is_quick_run(const Suite& suite, const fs::path& folder) {
   for (const SuiteTrack& track : suite.tracks) {

@@ -129,6 +129,9 @@ struct Card {
 /// Name of the file with the tracks that were not run, as {"TRACK": "reason"}, in the folder of the sweeps.
 inline constexpr const char* left_out_name = "left_out.json";
 
+/// Reads left_out.json of the folder; empty if it does not exist.
+std::map<std::string, std::string> left_out_of(const Suite& suite, const std::filesystem::path& folder);
+
 /// Returns true if the names of the plans mark the sweeps in FOLDER/<sweep>/ as a quick run. Throws Error if
 /// there are none.
 bool is_quick_run(const Suite& suite, const std::filesystem::path& folder);

@@ -55,7 +55,7 @@ class Benchmark : public ::testing::Test {
     fs::create_directories(of.out);
     const Suite suite = find_suite(of.suite);
     const BenchmarkPlan plan = plan_benchmark(of, suite).front();
-    run_benchmark(of, plan);
+    run_benchmark(of, suite, plan);
     write_card(suite, of.out / plan.folder, 1);
     return of.out / plan.folder;
   }
@@ -97,7 +97,8 @@ TEST_F(Benchmark, CardsAreTheSameForAnyJobsAndShards) {
     shard.sweep.shard = i;
     shard.sweep.n_shards = 3;
     fs::create_directories(shard.out);
-    run_benchmark(shard, plan_benchmark(shard, find_suite(shard.suite)).front());
+    const Suite suite = find_suite(shard.suite);
+    run_benchmark(shard, suite, plan_benchmark(shard, suite).front());
     shards.push_back(shard.out);
   }
   const fs::path merged = folder_.path() / "merged";
@@ -330,6 +331,42 @@ TEST_F(Benchmark, AQuickRunIsNotComparedWithACompleteOneAndVerifySaysThatItIsQui
   EXPECT_THAT(verify_benchmark(quick, options_), ::testing::Contains(HasSubstr("a quick run")));
   EXPECT_THAT(verify_benchmark(complete, options_),
               ::testing::Not(::testing::Contains(HasSubstr("a quick run"))));
+}
+
+TEST_F(Benchmark, TheCardShowsTheTracksThatAnEarlierCommandFinished) {
+  Json two = parse_json(small_suite, "suite"), more = two["tracks"][0];
+  more["name"] = "other";
+  more["plans"] = {{"other", more["plans"]["depth"]}};
+  two["tracks"].push_back(more);
+  write_file(suite_file(), two.dump());
+  const Suite suite = find_suite(suite_file());
+  SweepOutcome outcome;
+  const auto run_tracks = [&](const std::vector<std::string>& tracks, bool force = false) {
+    BenchmarkRequest of = request("motion_only", "out");
+    of.tracks = tracks;
+    of.sweep.force = force;
+    fs::create_directories(of.out);
+    const BenchmarkPlan plan = plan_benchmark(of, suite).front();
+    outcome = run_benchmark(of, suite, plan);
+    return make_card(suite, of.out / plan.folder);
+  };
+  using LeftOut = std::map<std::string, std::string>;
+  const Card first = run_tracks({"other"});
+  EXPECT_EQ(first.left_out, (LeftOut{{"depth", "not requested"}}));
+  const fs::path left_out = folder_.path() / "out" / "motion_only" / left_out_name;
+  write_file(left_out, R"({"depth": "a reason of the user"})");
+  EXPECT_EQ(run_tracks({"other"}).left_out, (LeftOut{{"depth", "a reason of the user"}}));
+  const Card second = run_tracks({"depth"});
+  EXPECT_TRUE(second.left_out.empty());
+  EXPECT_FALSE(fs::exists(left_out));
+  EXPECT_EQ(second.sweeps.size(), 2U);
+  EXPECT_EQ(outcome.n_before, 4U) << "the finished track is not run again";
+  EXPECT_EQ(run_tracks({"depth"}, /*force=*/true).sweeps.size(), 2U);
+  EXPECT_EQ(outcome.n_before, 4U);
+  EXPECT_EQ(run_tracks({}).sweeps.size(), 2U);
+  EXPECT_EQ(outcome.n_before, 8U);
+  write_file(left_out, R"({"other": "a reason of the user"})");
+  EXPECT_EQ(run_tracks({}).left_out, (LeftOut{{"other", "a reason of the user"}}));
 }
 
 TEST_F(Benchmark, CardsAreReadBack) {

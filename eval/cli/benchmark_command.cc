@@ -54,7 +54,7 @@ void benchmark(BenchmarkFlags& flags) {
   const auto lock = lock_folder(flags.out);
   for (const BenchmarkPlan& plan : plans) {
     const fs::path folder = request.out / plan.folder;
-    print_sweep(run_benchmark(request, plan), folder.string(), flags);
+    print_sweep(run_benchmark(request, suite, plan), folder.string(), flags);
     if (request.sweep.n_shards > 1) continue;
     make_card(suite, folder, flags.jobs);
   }
