@@ -316,8 +316,10 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   warn_of_rows(reference.poses, estimate.poses, r.warnings);
   const AlignmentChoice choice = {options.alignment, options.n_to_align,
                                   options.up.value_or(Eigen::Vector3d::Zero())};
-  auto lag = warning_of_clock_rate(reference.poses, estimate.poses, association.offset_s, choice);
-  if (!lag) lag = warning_of_lag(reference.poses, estimate.poses, association.offset_s, choice, remedy);
+  const std::optional<PoseSeries> tracked = without_identities(estimate.poses);
+  const PoseSeries& moving = tracked ? *tracked : estimate.poses;
+  auto lag = warning_of_clock_rate(reference.poses, moving, association.offset_s, choice);
+  if (!lag) lag = warning_of_lag(reference.poses, moving, association.offset_s, choice, remedy);
   if (lag) add({*lag});
   const bool clock_is_reported = lag || options.estimate_offset;
   MatchedPoses matched =

@@ -384,9 +384,7 @@ std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all
                                                            const PoseSeries& all_estimate,
                                                            const AlignmentChoice& choice) {
   constexpr double times = 10;
-  if ((choice.alignment != Alignment::none && choice.alignment != Alignment::origin) ||
-      all_estimate.size() < 3)
-    return std::nullopt;
+  if (turns_world(choice.alignment) || all_estimate.size() < 3) return std::nullopt;
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   const auto rmse = [&](Alignment alignment, const Eigen::Vector3d& up) -> std::optional<double> {
     const auto found = aligned_agreement(reference, estimate, {alignment, 0, up});

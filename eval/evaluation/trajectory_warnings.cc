@@ -13,6 +13,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/eval/logs/number_file.h"
 
@@ -306,6 +307,20 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
   if (same)
     warnings.push_back({"identical", "all poses of estimate and reference are equal: the same file twice?"});
   return warnings;
+}
+
+std::optional<PoseSeries> without_identities(const PoseSeries& poses) {
+  size_t first = 0;
+  while (first < poses.size() && is_identity(poses, first)) ++first;
+  std::vector<int> kept;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    if (i < first || !is_identity(poses, i)) kept.push_back(static_cast<int>(i));
+  }
+  if (kept.size() == poses.size()) return std::nullopt;
+  PoseSeries out = poses;
+  if (out.stamps_s.empty() && out.frames.empty()) out.frames = frames_of(out);  // rows are frame numbers
+  out.keep(kept);
+  return out;
 }
 
 namespace {

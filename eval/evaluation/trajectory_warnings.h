@@ -31,6 +31,7 @@
 //
 // trajectory_explanation.h and trajectory_offset.h define further codes.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,10 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
 /// Checks after the association and before the alignment: lost_poses, jump, no_rotations, rounded,
 /// repeated_poses, identity, identical.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
+
+/// Returns the poses without those that are exactly the identity after the first other one, as of lost frames;
+/// empty if there are none. They would look like a motion to the origin and back.
+std::optional<PoseSeries> without_identities(const PoseSeries& poses);
 
 // ---- Checks for data that cannot be evaluated: a truth that no vehicle can drive, and time stamps that do
 // not match.

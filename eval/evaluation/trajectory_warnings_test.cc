@@ -82,6 +82,19 @@ TEST(TrajectoryWarnings, AConstantLagIsFoundWithItsSignAndSize) {
   EXPECT_THAT(r.warnings, Not(Contains(code("lag"))));
 }
 
+TEST(TrajectoryWarnings, LostPosesAreNoLag) {
+  PoseSeries lost = noisy(drive(300, 10));
+  for (size_t i = 180; i < 300; ++i) {
+    lost.rotations[i].setIdentity();
+    lost.positions_m[i].setZero();
+  }
+  EgoOptions whole, begin;
+  begin.association.end_s = 115;  // before the first lost pose
+  EXPECT_THAT(evaluate(drive(300, 10), lost, whole).warnings,
+              AllOf(Contains(code("lost_poses")), Not(Contains(code("lag")))));
+  EXPECT_THAT(evaluate(drive(300, 10), lost, begin).warnings, IsEmpty());
+}
+
 TEST(TrajectoryWarnings, AShortLagOfASmoothDriveIsFound) {
   for (const double lag_s : {0.1, -0.06, 0.8}) {
     const PoseSeries truth = drive(2000, 50), late = noisy(drive(2000, 50, -lag_s));

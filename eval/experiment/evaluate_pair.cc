@@ -312,9 +312,18 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
         evaluate_object(id, it == bodies.end() ? nullptr : it->second, result, context, true_background));
   }
   add_limits(result, context, records);
-  for (Record& record : records) {  // only finite numbers enter records, in memory as in files
+  for (Record& record : records) {
+    // An error beyond every number of a record is that of an estimate that has diverged.
+    if (std::ranges::any_of(record.errors, [](const auto& item) {
+          return std::abs(item.second) > internal::largest_number;
+        })) {
+      record.status = Status::diverged;
+      record.errors.clear();
+      record.values.clear();
+    }
+    // Only finite numbers enter records, in memory as in files.
     for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms})
-      erase_if(*numbers, [](const auto& item) { return !std::isfinite(item.second); });
+      erase_if(*numbers, [](const auto& item) { return !internal::is_number(item.second); });
   }
   return records;
 }

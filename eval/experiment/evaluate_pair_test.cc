@@ -110,6 +110,21 @@ TEST_F(EvaluatePair, EgoErrorsOfAPureTranslation) {
   EXPECT_EQ(ego.time_ms.at("total"), 3.5);
 }
 
+TEST_F(EvaluatePair, AnEstimateBeyondEveryNumberOfARecordHasDiverged) {
+  for (const double z_m : {1e99, 1e120, 1e200}) {
+    estimated_.set(5, shift(5, 0, z_m));
+    result_.ego.estimate = estimate_of(shift(0, 0, -z_m), 2);
+    result_.objects[0].estimate = estimate_of(shift(0, 0, z_m), 0);
+    for (const Record& record : evaluate()) {
+      const bool is_readable =
+          std::ranges::all_of(record.errors, [](auto& e) { return internal::is_number(e.second); });
+      EXPECT_TRUE(is_readable && (record.status == Status::diverged) == record.errors.empty()) << z_m;
+      EXPECT_NO_THROW(record_from_json(to_json(record), "record"));
+    }
+    EXPECT_EQ(evaluate().front().status, z_m > 1e100 ? Status::diverged : Status::ok) << z_m;
+  }
+}
+
 TEST_F(EvaluatePair, ConsistencyIsRecorded) {
   result_.ego.split = {4.0, 9.0};
   result_.objects[0].split.sides = 5.0;
