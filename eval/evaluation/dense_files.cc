@@ -271,7 +271,8 @@ std::array<Side, 2> sides_of(const DenseFiles<Format>& files) {
            {&DensePair::truth, to_string(files.truth_format), "--gt-format"}}};
 }
 
-/// Mean of the smallest four fifths of the squared errors: a few gross errors are no mistake of the whole image.
+/// Mean of the smallest four fifths of the squared errors: a few gross errors are no mistake of the whole
+/// image.
 double robust_mean_square(const DensePairs& pairs) {
   std::vector<double> squares;
   for (const DensePair& pair : pairs) squares.push_back((pair.estimate - pair.truth).squaredNorm());
@@ -296,8 +297,8 @@ void explain_errors(const DensePairs& pairs, const std::vector<Hypothesis<DenseP
   const double errors = robust_mean_square(pairs), of_null = robust_mean_square(null);
   if (!warnings.empty() || errors <= largest_share * of_null || !(of_null > 0)) return;
   warnings.push_back(fmt::format(
-      "{}: the estimate is hardly better than {}: RMS errors of {:.3g} and {:.3g} {} (without the largest fifth of "
-      "each): is it of another image, mirrored, or stored in another format or byte order?",
+      "{}: the estimate is hardly better than {}: RMS errors of {:.3g} and {:.3g} {} (without the largest "
+      "fifth of each): is it of another image, mirrored, or stored in another format or byte order?",
       subject, null_text, std::sqrt(errors), std::sqrt(of_null), unit));
 }
 

@@ -22,8 +22,8 @@ double rms(std::span<const Eigen::Vector3d> vectors) {
   return std::sqrt(squares / static_cast<double>(vectors.size()));
 }
 
-/// Returns the factor if it is reported. A truth below `least_rms` may be mostly noise, which makes the factor
-/// smaller, but not negative.
+/// Returns the factor if it is reported. A truth below `least_rms` may be mostly noise, which makes the
+/// factor smaller, but not negative.
 std::optional<MotionFactor> wrong_factor(std::span<const Eigen::Vector3d> truth,
                                          std::span<const Eigen::Vector3d> estimate, double least_rms) {
   constexpr double lowest = 0.6, highest = 1.6, negative = -0.3, n_errors = 4;

@@ -25,9 +25,9 @@
 //                                                                      the largest fifth, over steps of 0.1 m
 //                                                                      or more
 //   rotation_factor     rotations of objects                           factor; 1 deg RMS or more
-//   camera_rotation     errors of rotation of objects                  0.4 times the rotation of the camera or
-//                                                                      more, by four standard errors
-//   object_axes         axes of the poses of objects                   turned by the same rotation of 20 deg or
+//   camera_rotation     errors of rotation of objects                  0.4 times that of the camera or more, by
+//                                                                      four standard errors
+//   object_axes         axes of the poses of objects                   turned by the same rotation, 20 deg or
 //                                                                      more, within 10 deg RMS
 //
 // Motions of objects are added over up to eight successive frames, so that errors of single true poses do not

@@ -9,7 +9,8 @@
 namespace sextant {
 namespace {
 
-/// An alignment to positions on a line does not determine the rotation about it: the rotations of the poses do.
+/// An alignment to positions on a line does not determine the rotation about it: the rotations of the poses
+/// do.
 void close_roll(PoseSeries& estimate, const PoseSeries& reference) {
   constexpr double flat = 1e-3;
   if (!reference.has_rotations() || !estimate.has_rotations()) return;

@@ -22,8 +22,8 @@
 //                                  the path)^2 + (mean rotation error in rad)^2. A declared reading below 3 %
 //                                  is not questioned. Tried with the requested alignment, then with se3 and
 //                                  sim3
-//   alignment  --align             with none, origin, scale or yaw: se3, sim3 or yaw leaves less than a tenth of
-//                                  the RMSE
+//   alignment  --align             with none, origin, scale or yaw: se3, sim3 or yaw leaves less than a tenth
+//                                  of the RMSE
 //
 // "yaw" is distinct from drift: a path that turns away slowly keeps its rotation errors. Shifts of the clock
 // or of the frame numbers are explained in trajectory_offset.h.

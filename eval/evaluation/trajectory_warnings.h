@@ -64,8 +64,8 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
 /// repeated_poses, identity, identical.
 std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
 
-/// Returns the poses without those that are exactly the identity after the first other one, as of lost frames;
-/// empty if there are none. They would look like a motion to the origin and back.
+/// Returns the poses without those that are exactly the identity after the first other one, as of lost
+/// frames; empty if there are none. They would look like a motion to the origin and back.
 std::optional<PoseSeries> without_identities(const PoseSeries& poses);
 
 // ---- Checks for data that cannot be evaluated: a truth that no vehicle can drive, and time stamps that do

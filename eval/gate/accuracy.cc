@@ -183,8 +183,8 @@ void compare_decisions(const PairedCases& cases, StatusRow& row, CountsBySeed& c
   }
 }
 
-/// True if the record, which only NEW has estimated, has an error that exceeds the largest one of the subject in
-/// BASE by the factor of the policy.
+/// Finds the records that only NEW has estimated, with an error that exceeds the largest one of the subject
+/// in BASE by the factor of the policy.
 class ImplausibleGains {
  public:
   ImplausibleGains(const PairedCases& cases, const AccuracyPolicy& policy) {

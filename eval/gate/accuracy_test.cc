@@ -185,7 +185,8 @@ TEST_F(ComparedRuns, AnEstimatorThatLosesOtherRecordsEveryTimeIsNotRegressed) {
     n_ok += exit_code(compare().verdict) == 0;
   }
   EXPECT_GE(n_ok, n_trials - 2);
-  // An estimator that loses twice as many is regressed, and so is one that loses one body in place of another.
+  // An estimator that loses three times as many is regressed, and so is one that loses one body in place of
+  // another.
   write_run(base(), drop(sweep_records(), 0.05));
   write_run(fresh(), drop(sweep_records(), 0.15));
   EXPECT_EQ(compare().verdict, GateVerdict::regressed);
