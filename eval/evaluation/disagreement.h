@@ -11,24 +11,20 @@
 // reported if four standard errors to both sides of it lie below 0.6 or above 1.6; where the truth is smaller
 // than the table says, and so may be mostly noise, only below -0.3.
 //
-//   code                what                                           reported when
-//   unexplained         path of a camera                               after the best of the requested
-//                                                                      alignment, se3 and sim3, the RMSE
-//                                                                      exceeds 0.3 of the RMS extent of the
-//                                                                      reference, if that is 0.5 m or more
-//   rotation_factor     rotations of a camera, about each axis of      factor; the reference turns by 0.5 deg
-//                       the body, over steps that turn by 3 deg RMS    RMS or more about this axis
-//   large_rotations     rotations of objects between frames            more than a tenth exceed 45 deg
-//   translation_factor  translations of objects in their own frame     factor; 0.1 m RMS or more
-//   unexplained         the same                                       the mean squared error exceeds half of
-//                                                                      the mean squared motion, both without
-//                                                                      the largest fifth, over steps of 0.1 m
-//                                                                      or more
-//   rotation_factor     rotations of objects                           factor; 1 deg RMS or more
-//   camera_rotation     errors of rotation of objects                  0.4 times that of the camera or more, by
-//                                                                      four standard errors
-//   object_axes         axes of the poses of objects                   turned by the same rotation, 20 deg or
-//                                                                      more, within 10 deg RMS
+//   code                what, and when it is reported
+//   unexplained         path of a camera: the best of the requested alignment, se3 and sim3 leaves an RMSE
+//                       above 0.3 of the RMS extent of the reference, if that is 0.5 m or more
+//   rotation_factor     rotations of a camera about each axis of its body, over steps that turn by 3 deg RMS:
+//                       factor; the reference turns by 0.5 deg RMS or more about this axis
+//   large_rotations     rotations of objects from frame to frame: more than a tenth exceed 45 deg
+//   translation_factor  translations of objects in their own frame: factor; 0.1 m RMS or more
+//   unexplained         the same, over steps of 0.1 m or more: the mean squared error exceeds half of the
+//                       mean squared motion, both without the largest fifth
+//   rotation_factor     rotations of objects: factor; 1 deg RMS or more
+//   camera_rotation     errors of rotation of objects: 0.4 times the rotation of the camera or more, by four
+//                       standard errors
+//   object_axes         axes of the poses of objects: turned by the same rotation against the true ones, by
+//                       20 deg or more, within 10 deg RMS
 //
 // Motions of objects are added over up to eight successive frames, so that errors of single true poses do not
 // count as motion.
