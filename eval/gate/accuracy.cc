@@ -193,7 +193,7 @@ class ImplausibleGains {
       std::optional<double> largest;
       for (const RowPair& row : cases.rows) {
         const auto before = cases.base.is_estimated(row.base) ? number_at(base, row.base) : std::nullopt;
-        if (before) largest = std::max(largest.value_or(0), *before);
+        if (before) largest = std::max(largest.value_or(policy.of(name).absolute), *before);
       }
       if (largest) limits_.emplace_back(fresh, policy.gained_error * *largest);
     }
@@ -206,8 +206,8 @@ class ImplausibleGains {
   }
 
  private:
-  std::vector<std::pair<const NumberColumn*, double>>
-      limits_;  ///< errors in NEW, and the largest allowed one
+  /// Errors in NEW, and the largest one that is a gain
+  std::vector<std::pair<const NumberColumn*, double>> limits_;
 };
 
 /// Changes of the statuses and decisions of a subject; the verdict is judged with those of its family.
