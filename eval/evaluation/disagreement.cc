@@ -65,6 +65,28 @@ std::vector<Eigen::Vector3d> rotations_over(const PoseSeries& series, size_t k) 
   return out;
 }
 
+/// Returns true if the estimate follows the reference over pieces of a hundredth of the path: directions of
+/// motion in the body's axes, and rotations. An odometry that drifts does, however large its errors become.
+bool agrees_over_pieces(const PoseSeries& reference, const PoseSeries& estimate) {
+  constexpr double least_cosine = 0.95, least_correlation = 0.8;
+  if (!reference.has_rotations() || !estimate.has_rotations()) return false;
+  const size_t n = reference.size(), k = std::max<size_t>(1, n / 100);
+  double cosines = 0, n_cosines = 0, rr = 0, ee = 0, re = 0;
+  for (size_t i = 0; i + k < n; i += k) {
+    const RelativePose r = relative_pose(reference, i, i + k), e = relative_pose(estimate, i, i + k);
+    if (const double lengths = r.translation_m.norm() * e.translation_m.norm(); lengths > 0) {
+      cosines += r.translation_m.dot(e.translation_m) / lengths;
+      ++n_cosines;
+    }
+    const Eigen::Vector3d a = so3_log(Eigen::Quaterniond(r.rotation)),
+                          b = so3_log(Eigen::Quaterniond(e.rotation));
+    rr += a.squaredNorm();
+    ee += b.squaredNorm();
+    re += a.dot(b);
+  }
+  return cosines > least_cosine * n_cosines && re > least_correlation * std::sqrt(rr * ee);
+}
+
 std::optional<TrajectoryWarning> warning_of_rotation_factor(const PoseSeries& reference,
                                                             const PoseSeries& estimate) {
   constexpr double step_rad = 3 * degree, least_rad = 0.5 * degree;
@@ -258,7 +280,8 @@ std::vector<TrajectoryWarning> warnings_of_disagreement(const PoseSeries& all_re
   const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
   const auto rmse_m = best_rmse_m(reference, estimate, choice);
   const double extent_m = rms_extent_m(reference);
-  if (rmse_m && extent_m >= least_extent_m && *rmse_m > largest_share * extent_m) {
+  if (rmse_m && extent_m >= least_extent_m && *rmse_m > largest_share * extent_m &&
+      !agrees_over_pieces(reference, estimate)) {
     out.push_back(
         {"unexplained",
          fmt::format(

@@ -13,7 +13,8 @@
 //
 //   code                what, and when it is reported
 //   unexplained         path of a camera: the best of the requested alignment, se3 and sim3 leaves an RMSE
-//                       above 0.3 of the RMS extent of the reference, if that is 0.5 m or more
+//                       above 0.3 of the RMS extent of the reference, if that is 0.5 m or more, and motions
+//                       over pieces of the path disagree, too, unlike those of an odometry that drifts
 //   rotation_factor     rotations of a camera about each axis of its body, over steps that turn by 3 deg RMS:
 //                       factor; the reference turns by 0.5 deg RMS or more about this axis
 //   large_rotations     rotations of objects from frame to frame: more than a tenth exceed 45 deg

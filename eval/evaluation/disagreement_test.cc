@@ -76,6 +76,23 @@ TEST(Disagreement, OfACameraIsReported) {
   }
 }
 
+TEST(Disagreement, DriftIsNoDisagreement) {
+  // Scale and heading drift as those of a monocular odometry: the scale falls to a fifth.
+  const PoseSeries truth = drive(2000, 10);
+  PoseSeries drifted = truth;
+  SE3 P = truth.pose(0);
+  for (size_t i = 1; i < truth.size(); ++i) {
+    SE3 step = truth.pose(i - 1).inverse() * truth.pose(i);
+    const double scale = std::exp(-1.6 * static_cast<double>(i) / 2000);
+    P = P * SE3(step.rotation() * about_y(0.001, {0, 0, 0}).rotation(), scale * step.translation());
+    drifted.rotations[i] = P.rotation().toRotationMatrix();
+    drifted.positions_m[i] = P.translation();
+  }
+  const EgoResult r = evaluate(truth, drifted, {.alignment = Alignment::sim3});
+  EXPECT_GT(r.statistics.rmse, 0.3 * rms_extent_m(truth));
+  EXPECT_THAT(r.warnings, IsEmpty());
+}
+
 TEST(Disagreement, AStandstillHasNoScale) {
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
