@@ -55,6 +55,22 @@ TEST(CaseDiagnosis, PlantedMistakesAreNamedAndCorrectResultsAreNot) {
   EXPECT_THAT(diagnose_case(plant, truth, "e"), ElementsAre(HasSubstr("look inverted")));
 }
 
+TEST(CaseDiagnosis, TranslationsThatAreThreeTimesTooLongAreNamed) {
+  const std::string source = "synthetic:s18";
+  CaseMotions plant = run_of(source).sources[0].motions;
+  const SequenceTruth truth = truth_of(source);
+  EXPECT_THAT(diagnose_case(plant, truth, "e"), IsEmpty());
+  for (auto& [id, motions] : plant.objects) {
+    for (auto& [k, H] : motions) {
+      const ObjectTruth* const before = truth.find(k - 1, id);
+      if (before == nullptr) continue;
+      const SE3 L = *plant.estimated.pose(k - 1) * before->T_camera_object, B = L.inverse() * H * L;
+      H = L * SE3(B.rotation(), 3 * B.translation()) * L.inverse();
+    }
+  }
+  EXPECT_THAT(diagnose_case(plant, truth, "e"), ElementsAre(HasSubstr("the translations are 3 +- ")));
+}
+
 /// SEXTANT_DIAGNOSIS_SEEDS sets the number of seeds of each scene.
 TEST(CaseDiagnosis, NoFalseAlarmAtTheNoiseOfTableII) {
   const char* seeds = std::getenv("SEXTANT_DIAGNOSIS_SEEDS");

@@ -11,6 +11,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/interrupt.h"
 #include "sextant/base/machine.h"
+#include "sextant/eval/diagnosis/motion_disagreement.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/geometry/object_motion.h"
@@ -367,7 +368,13 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
     }
   }
   std::ranges::sort(data.samples, {}, &MotionSample::key);
-  add_lines(explain_motions(data), "estimated motions");
+  const std::vector<ObjectExplanation> found = explain_motions(data);
+  add_lines(found, "estimated motions");
+  if (!found.empty()) return out;
+  for (const Disagreement& disagreement : disagreements_of(data)) {
+    if (disagreement.code == "unexplained") continue;  // the noise that was added may cause large errors
+    out.push_back(fmt::format("{}, estimated motions: {}", estimator, disagreement.text));
+  }
   return out;
 }
 
