@@ -80,7 +80,7 @@ std::optional<TrajectoryWarning> warning_of_rotation_factor(const PoseSeries& re
       "rotation_factor",
       fmt::format(
           "the estimate turns about its axis {} as much as the reference: are its axes left-handed (as "
-          "in Unity, Unreal and CARLA), or its rotations those of another body?",
+          "in Unity, Unreal and CARLA), or does another body turn?",
           fmt::join(found, ", "))};
 }
 

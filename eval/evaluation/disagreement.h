@@ -6,7 +6,7 @@
 //   code             what, and when it is reported
 //   unexplained      path of a camera: the best of the requested alignment, se3 and sim3 leaves an RMSE above
 //                    0.3 of the RMS extent of the reference, if that is 0.5 m or more, and motions over
-//                    pieces of the path disagree, too, unlike those of an odometry that drifts
+//                    pieces of the path disagree, too, which they do not where an odometry drifts
 //   rotation_factor  rotations of a camera about each axis of its body, over steps that turn by 3 deg RMS;
 //                    small: below 0.5 deg RMS about this axis
 //   object_axes      axes of the poses of objects: turned by the same rotation against the true ones, by

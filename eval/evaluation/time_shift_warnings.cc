@@ -72,7 +72,7 @@ PoseSeries timed_by_frames(PoseSeries series) {
   return series;
 }
 
-/// Whether the times of both are stamps, otherwise they are frame numbers.
+/// Returns true if both series have time stamps; if not, frame numbers take their place.
 bool have_stamps(const PoseSeries& reference, const PoseSeries& estimate) {
   return !reference.stamps_s.empty() && !estimate.stamps_s.empty();
 }

@@ -150,22 +150,31 @@ double relative_rotation_squares(const PoseSeries& reference, const PoseSeries& 
   return sum;
 }
 
-/// Returns true if the rotations over pieces of the path contradict a reading: their squared errors are more
-/// than a tenth larger than those as declared. An alignment to a nearly straight path may be turned about it
-/// by any angle, which another body would explain.
-bool contradicts_rotations(const TrajectoryPair& declared, const TrajectoryPair& read) {
-  constexpr double worse = 1.1, rounding_rad2 = 1e-10;
-  if (!declared.reference.has_rotations() || !declared.estimate.has_rotations()) return false;
-  return relative_rotation_squares(read.reference, read.estimate) >
-         worse * relative_rotation_squares(declared.reference, declared.estimate) + rounding_rad2;
-}
+/// The declared rotations over pieces of the path, which a reading must not contradict: an alignment to a
+/// nearly straight path may be turned about it by any angle, which another body would explain.
+class DeclaredRotations {
+ public:
+  explicit DeclaredRotations(const TrajectoryPair& pair)
+      : known_(pair.reference.has_rotations() && pair.estimate.has_rotations()),
+        squares_(known_ ? relative_rotation_squares(pair.reference, pair.estimate) : 0) {}
+
+  /// Returns true if the squared errors of the read rotations are more than a tenth larger.
+  bool contradict(const PoseSeries& reference, const PoseSeries& estimate) const {
+    constexpr double worse = 1.1, rounding_rad2 = 1e-10;
+    return known_ && relative_rotation_squares(reference, estimate) > worse * squares_ + rounding_rad2;
+  }
+
+ private:
+  bool known_;
+  double squares_;
+};
 
 constexpr double least_fitted_rad = 10 * std::numbers::pi / 180;
 
 /// Fits the constant rotation of the body axes, applied from the right, that is nearest to the differences of
 /// all poses after the alignment.
-std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentChoice& choice,
-                                   const PoseFrame& frame) {
+std::optional<Reading> fitted_body(const TrajectoryPair& pair, const DeclaredRotations& rotations,
+                                   const AlignmentChoice& choice, const PoseFrame& frame) {
   constexpr double price = 0.6;
   PoseSeries estimate = pair.estimate;
   if (!try_align(estimate, pair.reference, choice)) return std::nullopt;
@@ -177,7 +186,7 @@ std::optional<Reading> fitted_body(const TrajectoryPair& pair, const AlignmentCh
   if (is_near_axes(B, least_fitted_rad))
     return std::nullopt;  // the hypotheses about exchanged axes cover this rotation
   for (Eigen::Matrix3d& R : estimate.rotations) R = R * B;
-  if (contradicts_rotations(pair, {pair.reference, estimate})) return std::nullopt;
+  if (rotations.contradict(pair.reference, estimate)) return std::nullopt;
   const std::string remedy = frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B)
                                                 : "correct --body-from-camera";
   return Reading{
@@ -295,8 +304,9 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   if (!now) return std::nullopt;
   const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
   const double declared = residual(*now, pair.reference, rotations);
+  const DeclaredRotations declared_rotations(pair);
   const auto residual_of = [&](const TrajectoryPair& read) -> std::optional<double> {
-    if (contradicts_rotations(pair, read)) return std::nullopt;
+    if (declared_rotations.contradict(read.reference, read.estimate)) return std::nullopt;
     const auto then = aligned_agreement(read.reference, read.estimate, choice);
     if (!then) return std::nullopt;
     return residual(*then, read.reference, rotations);
@@ -306,7 +316,7 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
                                      turns_world(choice.alignment), scales(choice.alignment)}),
               pair, residual_of);
   if (rotations) {
-    if (auto body = fitted_body(pair, choice, frame)) readings.push_back(*body);
+    if (auto body = fitted_body(pair, declared_rotations, choice, frame)) readings.push_back(*body);
     if (auto world = fitted_world_of_rotations(pair, choice)) readings.push_back(*world);
   }
   std::erase_if(readings, [](const Reading& reading) { return reading.residual > explained; });

@@ -11,25 +11,10 @@
 #include "sextant/base/machine.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/stats/paired_comparison.h"
-#include "sextant/stats/tests.h"
 
 namespace sextant {
 
 namespace {
-
-std::string short_case(const SubjectCases& cases, size_t row) {
-  return fmt::format("seed {} frame {}", cases.seeds[row], cases.frames[row]);
-}
-
-/// A subject that both sides have, with the records that they share.
-struct PairedCases {
-  const SubjectCases& base;
-  const SubjectCases& fresh;
-  std::string name;  ///< of the subject, with the noise if the level does not determine it
-  std::vector<RowPair> rows;
-
-  std::string name_of(const RowPair& row) const { return name + " " + short_case(base, row.base); }
-};
 
 std::vector<PairedCases> pair_up(const std::vector<SubjectCases>& base,
                                  const std::vector<SubjectCases>& fresh, const SamenessPolicy& same,
@@ -44,18 +29,14 @@ std::vector<PairedCases> pair_up(const std::vector<SubjectCases>& base,
     PairedRows rows = pair_rows(pair);
     const std::string name = names(pair.subject());
     for (const size_t row : rows.only_base)
-      missing.add(name + " " + short_case(*pair.base, row), "there", "missing");
+      missing.add(name + " " + case_name(*pair.base, row), "there", "missing");
     for (const size_t row : rows.only_fresh)
-      added.add(name + " " + short_case(*pair.fresh, row), "missing", "there");
+      added.add(name + " " + case_name(*pair.fresh, row), "missing", "there");
     if (!rows.both.empty()) shared.push_back({*pair.base, *pair.fresh, name, std::move(rows.both)});
   }
   missing.move_to(findings);
   added.move_to(findings);
   return shared;
-}
-
-std::optional<double> number_at(const NumberColumn* column, size_t row) {
-  return column == nullptr || !column->has(row) ? std::nullopt : std::optional(column->numbers[row]);
 }
 
 /// Reports values that depend on the truth only and differ between the sides.
@@ -99,172 +80,6 @@ void check_measurements(const PairedCases& cases, const AccuracyPolicy& policy, 
       measurements.add(fmt::format("{} {}", cases.name_of(row), column.name), fmt::format("{}", *before),
                        fmt::format("{}", *after));
     }
-  }
-}
-
-/// Records of a subject that got worse (lost, wrong) and better (gained, corrected) by seed.
-struct CountsBySeed {
-  std::map<uint64_t, int> net;  ///< worse less better, of every seed of the subject
-  int n_worse = 0, n_better = 0;
-
-  void add(uint64_t seed, int worse, int better) {
-    net[seed] += worse - better;
-    n_worse += worse;
-    n_better += better;
-  }
-  void add(const CountsBySeed& other) {
-    for (const auto& [seed, n] : other.net) net[seed] += n;
-    n_worse += other.n_worse;
-    n_better += other.n_better;
-  }
-  bool got_worse() const { return n_worse > n_better; }
-  /// The larger p of the sign test of the records and of Wilcoxon's test of the seeds, since the records of a
-  /// seed may depend on each other. That of the records is multiplied by the number of tests.
-  double p(size_t n_tests) const {
-    std::vector<double> differences;
-    for (const auto& [seed, n] : net) differences.push_back(n);
-    if (differences.empty()) return 1;
-    const double of_records = std::min(1.0, sign_test(n_worse, n_better) * static_cast<double>(n_tests));
-    return std::max(of_records, wilcoxon_test(differences).p);
-  }
-};
-
-/// Counts of all subjects of a family: the camera, or the objects, of an estimator.
-struct FamilyCounts {
-  CountsBySeed all;
-  size_t n_subjects = 0;  ///< with changes
-
-  void add(const CountsBySeed& counts) {
-    all.add(counts);
-    n_subjects += counts.n_worse + counts.n_better > 0;
-  }
-};
-
-/// Judges the counts of a subject of the family.
-GateVerdict judge_counts(const CountsBySeed& counts, const FamilyCounts& family,
-                         const AccuracyPolicy& policy) {
-  constexpr double suspicious_p = 0.05;
-  const bool is_worse = counts.n_worse > counts.n_better + policy.max_lost;
-  if (!is_worse && counts.n_better <= counts.n_worse) return GateVerdict::ok;
-  const CountsBySeed& all = family.all;
-  const bool all_agree = (is_worse ? all.n_better : all.n_worse) == 0;
-  const double p = std::min(counts.p(family.n_subjects), all.got_worse() == is_worse ? all.p(1) : 1.0);
-  if (all_agree || p <= policy.alpha) return is_worse ? GateVerdict::regressed : GateVerdict::improved;
-  if (!is_worse) return GateVerdict::ok;
-  const double attainable_p = std::ldexp(2.0, -static_cast<int>(counts.net.size()));
-  const bool too_few = attainable_p > policy.alpha && counts.n_worse > 2 * counts.n_better;
-  return too_few || p <= suspicious_p ? GateVerdict::inconclusive : GateVerdict::ok;
-}
-
-/// Adds the decisions between dynamic and static that differ. Like the counts of a report, the judged ones do
-/// not include records that are gated for another reason: their decision has no effect. A decision that only
-/// one side made is listed if the statuses are equal; otherwise it is missing because of the status.
-void compare_decisions(const PairedCases& cases, StatusRow& row, CountsBySeed& counts) {
-  const SubjectCases &base = cases.base, &fresh = cases.fresh;
-  const NumberColumn *before = find_column(base.decisions, "dynamic"),
-                     *after = find_column(fresh.decisions, "dynamic"),
-                     *truth = find_column(base.truth, "dynamic_gt");
-  const auto word = [](std::optional<double> dynamic) {
-    return !dynamic ? "undecided" : *dynamic == 0 ? "static" : "dynamic";
-  };
-  for (const auto& [b, f] : cases.rows) {
-    const std::optional<double> was = number_at(before, b), is = number_at(after, f),
-                                right = number_at(truth, b);
-    if (was == is) continue;
-    if ((!was || !is) && (base.statuses[b] != fresh.statuses[f] || base.gates[b] != fresh.gates[f])) continue;
-    const bool is_judged = was && is && right && base.has_decision(b) && fresh.has_decision(f);
-    (!is_judged ? row.n_other : is == right ? row.n_corrected : row.n_wrong)++;
-    if (is_judged) counts.add(base.seeds[b], is != right, is == right);
-    const bool is_first_wrong = row.n_lost == 0 && row.n_wrong == 1 && is_judged && is != right;
-    if (row.example.empty() || is_first_wrong) {
-      row.example = fmt::format("{}: {} -> {}{}", short_case(base, b), word(was), word(is),
-                                right ? fmt::format(", truly {}", word(right)) : "");
-    }
-  }
-}
-
-/// Finds the records that only NEW has estimated, with an error that exceeds the largest one of the subject
-/// in BASE by the factor of the policy.
-class ImplausibleGains {
- public:
-  ImplausibleGains(const PairedCases& cases, const AccuracyPolicy& policy) {
-    for (const auto& [name, base, fresh] : pair_columns(cases.base.errors, cases.fresh.errors)) {
-      if (base == nullptr || fresh == nullptr || policy.of(name).direction != Direction::lower) continue;
-      std::optional<double> largest;
-      for (const RowPair& row : cases.rows) {
-        const auto before = cases.base.is_estimated(row.base) ? number_at(base, row.base) : std::nullopt;
-        if (before) largest = std::max(largest.value_or(policy.of(name).absolute), *before);
-      }
-      if (largest) limits_.emplace_back(fresh, policy.gained_error * *largest);
-    }
-  }
-  bool contain(size_t row) const {
-    return std::ranges::any_of(limits_, [&](const auto& limit) {
-      const auto error = number_at(limit.first, row);
-      return error && *error > limit.second;
-    });
-  }
-
- private:
-  /// Errors in NEW, and the largest one that is a gain
-  std::vector<std::pair<const NumberColumn*, double>> limits_;
-};
-
-/// Changes of the statuses and decisions of a subject; the verdict is judged with those of its family.
-struct ComparedStatuses {
-  StatusRow row;
-  CountsBySeed statuses, decisions;
-  bool has_common_case = false;
-};
-
-ComparedStatuses compare_statuses(const PairedCases& cases, const AccuracyPolicy& policy) {
-  const SubjectCases &base = cases.base, &fresh = cases.fresh;
-  ComparedStatuses out;
-  StatusRow& row = out.row;
-  row.subject = base.subject;
-  row.n = static_cast<int>(cases.rows.size());
-  const ImplausibleGains implausible(cases, policy);
-  for (const auto& [b, f] : cases.rows) {
-    const bool before = base.is_estimated(b), after = fresh.is_estimated(f);
-    out.has_common_case |= before && after;
-    out.statuses.add(base.seeds[b], 0, 0);
-    out.decisions.add(base.seeds[b], 0, 0);
-    if (base.statuses[b] == fresh.statuses[f] && base.gates[b] == fresh.gates[f]) continue;
-    if (before && after)
-      continue;  // between ok and no_truth only the truth changed: check_truth() reports it
-    const bool is_bad = !before && after && implausible.contain(f);
-    (before ? row.n_lost : is_bad ? row.n_bad : after ? row.n_gained : row.n_other)++;
-    out.statuses.add(base.seeds[b], before || is_bad, !before && after && !is_bad);
-    const bool is_first_lost = before && row.n_lost == 1, is_first_bad = is_bad && row.n_bad == 1;
-    if (row.example.empty() || is_first_lost || (is_first_bad && row.n_lost == 0)) {
-      row.example = fmt::format("{}: {} -> {}{}", short_case(base, b), to_string(base.statuses[b]),
-                                to_string(fresh.statuses[f]), is_bad ? ", with a gross error" : "");
-    }
-  }
-  compare_decisions(cases, row, out.decisions);
-  return out;
-}
-
-/// Judges all rows together: where records of a family also got better, more worse ones than better ones need
-/// evidence.
-void judge_statuses(std::vector<ComparedStatuses>& all, const AccuracyPolicy& policy) {
-  std::map<std::pair<std::string, bool>, std::pair<FamilyCounts, FamilyCounts>> families;
-  const auto family_of = [&](const ComparedStatuses& one) -> auto& {
-    return families[{one.row.subject.estimator, one.row.subject.body == "ego"}];
-  };
-  for (const ComparedStatuses& one : all) {
-    family_of(one).first.add(one.statuses);
-    family_of(one).second.add(one.decisions);
-  }
-  for (ComparedStatuses& one : all) {
-    const auto& [statuses, decisions] = family_of(one);
-    StatusRow& row = one.row;
-    row.verdict = std::min(judge_counts(one.statuses, statuses, policy),
-                           judge_counts(one.decisions, decisions, policy));
-    constexpr double expected_by_chance = 3;  // of common records
-    const double n_common = static_cast<double>(row.n_lost) * (row.n_gained + row.n_bad) / row.n;
-    if (!one.has_common_case && n_common >= expected_by_chance)
-      row.verdict = std::min(row.verdict, GateVerdict::inconclusive);
   }
 }
 
@@ -574,12 +389,10 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
   const bool equal_measurements = expects_equal_measurements(out.findings);
   const std::vector<PairedCases> shared = pair_up(base, fresh, policy.same, out.findings);
   std::vector<PairedErrors> tasks;
-  std::vector<ComparedStatuses> statuses;
   for (const PairedCases& cases : shared) {
     out.n_cases += static_cast<int>(cases.rows.size());
     check_truth(cases, truth);
     if (equal_measurements) check_measurements(cases, policy.accuracy, measurements);
-    if (policy.accuracy.judge) statuses.push_back(compare_statuses(cases, policy.accuracy));
     const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
     check_which_errors(cases, errors, missing, added);
     for (const auto& [name, before, after] : errors) {
@@ -592,10 +405,7 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
   added.move_to(out.findings);
   measurements.move_to(out.findings);
   if (!policy.accuracy.judge) return;
-  judge_statuses(statuses, policy.accuracy);
-  for (ComparedStatuses& one : statuses) {
-    if (!one.row.example.empty()) out.statuses.push_back(std::move(one.row));
-  }
+  out.statuses = compare_statuses(shared, policy.accuracy);
   std::vector<size_t> sources;
   std::map<std::pair<std::string, std::string>, size_t> known;
   for (const PairedErrors& task : tasks) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Compares errors and statuses record by record: a record (seed, frame) of BASE with the same record of NEW.
+// Compares errors record by record: a record (seed, frame) of BASE with the same record of NEW.
 // The verdict is decided by errors pooled over sources and bodies (families, below). In addition there is one
 // row per subject (data set, sequence, estimator, noise, level, body) and error, over the records estimated
 // on both sides:
@@ -23,33 +23,12 @@
 // reject does not count for the others). If a verdict `regressed` or `improved` does not follow from p, p is
 // not reported.
 //
-// Statuses: a record that was estimated in BASE (status ok or no_truth) and is not in NEW is lost; the
-// opposite is gained. A gained record with an error above gained_error times the largest one of the subject
-// in BASE is bad and counts as lost: a grossly wrong estimate is no gain. A subject with more than gained +
-// max_lost lost records is
-//
-//   regressed      if no record of its family (the camera, or the objects, of its estimator) is gained, or if
-//                  the loss of the subject or of the family is proven: p <= alpha, both of the sign test of
-//                  the records, times the number of subjects, and of Wilcoxon's test of the seeds
-//   inconclusive   if p <= 0.05, or if it has too few seeds for a proof and lost more than twice as many
-//                  records as it gained
-//   ok             otherwise: an estimator with random numbers of its own loses some records and gains others
-//
-// With more records gained than lost it is `improved` by the same rule, with lost and gained exchanged,
-// otherwise `ok`. A subject that both sides have estimated, but in no
-// common record although chance would give three, has no error to compare: it is `inconclusive` unless it is
-// `regressed`. Truth that appears
-// or disappears is not a change of the estimator; it is a finding.
-//
-// Decisions: a record whose value `dynamic` differs from `dynamic_gt` in NEW but not in BASE has become
-// wrong; the opposite is corrected. They are judged like lost and gained records, and a subject has the worse
-// of the two verdicts. Decisions of bodies that are gated for another reason (distance, area) are not judged.
-
 #include <string>
 #include <vector>
 
 #include "sextant/eval/gate/policy.h"
 #include "sextant/eval/gate/side.h"
+#include "sextant/eval/gate/statuses.h"
 #include "sextant/eval/gate/subject_cases.h"
 #include "sextant/stats/paired_comparison.h"
 
@@ -123,22 +102,6 @@ struct AccuracyRow : JudgedError, PairedComparison {
   const ErrorPair& largest_change() const {
     return verdict == GateVerdict::improved ? most_better : most_worse;
   }
-};
-
-/// Changes of status, and of the decision between dynamic and static, of one subject.
-struct StatusRow {
-  Subject subject;
-  int n = 0;
-  int n_lost = 0;
-  int n_gained = 0;
-  int n_bad = 0;  ///< estimated in NEW only, with a gross error; they count as lost
-  /// Cases that neither side estimated, with another status or another Gate; and other decisions that differ
-  /// but are not judged: without truth, of a body gated for another reason, or made by one side only
-  int n_other = 0;
-  int n_wrong = 0;      ///< decisions that are wrong in NEW, but not in BASE
-  int n_corrected = 0;  ///< decisions that are wrong in BASE, but not in NEW
-  std::string example;  ///< "seed 0 frame 3: ok -> lost"
-  GateVerdict verdict = GateVerdict::ok;
 };
 
 /// Rows and findings of a comparison of errors.

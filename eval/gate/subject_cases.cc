@@ -153,6 +153,14 @@ std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
   return pairs;
 }
 
+std::optional<double> number_at(const NumberColumn* column, size_t row) {
+  return column == nullptr || !column->has(row) ? std::nullopt : std::optional(column->numbers[row]);
+}
+
+std::string case_name(const SubjectCases& cases, size_t row) {
+  return fmt::format("seed {} frame {}", cases.seeds[row], cases.frames[row]);
+}
+
 PairedRows pair_rows(const SubjectPair& pair) {
   const CaseColumns none;
   const CaseColumns& base = pair.base == nullptr ? none : *pair.base;

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
@@ -79,6 +80,9 @@ struct ColumnPair {
 std::vector<ColumnPair> pair_columns(const std::vector<NumberColumn>& base,
                                      const std::vector<NumberColumn>& fresh);
 
+/// Returns the number of a row; empty if the row, or the column, does not have it.
+std::optional<double> number_at(const NumberColumn* column, size_t row);
+
 /// One subject on both sides; the pointer of a side that lacks it is null.
 struct SubjectPair {
   const SubjectCases* base;
@@ -100,6 +104,19 @@ struct PairedRows {
   std::vector<size_t> only_base, only_fresh;
 };
 PairedRows pair_rows(const SubjectPair& pair);
+
+/// Formats "seed 3 frame 2".
+std::string case_name(const SubjectCases& cases, size_t row);
+
+/// A subject that both sides have, with the records that they share.
+struct PairedCases {
+  const SubjectCases& base;
+  const SubjectCases& fresh;
+  std::string name;  ///< subject, with the noise if the level does not determine it
+  std::vector<RowPair> rows;
+
+  std::string name_of(const RowPair& row) const { return name + " " + case_name(base, row.base); }
+};
 
 /// Sorts records into subjects.
 class SubjectCollector {
