@@ -71,20 +71,27 @@ Image<Flow> induced_flow(const Frame& frame, const StereoCamera& camera, const S
   return out;
 }
 
-/// Interpolates the disparity linearly between the four surrounding pixels; NaN if these differ by more than
-/// 1 px, because they then belong to several surfaces.
+/// Returns the disparity at (x, y): that of the nearest pixel, corrected for the remaining offset by the
+/// slope of the plane through its 3 x 3 pixels. Errors that are independent between pixels keep 1.03
+/// times their variance, whereas linear interpolation would average them to 4/9 of it. NaN without these
+/// pixels, and if the four pixels around (x, y) differ by more than 1 px, because they then belong to
+/// several surfaces.
 double disparity_at(const Image<float>& depth_m, double bf, double x, double y) {
-  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
-  if (!depth_m.contains(left, top) || !depth_m.contains(left + 1, top + 1)) return NAN;
-  double lowest = INFINITY, highest = -INFINITY, sum = 0;
-  for (const auto [i, j] : PixelRange(2, 2)) {
-    const double d = bf / depth_m(left + i, top + j);
-    if (!std::isfinite(d)) return NAN;
-    lowest = std::min(lowest, d);
-    highest = std::max(highest, d);
-    sum += d * (i == 1 ? x - left : left + 1 - x) * (j == 1 ? y - top : top + 1 - y);
+  const int column = static_cast<int>(std::lround(x)), row = static_cast<int>(std::lround(y));
+  if (!depth_m.contains(column - 1, row - 1) || !depth_m.contains(column + 1, row + 1)) return NAN;
+  const double right = x - column, down = y - row;
+  double lowest = INFINITY, highest = -INFINITY, slope_x = 0, slope_y = 0;
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      const double d = bf / depth_m(column + i, row + j);
+      if (!std::isfinite(d)) return NAN;
+      slope_x += i * d / 6;
+      slope_y += j * d / 6;
+      const bool surrounds = (i == 0 || (i > 0) == (right > 0)) && (j == 0 || (j > 0) == (down > 0));
+      if (surrounds) lowest = std::min(lowest, d), highest = std::max(highest, d);
+    }
   }
-  return highest - lowest <= 1 ? sum : NAN;
+  return highest - lowest <= 1 ? bf / depth_m(column, row) + slope_x * right + slope_y * down : NAN;
 }
 
 Image<float> against_next_frame(const Frame& frame, const Image<float>& next_depth_m,

@@ -1,7 +1,9 @@
 #include "sextant/eval/profile/noise_profile.h"
 
 #include <cmath>
+#include <vector>
 
+#include "sextant/base/quantile.h"
 #include "sextant/datasets/testing.h"
 
 namespace sextant {
@@ -70,9 +72,80 @@ TEST(NoiseProfile, IndependentNoiseHasNoCorrelation) {
   EXPECT_FALSE(profile.disparity.has_value());  // all of its errors are 0
 }
 
+// The next frame as reference measures the noise of both frames, whether it is independent between pixels
+// or smooth.
+TEST(NoiseProfile, NextFrameMeasuresTheLevelOfAnyCorrelation) {
+  constexpr double delta_d_px = 0.2;
+  const Json smooth = {{"model", "spatial"}, {"lengths_px", {5}}, {"shares", {1.0}}};
+  for (const Json& correlation : {Json("independent"), smooth}) {
+    const Json noise = {{"flow", {{"epe_px", 0.1}}},
+                        {"depth", {{"delta_d_px", delta_d_px}, {"baseline_m", 0}}},
+                        {"correlation", correlation}};
+    const NoiseProfile profile = fit_noise_profile(
+        *scene(), "scene",
+        {.name = "next", .noise = Noise(noise), .seed = 1, .depth = DepthReference::next_frame, .jobs = 2});
+    ASSERT_TRUE(profile.disparity);
+    EXPECT_EQ(profile.disparity->reference, "next_frame");
+    EXPECT_NEAR(profile.disparity->errors.sigma_px[0] / delta_d_px, 1, 0.06) << correlation;
+  }
+}
+
 TEST(NoiseProfile, NothingToMeasure) {
   expect_error([&] { fit_noise_profile(*scene(), "scene", {.name = "none"}); }, "give --noise");
 }
+
+// Errors of SGBM at the same point of a surface in both frames of a pair, against the true disparities.
+// Their covariance between the frames is the variance of the part that persists; joint_flow_depth assumes
+// that it is twice the rest of the variance (persistent_ratio, estimator/flow_depth/error_model.h).
+class PersistentErrors : public testing::TestWithParam<const char*> {
+ protected:
+  static double median(std::vector<double> values) { return middle_of(values); }
+};
+
+TEST_P(PersistentErrors, HaveOneToThreeTimesTheVarianceOfTheOthers) {
+  SEXTANT_NEEDS_DATA("kitti_sceneflow_2015");
+  constexpr int first = 10;
+  constexpr double largest_px = 1.5;
+  const auto pair = open_with("sceneflow:" + real_data("kitti_sceneflow_2015").string() + "#" + GetParam());
+  const double bf = pair->info().camera.bf;
+  const Image<Flow> flow = pair->true_flow(first).value();
+  const auto errors = [&](int frame) {
+    Image<float> error = pair->read(frame, {.depth = true}).depth_m;
+    const Image<float> truth = pair->true_depth(frame).value();
+    for (const auto [x, y] : pixels(error))
+      error(x, y) = static_cast<float>(bf / error(x, y) - bf / truth(x, y));
+    return error;
+  };
+  const Image<float> now = errors(first), next = errors(first + 1), depth_m = pair->true_depth(first).value();
+  for (const auto& [nearest_px, farthest_px] : {std::pair{20.0, INFINITY}, {10.0, 20.0}, {0.0, 10.0}}) {
+    std::vector<double> a, b;
+    for (const auto [x, y] : pixels(flow)) {
+      const double disparity = bf / depth_m(x, y);
+      if (!flow(x, y).valid() || !(disparity > nearest_px && disparity <= farthest_px)) continue;
+      const auto column = std::lround(x + flow(x, y).u), row = std::lround(y + flow(x, y).v);
+      if (!next.contains(static_cast<int>(column), static_cast<int>(row))) continue;
+      const double there = next(static_cast<int>(column), static_cast<int>(row));
+      if (!(std::abs(now(x, y)) < 3 && std::abs(there) < 3)) continue;
+      a.push_back(now(x, y));
+      b.push_back(there);
+    }
+    const double middle_a = median(a), middle_b = median(b);
+    double n = 0, variance = 0, covariance = 0;
+    for (size_t i = 0; i < a.size(); ++i) {
+      const double e = a[i] - middle_a, f = b[i] - middle_b;
+      if (!(std::abs(e) < largest_px && std::abs(f) < largest_px)) continue;
+      n += 1;
+      variance += 0.5 * (e * e + f * f);
+      covariance += e * f;
+    }
+    const double ratio = covariance / (variance - covariance);
+    fmt::print("{}, disparity above {} px: {:.0f} points, {:.3f} px, ratio {:.2f}\n", GetParam(), nearest_px,
+               n, std::sqrt(variance / n), ratio);
+    EXPECT_GT(ratio, 0.9);
+    EXPECT_LT(ratio, 3);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(SceneFlow, PersistentErrors, testing::Values("000002", "000007"));
 
 TEST(FitCorrelation, FindsAMixture) {
   const SpatialCorrelation truth{{{4, 0.3}, {32, 0.5}}};

@@ -114,6 +114,13 @@ std::vector<ErrorScore> scores_of(const FlowDepthData& points, const NoiseLevels
   return scores;
 }
 
+/// Returns true if more than half of the points have disparities in both frames. The level of the disparities
+/// is then estimated from their differences (noise_levels.h), in which persistent errors cancel.
+bool compares_disparities(const std::vector<ErrorScore>& scores) {
+  const auto n = std::ranges::count_if(scores, [](const ErrorScore& score) { return score.measured[3] > 0; });
+  return 2 * static_cast<size_t>(n) > scores.size();
+}
+
 /// Returns L of S = L L^T; nullopt if S is not positive definite.
 std::optional<Matrix6d> lower_factor(const Matrix6d& S) {
   const Eigen::LLT<Matrix6d> factor(S);
@@ -190,6 +197,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
                                       : estimate_error_parts(scores);
   // The errors are at least as large as those of the independent model.
   if (known == nullptr) parts.raise_to(declared ? inflation : 1);
+  if (known == nullptr && !declared && compares_disparities(scores)) parts.persistent = persistent_ratio;
   const bool reweighs = parts.correlate() && parts.significant;
   // Each score represents the points left out between the samples.
   const double all = static_cast<double>(n_points) / static_cast<double>(scores.size());
@@ -227,7 +235,7 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
   const Matrix6d to_all = inverse_of_lower(*L_all);
   change_coordinates(to_all * *L, scores);
   ScoreMatrix covariance = independent_scores(scores).times(parts.independent / of_each);
-  if (parts.correlate()) covariance += correlated_scores(scores, parts.shape).times(parts.correlated);
+  if (parts.correlate()) covariance += smooth_error_scores(scores, parts, levels);
   ErrorModel errors{.levels = levels, .parts = parts, .by_offset = to_all * by_offset};
   if (known != nullptr) {
     errors.squared_offset_px2 = known->squared_offset_px2;

@@ -109,6 +109,25 @@ TEST(CorrelatedErrors, SumsOverNodesAreSumsOverPairs) {
   }
 }
 
+// One error has an effect through the disparities of both frames.
+TEST(PersistentErrors, HaveTheirEffectThroughBothDisparities) {
+  const std::vector<ErrorScore> points = random_scores(300, 100, 4);
+  const NoiseLevels levels{.delta_d_px = 0.2, .delta_d_curr_px = 0.4};
+  ErrorParts parts{.shape = {{40, 1}}, .persistent = 2};
+  std::vector<ErrorScore> both = points;
+  for (ErrorScore& point : both) {
+    for (Lanes& row : point.derivative) row = Lanes{row[2] + 0.5 * row[3], 0, 0, 0};
+  }
+  const ScoreMatrix expected = 2 * sum_over_pairs(both, 40);
+  const ScoreMatrix M = smooth_error_scores(points, parts, levels);
+  EXPECT_LT((M - expected).norm(), 0.03 * expected.norm());
+  parts.persistent = 0;
+  EXPECT_TRUE(smooth_error_scores(points, parts, levels).isZero(0));
+  parts.correlated = ones;
+  EXPECT_LT((smooth_error_scores(points, parts, levels) - sum_over_pairs(points, 40)).norm(),
+            0.03 * sum_over_pairs(points, 40).norm());
+}
+
 TEST(CorrelatedErrors, ArePositiveSemiDefiniteForAnyPoints) {
   for (const int n : {1, 2, 7, 300}) {
     for (const double width_px : {0.0, 2.0, 1e5}) {
@@ -320,6 +339,53 @@ TEST(CorrelatedCovariance, DeclaredIndependenceIsTakenAtItsWord) {
         .covariance;
   };
   EXPECT_EQ(covariance("independent"), covariance("correlated"));
+}
+
+// A smooth error that the disparities of both frames share does not appear in their differences. The
+// covariance includes it.
+TEST(PersistentErrors, AreInTheCovariance) {
+  constexpr int n = 60;
+  constexpr double delta_d_px = 0.2;
+  const auto estimator = make_estimator("joint_flow_depth", Json{{"plane_radius_px", 0}});
+  double with = 0, without = 0;
+  for (unsigned seed = 0; seed < n; ++seed) {
+    auto random = make_random_problem(seed, {.n_points = 300,
+                                             .flow_noise_px = 0.03,
+                                             .near_m = 12,
+                                             .far_m = 15,
+                                             .spread = 0.15,
+                                             .delta_d_px = delta_d_px,
+                                             .depth_curr = true,
+                                             .start_error = 0.002});
+    std::mt19937_64 engine(seed + 1000);
+    Field near(20, engine), far(100, engine);
+    Correspondences& p = random.problem.points;
+    for (size_t i = 0; i < p.size(); ++i) {
+      const double error_px =
+          2 * delta_d_px *
+          (std::sqrt(0.6) * near.at(p.u[i], p.v[i]) + std::sqrt(0.4) * far.at(p.u[i], p.v[i]));
+      for (double* depth : {&p.depth[i], &p.depth_curr[i]})
+        *depth = 1 / (1 / *depth + error_px / random.problem.camera.bf);
+    }
+    const auto nees = [&](const MotionEstimate& e) {
+      const Vector6d error = (e.T_curr_prev * random.T_curr_prev.inverse()).log();
+      return error.dot(e.covariance.ldlt().solve(error)) / n;
+    };
+    const MotionEstimate estimate = estimator->estimate(random.problem, random.start);
+    ASSERT_TRUE(estimate.errors);
+    EXPECT_EQ(estimate.errors->parts.persistent, persistent_ratio);
+    with += nees(estimate);
+    auto errors = std::make_shared<ErrorModel>(*estimate.errors);
+    errors->parts.persistent = 0;
+    StartingPoint start = random.start;
+    start.errors = errors;
+    const MotionEstimate other = estimator->estimate(random.problem, start);
+    without += nees(other);
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> growth(estimate.covariance - other.covariance);
+    EXPECT_GE(growth.eigenvalues()[0], -1e-3 * growth.eigenvalues()[5]);
+  }
+  EXPECT_LT(with, 9);
+  EXPECT_GT(without, 1.5 * with);
 }
 
 // The disparities have a common offset, which moves each half of the points differently.

@@ -269,6 +269,19 @@ ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points) {
   return out;
 }
 
+ScoreMatrix smooth_error_scores(const std::vector<ErrorScore>& scores, const ErrorParts& parts,
+                                const NoiseLevels& levels) {
+  ScoreMatrix M = correlated_scores(scores, parts.shape).times(parts.correlated);
+  if (parts.persistent == 0 || !(levels.delta_d_curr_px > 0)) return M;
+  // One error in px has an effect through the disparities of both frames.
+  const double per_curr = levels.delta_d_px / levels.delta_d_curr_px;
+  std::vector<ErrorScore> both = scores;
+  for (ErrorScore& score : both) {
+    for (Lanes& row : score.derivative) row = Lanes{0, 0, row[2] + per_curr * row[3], 0};
+  }
+  return M + correlated_scores(both, parts.shape).times(parts.persistent * Lanes{0, 0, 1, 0});
+}
+
 namespace {
 
 /// Appends scores with their derivatives with respect to the motion multiplied by `to`.
@@ -288,9 +301,8 @@ void append(const ErrorModel& from, const Matrix6d& to, std::vector<ErrorScore>&
 Matrix6d common_errors(const ErrorModel& first, const ErrorModel& second, const Matrix6d& to) {
   Matrix6d out = Matrix6d::Zero();
   if (first.parts.correlate() && second.parts.correlate()) {
-    const Lanes& variances = first.parts.correlated;
     const auto sum_of = [&](const std::vector<ErrorScore>& scores) -> Matrix6d {
-      return correlated_scores(scores, first.parts.shape).times(variances).topLeftCorner<6, 6>();
+      return smooth_error_scores(scores, first.parts, first.levels).topLeftCorner<6, 6>();
     };
     std::vector<ErrorScore> one, other, both;
     append(first, to * first.to_twist, one);

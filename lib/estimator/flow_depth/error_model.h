@@ -21,6 +21,15 @@
 //   always includes correlated errors: real errors are correlated, even if a body's residuals do not show it.
 // - A kind whose variance is uncertain by more than itself gets the mean variances of the other kinds.
 //
+// Disparity errors that persist. The residuals show the errors of the disparities in the differences
+// between the two frames. An error that is the same in both frames at a point of the surface cancels in
+// these differences, but it distorts the shape of the body, and with it the motion that the flow
+// determines. Its variance cannot be estimated from one pair of frames; it is assumed to be
+// `persistent_ratio` times the variance of the errors that do not persist. The errors of SGBM against the
+// true disparities of two pairs of KITTI scene flow have the ratio 1.0 to 2.9 (test PersistentErrors of
+// profile_test). The covariance of bodies whose disparities are compared in both frames includes these
+// errors; the weights of the points do not depend on them.
+//
 // With nu = tr(R S)^2 / tr(R S R S), S = sum_a variance_a K_a of a kind (Satterthwaite 1946), a normalised
 // squared error is larger by nu / (nu - 2) on average if its variance was estimated with nu degrees of
 // freedom. Variances are multiplied by that factor.
@@ -38,6 +47,7 @@ struct ErrorParts {
   Lanes correlated = {0, 0, 0, 0};
   std::vector<SpatialCorrelation::Part> shape;  ///< correlation of the correlated errors
   bool significant = true;  ///< true if a correlated variance exceeds what independent errors would show
+  double persistent = 0;    ///< variance of the disparity error that both frames share, delta_d_px^2
 
   /// Returns true if a channel has correlated errors.
   bool correlate() const;
@@ -46,8 +56,12 @@ struct ErrorParts {
   void raise_to(double variance);
 };
 
-/// Estimates the variances from the residuals. Returns independent errors of variance 1 for fewer than twelve
-/// points, and if the points do not determine the motion or any variance.
+/// Variance of the disparity errors that persist, in units of the variance of those that do not.
+inline constexpr double persistent_ratio = 2;
+
+/// Estimates the variances from the residuals, without persistent errors. Returns independent errors of
+/// variance 1 for fewer than twelve points, and if the points do not determine the motion or any
+/// variance.
 ErrorParts estimate_error_parts(const std::vector<ErrorScore>& points);
 
 // Error model of one body: the assumed errors of its measurements and their effect on its motion. The error
@@ -68,8 +82,12 @@ struct ErrorModel {
   Matrix6d to_twist = Matrix6d::Zero();
 };
 
-/// Returns C12 + C21, the cross-covariance of two motions from disjoint points whose errors are correlated,
-/// in the coordinates `to` * twist.
+/// Returns M (correlated_errors.h) of the correlated and the persistent errors.
+ScoreMatrix smooth_error_scores(const std::vector<ErrorScore>& scores, const ErrorParts& parts,
+                                const NoiseLevels& levels);
+
+/// Returns C12 + C21, the cross-covariance of two motions from disjoint points whose errors are
+/// correlated, in the coordinates `to` * twist.
 Matrix6d common_errors(const ErrorModel& first, const ErrorModel& second, const Matrix6d& to);
 
 }  // namespace sextant
