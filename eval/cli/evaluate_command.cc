@@ -89,7 +89,7 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
   if (flags.quiet) return;
   for (const std::string& text : reference.warnings) print_message("warning", text);
   for (const EgoResult& run : runs) {
-    for (const TrajectoryWarning& warning : run.warnings) print_message("warning", run.text_of(warning));
+    for (const DataWarning& warning : run.warnings) print_message("warning", run.text_of(warning));
   }
   const bool all = flags.columns == "all";
   const Table lengths = ego_length_table(runs, options);

@@ -24,11 +24,11 @@ References references_of(const MotionData& data) {
 /// The motions logged for `id` with the reference of the object `as`.
 MotionData read_as_object(const MotionData& data, const References& references, int id, int as) {
   MotionData read{data.declared, {}, {}, {}};
-  for (auto it = data.logged.lower_bound({id, 0}); it != data.logged.end() && it->first.first == id; ++it) {
-    const auto reference = references.find({as, it->first.second});
+  for (const auto& [key, motion] : entries_of(data.logged, id)) {
+    const auto reference = references.find({as, key.second});
     if (reference == references.end()) continue;
     read.samples.push_back(reference->second);
-    read.samples.back().given = it->second;
+    read.samples.back().given = motion;
   }
   return read;
 }
@@ -42,14 +42,11 @@ std::optional<double> residual_at_rest(MotionData data) {
 
 /// Formats "the motions of object 1 are logged as object 2, the motions of object 2 as object 3".
 std::string list_of(const std::map<int, int>& true_ids) {
-  std::string text;
-  size_t n = 0;
-  for (const auto& [id, true_id] : true_ids) {
-    if (++n > most_named) return text + ", ...";
-    text += n == 1 ? fmt::format("the motions of object {} are logged as object {}", true_id, id)
-                   : fmt::format(", the motions of object {} as object {}", true_id, id);
-  }
-  return text;
+  std::vector<std::string> texts;
+  for (const auto& [id, true_id] : true_ids)
+    texts.push_back(fmt::format("the motions of object {} {}as object {}", true_id,
+                                texts.empty() ? "are logged " : "", id));
+  return listed(texts, most_named);
 }
 
 /// Maps each logged id that belongs to another true object to the id of that object. Each true object is

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "sextant/base/error.h"
 
@@ -63,7 +62,7 @@ std::optional<MotionFactor> wrong_factor(std::span<const Eigen::Vector3d> truth,
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+constexpr double degree_rad = std::numbers::pi / 180;
 
 /// Motion of an object from frame k-1 to k in its own frame, with the rotations in the axes of the world.
 struct ObjectStep {
@@ -116,7 +115,7 @@ std::vector<Eigen::Vector3d> sums_over_frames(const std::vector<ObjectStep>& ste
 }
 
 /// Finds translations that agree with the true ones little better than if every object stood still.
-std::optional<Disagreement> unexplained_translations(const std::vector<ObjectStep>& steps) {
+std::optional<DataWarning> unexplained_translations(const std::vector<ObjectStep>& steps) {
   constexpr double least_m = 0.1, largest_share = 0.5;
   std::vector<double> errors_m2, motions_m2;
   for (const ObjectStep& step : steps) {
@@ -127,7 +126,7 @@ std::optional<Disagreement> unexplained_translations(const std::vector<ObjectSte
   const auto error_m2 = trimmed_mean(errors_m2, fewest_vectors);
   const auto motion_m2 = trimmed_mean(motions_m2, fewest_vectors);
   if (!error_m2 || *error_m2 <= largest_share * *motion_m2) return std::nullopt;
-  return Disagreement{
+  return DataWarning{
       "unexplained",
       fmt::format(
           "in their own frames the objects are off by {:.3g} m a frame (RMS, without the largest fifth), "
@@ -136,8 +135,8 @@ std::optional<Disagreement> unexplained_translations(const std::vector<ObjectSte
           std::sqrt(*error_m2), std::sqrt(*motion_m2))};
 }
 
-std::optional<Disagreement> large_rotations(const MotionData& data) {
-  constexpr double largest_rad = 45 * degree, least_share = 0.1;
+std::optional<DataWarning> large_rotations(const MotionData& data) {
+  constexpr double largest_rad = 45 * degree_rad, least_share = 0.1;
   constexpr size_t fewest = 3;
   size_t n = 0;
   for (const MotionSample& sample : data.samples)
@@ -145,7 +144,7 @@ std::optional<Disagreement> large_rotations(const MotionData& data) {
          rotation_angle_rad(sample.reference.rotation()) <= largest_rad;
   if (n < fewest || static_cast<double>(n) < least_share * static_cast<double>(data.samples.size()))
     return std::nullopt;
-  return Disagreement{
+  return DataWarning{
       "large_rotations",
       fmt::format(
           "{} of {} turn an object by more than 45 deg from one frame to the next: are its angles degrees "
@@ -155,10 +154,10 @@ std::optional<Disagreement> large_rotations(const MotionData& data) {
 
 }  // namespace
 
-std::vector<Disagreement> disagreements_of(const MotionData& data) {
-  constexpr double least_m = 0.1, least_rad = 1 * degree, most_of_camera = 0.4, n_errors = 4;
+std::vector<DataWarning> disagreements_of(const MotionData& data) {
+  constexpr double least_m = 0.1, least_rad = 1 * degree_rad, most_of_camera = 0.4, n_errors = 4;
   if (const auto found = large_rotations(data)) return {*found};
-  std::vector<Disagreement> out;
+  std::vector<DataWarning> out;
   std::vector<ObjectStep> steps = steps_of(data);
   const auto sums = [&](auto vector_of) { return sums_over_frames(steps, vector_of); };
   const auto of_translations =

@@ -43,12 +43,7 @@ std::optional<MotionFactor> wrong_factor(std::span<const Eigen::Vector3d> truth,
 /// RMS length of the vectors.
 double rms_length(std::span<const Eigen::Vector3d> vectors);
 
-/// A finding about the motions of all objects; `text` follows the name of the motions.
-struct Disagreement {
-  std::string code, text;
-};
-
-/// Compares the given motions of objects with their reference:
+/// Compares the given motions of objects with their reference; the texts follow the name of the motions:
 ///
 ///   large_rotations     more than a tenth of the motions turn by more than 45 deg
 ///   translation_factor  of the translations in the objects' own frames; small: below 0.1 m RMS
@@ -60,6 +55,6 @@ struct Disagreement {
 ///
 /// Motions are added over up to eight successive frames, so that errors of single true poses do not count as
 /// motion. Motions in the world or the camera frame need the pose of the object.
-std::vector<Disagreement> disagreements_of(const MotionData& data);
+std::vector<DataWarning> disagreements_of(const MotionData& data);
 
 }  // namespace sextant

@@ -1,5 +1,3 @@
-#include <array>
-#include <cmath>
 #include <set>
 
 #include "sextant/base/quantile.h"
@@ -76,7 +74,10 @@ std::optional<double> rate_of_velocities(const MotionData& data, bool translatio
 /// Quantity that is logged at the wrong frame: the motion in the declared frame, or T_curr_prev in camera
 /// coordinates, which was then converted to the world with the camera poses of the wrong frame.
 enum class ShiftedMotion { declared, in_camera };
-constexpr std::array shifted_motions = {ShiftedMotion::declared, ShiftedMotion::in_camera};
+std::vector<ShiftedMotion> shifted_motions(MotionFrame declared) {
+  if (declared != MotionFrame::world) return {ShiftedMotion::declared};
+  return {ShiftedMotion::declared, ShiftedMotion::in_camera};
+}
 
 std::string code_of(ShiftedMotion motion, int lag) {
   return fmt::format("{}lag_{}", motion == ShiftedMotion::in_camera ? "camera_" : "", lag);
@@ -117,6 +118,30 @@ std::function<bool(MotionData&, double&)> undo_shift(ShiftedMotion motion, int l
            })(data, ignored) &&
            frames.size() >= fewest_of_shift && 2 * n_known >= data.samples.size();
   };
+}
+
+/// Errors of the steps, and their changes over the shifts of `motion`.
+std::vector<StepError> step_errors(const MotionData& data, ShiftedMotion motion) {
+  std::map<ObjectFrame, const MotionSample*> samples;
+  for (const MotionSample& sample : data.samples) samples.emplace(sample.key, &sample);
+  std::vector<StepError> steps;
+  for (const MotionSample& sample : data.samples) {
+    const SE3 back = in_body_frame(sample.reference, data.declared, sample).inverse();
+    StepError step{sample.key.first,
+                   sample.key.second,
+                   step_numbers(back * in_body_frame(sample.given, data.declared, sample)),
+                   {}};
+    for (const int n : frame_shifts) {
+      const auto other = samples.find({sample.key.first, sample.key.second - n});
+      if (other == samples.end()) continue;
+      std::optional<SE3> reference = other->second->reference;
+      if (motion == ShiftedMotion::in_camera) reference = at_other_frame(*reference, *other->second, sample);
+      if (!reference) continue;
+      step.of_shift.emplace(n, step_numbers(back * in_body_frame(*reference, data.declared, sample)));
+    }
+    steps.push_back(std::move(step));
+  }
+  return steps;
 }
 
 }  // namespace
@@ -260,55 +285,22 @@ std::vector<Hypothesis<MotionData>> motion_hypotheses(MotionFrame declared) {
                        return change_frame(half_of(H), MotionFrame::world, declared, s);
                      })(data, ignored);
                    }});
-  for (const ShiftedMotion motion : shifted_motions) {
-    if (motion == ShiftedMotion::in_camera && declared != MotionFrame::world) continue;
-    for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
-      if (lag == 0) continue;
-      table.push_back(
-          {code_of(motion, lag),
-           fmt::format("the frame numbers look shifted: the motion of frame k{} stands at frame k{:+d}",
-                       motion == ShiftedMotion::in_camera ? " in camera coordinates" : "", lag),
-           fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
-                       lag > 0 ? "from" : "to"),
-           undo_shift(motion, lag), price_of(motion), false, strictness_of_lag});
+  for (const ShiftedMotion motion : shifted_motions(declared)) {
+    for (const int lag : frame_shifts) {
+      table.push_back(shift_hypothesis<MotionData>(
+          code_of(motion, lag),
+          fmt::format("the motion of frame k{}",
+                      motion == ShiftedMotion::in_camera ? " in camera coordinates" : ""),
+          lag, undo_shift(motion, lag), price_of(motion)));
     }
   }
   return table;
 }
 
-namespace {
-
-/// Errors of the steps, and their changes over the shifts of `motion`.
-std::vector<StepError> step_errors(const MotionData& data, ShiftedMotion motion) {
-  std::map<ObjectFrame, const MotionSample*> samples;
-  for (const MotionSample& sample : data.samples) samples.emplace(sample.key, &sample);
-  std::vector<StepError> steps;
-  for (const MotionSample& sample : data.samples) {
-    const SE3 back = in_body_frame(sample.reference, data.declared, sample).inverse();
-    StepError step{sample.key.first,
-                   sample.key.second,
-                   step_numbers(back * in_body_frame(sample.given, data.declared, sample)),
-                   {}};
-    for (int n = -longest_shift; n <= longest_shift; ++n) {
-      const auto other = samples.find({sample.key.first, sample.key.second - n});
-      if (other == samples.end()) continue;
-      std::optional<SE3> reference = other->second->reference;
-      if (motion == ShiftedMotion::in_camera) reference = at_other_frame(*reference, *other->second, sample);
-      if (!reference) continue;
-      step.of_shift.emplace(n, step_numbers(back * in_body_frame(*reference, data.declared, sample)));
-    }
-    steps.push_back(std::move(step));
-  }
-  return steps;
-}
-
-}  // namespace
-
 std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
   std::optional<FrameShift> found;
   std::string code;
-  for (const ShiftedMotion motion : shifted_motions) {
-    if (motion == ShiftedMotion::in_camera && data.declared != MotionFrame::world) continue;
+  for (const ShiftedMotion motion : shifted_motions(data.declared)) {
     const auto shift = find_frame_shift(step_errors(data, motion));
     // Both kinds have the same correction where they find the same number of frames.
     if (!shift || (found && (found->frames == shift->frames || found->cost_change <= shift->cost_change)))
@@ -316,14 +308,8 @@ std::optional<Explanation> explain_hidden_shift(const MotionData& data) {
     found = shift;
     code = code_of(motion, shift->frames);
   }
-  const std::optional<double> declared = motion_residual(data);
-  if (!found || !declared) return std::nullopt;
-  std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
-  std::erase_if(table, [&](const auto& h) { return h.code != code; });
-  const std::vector<Reading> read = read_as(table, data, motion_residual);
-  // A shift that makes the errors larger is no explanation.
-  if (read.empty() || read.front().residual > *declared) return std::nullopt;
-  return found->explanation(read.front(), *declared);
+  if (!found) return std::nullopt;
+  return explain_by_shift(*found, code, motion_hypotheses(data.declared), data, motion_residual);
 }
 
 }  // namespace sextant

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <iterator>
-#include <set>
 
 #include "sextant/eval/diagnosis/number_readings.h"
 
@@ -11,63 +10,12 @@ namespace {
 
 constexpr double kept_share = 0.8;
 
-MotionData of_objects(const MotionData& data, const std::set<int>& ids) {
-  MotionData some{data.declared, {}, {}, {}, data.T_true_estimated};
-  for (const auto& [key, motion] : data.logged) {
-    if (ids.contains(key.first)) some.logged.emplace_hint(some.logged.end(), key, motion);
-  }
-  for (const MotionSample& sample : data.samples) {
-    if (ids.contains(sample.key.first)) some.samples.push_back(sample);
-  }
-  return some;
+MotionData of_objects(MotionData data, const std::set<int>& ids) {
+  std::erase_if(data.logged, [&](const auto& at) { return !ids.contains(at.first.first); });
+  std::erase_if(data.samples, [&](const MotionSample& sample) { return !ids.contains(sample.key.first); });
+  data.not_logged.clear();
+  return data;
 }
-
-}  // namespace
-
-double explains_times_of(size_t n_steps) {
-  constexpr double few = 10;
-  return explains_times * (1 + few / static_cast<double>(std::max(n_steps, fewest_steps)));
-}
-
-double squared_residual(const SE3& given, const SE3& reference) {
-  const SE3 error = given.inverse() * reference;
-  const double turn = 2 * rms_radius_m * std::sin(rotation_angle_rad(error.rotation()) / 2);
-  return error.translation().squaredNorm() + turn * turn;
-}
-
-std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest) {
-  if (values.size() < fewest) return std::nullopt;
-  std::ranges::sort(values);
-  const auto kept = std::max<size_t>(
-      static_cast<size_t>(std::ceil(kept_share * static_cast<double>(values.size()))), fewest);
-  double sum = 0;
-  for (size_t i = 0; i < kept; ++i) sum += values[i] / static_cast<double>(kept);
-  return sum;
-}
-
-std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at) {
-  if (from == to) return motion;
-  const std::optional<SE3>&L = at.T_world_object, &prev = at.T_world_prev, &curr = at.T_world_curr;
-  const auto needs = [&](MotionFrame frame) { return from == frame || to == frame; };
-  if (needs(MotionFrame::body) && !L) return std::nullopt;
-  if (needs(MotionFrame::camera) && (!prev || !curr)) return std::nullopt;
-  SE3 H = motion;
-  if (from == MotionFrame::body) H = *L * motion * L->inverse();
-  if (from == MotionFrame::camera) H = *curr * motion * prev->inverse();
-  if (to == MotionFrame::body) return L->inverse() * H * *L;
-  if (to == MotionFrame::camera) return curr->inverse() * H * *prev;
-  return H;
-}
-
-SE3 in_body_frame(const SE3& motion, MotionFrame declared, const MotionSample& sample) {
-  if (const auto body = change_frame(motion, declared, MotionFrame::body, sample)) return *body;
-  // Without the object's pose the rotation acts about the camera, which is nearer to the object than the
-  // origin of the world.
-  if (declared != MotionFrame::world || !sample.T_world_prev) return motion;
-  return sample.T_world_prev->inverse() * motion * *sample.T_world_prev;
-}
-
-namespace {
 
 double step_residual(const MotionSample& sample, MotionFrame declared) {
   return squared_residual(in_body_frame(sample.given, declared, sample),
@@ -87,42 +35,6 @@ std::optional<double> rotation_residual(const MotionData& data) {
                                        SE3(sample.reference.rotation(), {0, 0, 0})));
   return trimmed_mean(std::move(squares), fewest_steps);
 }
-
-}  // namespace
-
-std::optional<double> motion_residual(const MotionData& data) {
-  std::vector<double> squares;
-  for (const MotionSample& sample : data.samples) squares.push_back(step_residual(sample, data.declared));
-  return trimmed_mean(std::move(squares), fewest_steps);
-}
-
-std::optional<double> null_of_motions(MotionData data) {
-  return motion_residual(without_motion(std::move(data)));
-}
-
-std::optional<double> stillness_residual(MotionData data) {
-  for (MotionSample& sample : data.samples) {
-    const auto still = change_frame(SE3(), MotionFrame::world, data.declared, sample);
-    if (!still) return std::nullopt;
-    sample.reference = *still;
-  }
-  return motion_residual(data);
-}
-
-bool is_plausible(const Reading& reading, std::optional<double> still, double times) {
-  return !still || reading.code.find("frame_") == std::string::npos || times * reading.residual <= *still;
-}
-
-std::map<int, MotionSample> cameras_of(const std::vector<MotionSample>& samples) {
-  std::map<int, MotionSample> cameras;
-  for (const MotionSample& sample : samples) {
-    cameras.emplace(sample.key.second,
-                    MotionSample{sample.key, {}, {}, std::nullopt, sample.T_world_prev, sample.T_world_curr});
-  }
-  return cameras;
-}
-
-namespace {
 
 /// Returns the ids of the objects that have a reference.
 std::set<int> ids_with_reference(const MotionData& data) {
@@ -175,6 +87,81 @@ std::vector<ObjectExplanation> explain_by(const MotionData& data,
 }
 
 }  // namespace
+
+double explains_times_of(size_t n_steps) {
+  constexpr double few = 10;
+  return explains_times * (1 + few / static_cast<double>(std::max(n_steps, fewest_steps)));
+}
+
+double squared_residual(const SE3& given, const SE3& reference) {
+  const SE3 error = given.inverse() * reference;
+  const double turn = 2 * rms_radius_m * std::sin(rotation_angle_rad(error.rotation()) / 2);
+  return error.translation().squaredNorm() + turn * turn;
+}
+
+std::optional<double> trimmed_mean(std::vector<double> values, size_t fewest) {
+  if (values.size() < fewest) return std::nullopt;
+  std::ranges::sort(values);
+  const auto kept = std::max<size_t>(
+      static_cast<size_t>(std::ceil(kept_share * static_cast<double>(values.size()))), fewest);
+  double sum = 0;
+  for (size_t i = 0; i < kept; ++i) sum += values[i] / static_cast<double>(kept);
+  return sum;
+}
+
+std::optional<SE3> change_frame(const SE3& motion, MotionFrame from, MotionFrame to, const MotionSample& at) {
+  if (from == to) return motion;
+  const std::optional<SE3>&L = at.T_world_object, &prev = at.T_world_prev, &curr = at.T_world_curr;
+  const auto needs = [&](MotionFrame frame) { return from == frame || to == frame; };
+  if (needs(MotionFrame::body) && !L) return std::nullopt;
+  if (needs(MotionFrame::camera) && (!prev || !curr)) return std::nullopt;
+  SE3 H = motion;
+  if (from == MotionFrame::body) H = *L * motion * L->inverse();
+  if (from == MotionFrame::camera) H = *curr * motion * prev->inverse();
+  if (to == MotionFrame::body) return L->inverse() * H * *L;
+  if (to == MotionFrame::camera) return curr->inverse() * H * *prev;
+  return H;
+}
+
+SE3 in_body_frame(const SE3& motion, MotionFrame declared, const MotionSample& sample) {
+  if (const auto body = change_frame(motion, declared, MotionFrame::body, sample)) return *body;
+  // Without the object's pose the rotation acts about the camera, which is nearer to the object than the
+  // origin of the world.
+  if (declared != MotionFrame::world || !sample.T_world_prev) return motion;
+  return sample.T_world_prev->inverse() * motion * *sample.T_world_prev;
+}
+
+std::optional<double> motion_residual(const MotionData& data) {
+  std::vector<double> squares;
+  for (const MotionSample& sample : data.samples) squares.push_back(step_residual(sample, data.declared));
+  return trimmed_mean(std::move(squares), fewest_steps);
+}
+
+std::optional<double> null_of_motions(MotionData data) {
+  return motion_residual(without_motion(std::move(data)));
+}
+
+std::optional<double> stillness_residual(MotionData data) {
+  for (MotionSample& sample : data.samples) {
+    const auto still = change_frame(SE3(), MotionFrame::world, data.declared, sample);
+    if (!still) return std::nullopt;
+    sample.reference = *still;
+  }
+  return motion_residual(data);
+}
+
+bool is_plausible(const Reading& reading, std::optional<double> still, double times) {
+  return !still || reading.code.find("frame_") == std::string::npos || times * reading.residual <= *still;
+}
+
+std::map<int, MotionSample> cameras_of(const std::vector<MotionSample>& samples) {
+  std::map<int, MotionSample> cameras;
+  for (const MotionSample& sample : samples) {
+    cameras.emplace(sample.key.second,
+                    MotionSample{sample.key, {}, {}, std::nullopt, sample.T_world_prev, sample.T_world_curr});
+  }
+  return cameras;
+}
 
 std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);

@@ -21,27 +21,22 @@
 // in the null reading no object moves.
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "sextant/base/names.h"
-#include "sextant/eval/diagnosis/hypothesis.h"
+#include "sextant/eval/diagnosis/frame_shift.h"
 #include "sextant/geometry/se3.h"
 
 namespace sextant {
 
 /// Objects with fewer steps have no residual.
 inline constexpr size_t fewest_steps = 3;
-/// Price of a shift of the frame numbers: it is reported only if no other single mistake explains the data as
-/// well.
-inline constexpr double price_of_lag = 0.2;
-/// Factor on the times by which a shift must explain the data better, since six shifts of a smooth motion are
-/// tried.
-inline constexpr double strictness_of_lag = 2;
 
 enum class MotionFrame { world, body, camera };
 constexpr Names<3> names_of(MotionFrame) { return {"world", "body", "camera"}; }
@@ -56,6 +51,12 @@ std::set<int> ids_of(const auto& by_object_frame) {
   std::set<int> ids;
   for (const auto& [key, value] : by_object_frame) ids.insert(key.first);
   return ids;
+}
+
+/// Returns the entries of one object in a map with keys ObjectFrame, in order of frames.
+auto entries_of(const auto& by_object_frame, int id) {
+  return std::ranges::subrange(by_object_frame.lower_bound({id, 0}),
+                               by_object_frame.upper_bound({id, std::numeric_limits<int>::max()}));
 }
 
 /// Returns the pose or motion of an object in a frame; nullopt if it is not known.

@@ -1,6 +1,5 @@
 #include "sextant/eval/diagnosis/pose_readings.h"
 
-#include <cmath>
 #include <limits>
 
 #include "sextant/eval/diagnosis/number_readings.h"
@@ -199,18 +198,12 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
          },
          price_of_spread});
   }
-  for (int lag = -longest_shift; lag <= longest_shift; ++lag) {
-    if (lag == 0) continue;
+  for (const int lag : frame_shifts) {
     table.push_back(
-        {fmt::format("lag_{}", lag),
-         fmt::format("the frame numbers look shifted: the pose of frame k stands at frame k{:+d}", lag),
-         fmt::format("{} {} {} each frame number", lag > 0 ? "subtract" : "add", std::abs(lag),
-                     lag > 0 ? "from" : "to"),
-         change_poses([lag](const PoseData& all, const SE3&, ObjectFrame key) -> Result {
-           const auto other = all.given.find({key.first, key.second + lag});
-           return other == all.given.end() ? std::nullopt : Result(other->second);
-         }),
-         price_of_lag, false, strictness_of_lag});
+        shift_hypothesis<PoseData>(fmt::format("lag_{}", lag), "the pose of frame k", lag,
+                                   change_poses([lag](const PoseData& all, const SE3&, ObjectFrame key) {
+                                     return find_pose(all.given, {key.first, key.second + lag});
+                                   })));
   }
   return table;
 }
@@ -249,21 +242,16 @@ std::optional<Explanation> explain_hidden_shift(const PoseData& data) {
       return step_numbers(place.inverse() * expected->inverse() * step * place);
     };
     StepError step{key.first, key.second, difference(*given), {}};
-    for (int n = -longest_shift; n <= longest_shift; ++n) {
+    for (const int n : frame_shifts) {
       if (const auto other = step_of(data.reference, {key.first, key.second - n}))
         step.of_shift.emplace(n, difference(*other));
     }
     steps.push_back(std::move(step));
   }
   const std::optional<FrameShift> found = find_frame_shift(steps);
-  const std::optional<double> declared = pose_residual(data);
-  if (!found || !declared) return std::nullopt;
-  std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
-  std::erase_if(table, [&](const auto& h) { return h.code != fmt::format("lag_{}", found->frames); });
-  const std::vector<Reading> read = read_as(table, data, pose_residual);
-  // A shift that makes the errors larger is no explanation.
-  if (read.empty() || read.front().residual > *declared) return std::nullopt;
-  return found->explanation(read.front(), *declared);
+  if (!found) return std::nullopt;
+  return explain_by_shift(*found, fmt::format("lag_{}", found->frames), pose_hypotheses(), data,
+                          pose_residual);
 }
 
 }  // namespace sextant

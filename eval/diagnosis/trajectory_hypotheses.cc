@@ -5,15 +5,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "sextant/eval/diagnosis/number_readings.h"
 #include "sextant/geometry/axes.h"
 
 namespace sextant {
 namespace {
-
-double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 /// The 24 rotations that map axes to axes, the identity first.
 std::vector<Eigen::Matrix3d> axis_rotations() {
@@ -82,14 +79,7 @@ bool read_degrees(PoseSeries& series, int latitude, int longitude) {
 /// merely scales noise down.
 bool has_same_extent(const TrajectoryPair& pair) {
   constexpr double factor = 3;
-  const auto extent_m = [](const PoseSeries& poses) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& p : poses.positions_m) mean += p / static_cast<double>(poses.size());
-    double squares = 0;
-    for (const Eigen::Vector3d& p : poses.positions_m) squares += (p - mean).squaredNorm();
-    return std::sqrt(squares);
-  };
-  const double a = extent_m(pair.reference), b = extent_m(pair.estimate);
+  const double a = rms_extent_m(pair.reference), b = rms_extent_m(pair.estimate);
   return a > 0 && b > 0 && a < factor * b && b < factor * a;
 }
 
@@ -302,6 +292,19 @@ std::optional<double> scatter_deg(const PoseSeries& poses, const std::vector<std
 
 }  // namespace
 
+Eigen::Vector3d mean_position(const PoseSeries& series) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : series.positions_m) mean += p / static_cast<double>(series.size());
+  return mean;
+}
+
+double rms_extent_m(const PoseSeries& series) {
+  const Eigen::Vector3d mean = mean_position(series);
+  double squares = 0;
+  for (const Eigen::Vector3d& p : series.positions_m) squares += (p - mean).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(series.size()));
+}
+
 std::vector<Hypothesis<TrajectoryPair>> trajectory_hypotheses(const TrajectoryHypothesisOptions& options) {
   std::vector<Hypothesis<TrajectoryPair>> out;
   constexpr double of_reference = 0.3;
@@ -369,7 +372,7 @@ std::optional<Explanation> explain_alone(const PoseSeries& poses) {
 
 bool is_near_axes(const Eigen::Matrix3d& R, double angle_rad) {
   return std::ranges::any_of(axis_rotations(), [&](const Eigen::Matrix3d& A) {
-    return rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(A.transpose() * R))) < angle_rad;
+    return rotation_angle_rad(A.transpose() * R) < angle_rad;
   });
 }
 

@@ -23,6 +23,7 @@
 // have a large scatter in every reading; nothing is concluded from these.
 
 #include <Eigen/Core>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,10 +33,24 @@
 
 namespace sextant {
 
-/// Associated poses, the same number on both sides, not yet aligned.
+/// Associated poses: element i of the reference and of the estimate belong together.
 struct TrajectoryPair {
   PoseSeries reference, estimate;
+
+  size_t size() const { return estimate.size(); }
+  bool has_rotations() const { return reference.has_rotations() && estimate.has_rotations(); }
 };
+
+inline constexpr double degree = std::numbers::pi / 180;  ///< in rad
+inline double degrees(double radians) { return radians * 180 / std::numbers::pi; }
+/// Overload for a rotation matrix.
+inline double rotation_angle_rad(const Eigen::Matrix3d& R) {
+  return rotation_angle_rad(Eigen::Quaterniond(R));
+}
+
+Eigen::Vector3d mean_position(const PoseSeries& series);
+/// RMS distance of the positions from their mean, m.
+double rms_extent_m(const PoseSeries& series);
 
 struct TrajectoryHypothesisOptions {
   bool converted_estimate = false;   ///< axes or a body were given for the estimate: they are not questioned
@@ -44,7 +59,7 @@ struct TrajectoryHypothesisOptions {
   bool scales = false;               ///< the alignment scales, so "unit" changes nothing
 };
 
-/// Returns the hypotheses of the table that apply to a pair.
+/// Returns the hypotheses of the table that apply to a pair that is not yet aligned.
 std::vector<Hypothesis<TrajectoryPair>> trajectory_hypotheses(const TrajectoryHypothesisOptions& options);
 
 /// Returns the path that a file of steps E_k = T_k-1,k describes, P_k = P_k-1 E_k, from the identity on. If

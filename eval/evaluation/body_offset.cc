@@ -28,22 +28,22 @@ Eigen::Vector3d solve_determined(const Eigen::SelfAdjointEigenSolver<Eigen::Matr
 
 }  // namespace
 
-PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m) {
-  for (size_t i = 0; i < poses.size(); ++i) poses.positions_m[i] += poses.rotations[i] * lever_m;
-  return poses;
+TrajectoryPair at_lever_arm(TrajectoryPair pair, const Eigen::Vector3d& lever_m) {
+  for (size_t i = 0; i < pair.size(); ++i)
+    pair.estimate.positions_m[i] += pair.estimate.rotations[i] * lever_m;
+  return pair;
 }
 
-std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate) {
-  SEXTANT_CHECK(reference.size() == estimate.size());
+std::optional<Eigen::Vector3d> estimate_lever_arm(const TrajectoryPair& pair) {
+  SEXTANT_CHECK(pair.reference.size() == pair.size());
   constexpr double turn_rad = 0.2, least_turn_rad = 0.02;
-  const size_t n = estimate.size();
+  const size_t n = pair.size();
   if (n < fewest_poses) return std::nullopt;
   const auto turn_rms = [&](size_t k) {
     double sum = 0;
-    for (size_t i = 0; i + k < n; ++i) {
-      const double angle = rotation_angle_rad(Eigen::Quaterniond(relative_pose(estimate, i, i + k).rotation));
-      sum += angle * angle;
-    }
+    for_each_step(pair, k, 1, [&](const RelativePose&, const RelativePose& step) {
+      sum += std::pow(rotation_angle_rad(step.rotation), 2);
+    });
     return std::sqrt(sum / static_cast<double>(n - k));
   };
   size_t k = 1;
@@ -53,13 +53,12 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   // Normal equations of (l, s), from which s is eliminated.
   Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
-  for (size_t i = 0; i + k < n; ++i) {
-    const RelativePose e = relative_pose(estimate, i, i + k), r = relative_pose(reference, i, i + k);
+  for_each_step(pair, k, 1, [&](const RelativePose& r, const RelativePose& e) {
     Eigen::Matrix<double, 3, 4> A;
     A << e.rotation - Eigen::Matrix3d::Identity(), e.translation_m;
     N += A.transpose() * A;
     b += A.transpose() * r.translation_m;
-  }
+  });
   Eigen::Matrix3d M = N.topLeftCorner<3, 3>();
   Eigen::Vector3d c = b.head<3>();
   if (N(3, 3) > 0) {
@@ -74,20 +73,21 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, c
   return l;
 }
 
-std::optional<BodyRotation> estimate_body_rotation(const PoseSeries& reference, const PoseSeries& estimate) {
-  SEXTANT_CHECK(reference.size() == estimate.size());
+std::optional<BodyRotation> estimate_body_rotation(const TrajectoryPair& pair) {
+  SEXTANT_CHECK(pair.reference.size() == pair.size());
   constexpr double lever_sigma_m = 2, worse = 1.1;
   constexpr size_t n_pieces = 100, most_pieces = 2000;  // overlapping pieces, of which 2000 suffice
   constexpr int n_iterations = 5;
-  const size_t n = estimate.size();
+  const size_t n = pair.size();
   if (n < fewest_poses) return std::nullopt;
   struct Piece {
     RelativePose reference, estimate;
   };
   std::vector<Piece> pieces;
-  const size_t k = std::max<size_t>(1, n / n_pieces), every = n / most_pieces + 1;
-  for (size_t i = 0; i + k < n; i += every)
-    pieces.push_back({relative_pose(reference, i, i + k), relative_pose(estimate, i, i + k)});
+  for_each_step(pair, std::max<size_t>(1, n / n_pieces), n / most_pieces + 1,
+                [&](const RelativePose& r, const RelativePose& e) {
+                  pieces.push_back({r, e});
+                });
 
   Eigen::Matrix3d camera_from_body = Eigen::Matrix3d::Identity();
   double scale = 1;
@@ -107,9 +107,7 @@ std::optional<BodyRotation> estimate_body_rotation(const PoseSeries& reference, 
     for (const Piece& piece : pieces) {
       const Eigen::Matrix3d turned =
           camera_from_body * piece.estimate.rotation * camera_from_body.transpose();
-      const double angle = rotation_angle_rad(
-          Eigen::Quaterniond(Eigen::Matrix3d(piece.reference.rotation.transpose() * turned)));
-      sum += angle * angle;
+      sum += std::pow(rotation_angle_rad(piece.reference.rotation.transpose() * turned), 2);
     }
     return sum;
   };

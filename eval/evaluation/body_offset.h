@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "sextant/geometry/trajectory.h"
+#include "sextant/eval/evaluation/trajectory_agreement.h"
 
 namespace sextant {
 
@@ -25,10 +25,10 @@ namespace sextant {
 /// component of l that the rotations hardly determine (with less than 3 % of the best one's information),
 /// such as the one along the axis of a car's turns, is 0. Empty if the rotations are below 0.02 rad RMS, or
 /// for fewer than 10 poses.
-std::optional<Eigen::Vector3d> estimate_lever_arm(const PoseSeries& reference, const PoseSeries& estimate);
+std::optional<Eigen::Vector3d> estimate_lever_arm(const TrajectoryPair& pair);
 
-/// Moves the poses to the point of the body at `lever_m` in its own axes.
-PoseSeries at_lever_arm(PoseSeries poses, const Eigen::Vector3d& lever_m);
+/// Moves the poses of the estimate to the point of the body at `lever_m` in its own axes.
+TrajectoryPair at_lever_arm(TrajectoryPair pair, const Eigen::Vector3d& lever_m);
 
 /// A rotation of the body against the camera, with the squared errors of the translations that it explains.
 struct BodyRotation {
@@ -46,6 +46,6 @@ struct BodyRotation {
 /// (with less than 3 % of the information of translations perpendicular to its axis), such as that about a
 /// car's longitudinal axis, is 0. Empty for fewer than 10 poses, and if the squared errors of the relative
 /// rotations become larger by more than a tenth.
-std::optional<BodyRotation> estimate_body_rotation(const PoseSeries& reference, const PoseSeries& estimate);
+std::optional<BodyRotation> estimate_body_rotation(const TrajectoryPair& pair);
 
 }  // namespace sextant

@@ -1,9 +1,10 @@
-#include "sextant/eval/evaluation/disagreement.h"
+#include "sextant/eval/evaluation/trajectory_explanation.h"
 
 #include <random>
 
 #include "sextant/eval/evaluation/ego_drive_testing.h"
 #include "sextant/eval/evaluation/object_drive_testing.h"
+#include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/geometry/object_motion.h"
 
 namespace sextant {
@@ -97,7 +98,7 @@ ObjectLog log_of(const Drive& drive, const Change& change) {
   return log;
 }
 
-auto diagnosis(const std::string& name) { return testing::Field("code", &LogDiagnosis::code, name); }
+auto diagnosis(const std::string& name) { return testing::Field("code", &DataWarning::code, name); }
 
 TEST(Disagreement, OfObjectsIsReported) {
   const Drive drive;

@@ -43,9 +43,9 @@ inline PoseSeries noisy(PoseSeries s) {
 }
 
 /// Matchers of a warning, by its code and by a part of its text.
-inline auto code(const std::string& name) { return testing::Field("code", &TrajectoryWarning::code, name); }
+inline auto code(const std::string& name) { return testing::Field("code", &DataWarning::code, name); }
 inline auto text(const std::string& part) {
-  return testing::Field("text", &TrajectoryWarning::text, testing::HasSubstr(part));
+  return testing::Field("text", &DataWarning::text, testing::HasSubstr(part));
 }
 
 }  // namespace sextant

@@ -2,16 +2,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
 #include "sextant/base/error.h"
-#include "sextant/eval/evaluation/disagreement.h"
 #include "sextant/eval/evaluation/time_shift_warnings.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
-#include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/geometry/trajectory.h"
 
 namespace sextant {
@@ -35,7 +32,7 @@ std::vector<double> float_acos_errors_deg(const EgoResult& r, const std::vector<
 /// Computes the errors of consecutive matched poses that are one frame apart.
 PerFrameErrors per_frame_errors(const EgoResult& r) {
   PerFrameErrors out;
-  if (!r.reference.has_rotations() || !r.estimate.has_rotations()) return out;
+  if (!r.has_rotations()) return out;
   std::vector<PosePair> pairs;
   const std::vector<int> frames = r.reference.frames.empty() ? r.reference_rows : r.reference.frames;
   const bool by_time = !r.reference.stamps_s.empty() && !r.estimate.stamps_s.empty();
@@ -61,8 +58,7 @@ PerFrameErrors per_frame_errors(const EgoResult& r) {
   return out;
 }
 
-void warn_of_share(const EgoResult& r, const EvaluatedRange& range,
-                   std::vector<TrajectoryWarning>& warnings) {
+void warn_of_share(const EgoResult& r, const EvaluatedRange& range, std::vector<DataWarning>& warnings) {
   constexpr double least_share = 0.8;
   const size_t shorter = range.shorter();
   const double share = static_cast<double>(r.estimate.size()) / static_cast<double>(shorter);
@@ -87,7 +83,7 @@ void warn_of_share(const EgoResult& r, const EvaluatedRange& range,
 /// If only one side has frame numbers, the rows of the other side are taken as frame numbers, which is wrong
 /// if its recording began later.
 void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
-                  std::vector<TrajectoryWarning>& warnings) {
+                  std::vector<DataWarning>& warnings) {
   const bool by_time = !reference.stamps_s.empty() && !estimate.stamps_s.empty();
   if (by_time || reference.frames.empty() == estimate.frames.empty()) return;
   const std::vector<int>& frames = reference.frames.empty() ? estimate.frames : reference.frames;
@@ -100,8 +96,9 @@ void warn_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
                    without, frames.front())});
 }
 
-bool has_code(const std::vector<TrajectoryWarning>& warnings, const std::string& code) {
-  return std::ranges::any_of(warnings, [&](const TrajectoryWarning& w) { return w.code == code; });
+bool has_any(const std::vector<DataWarning>& warnings, std::initializer_list<std::string_view> codes) {
+  return std::ranges::any_of(
+      warnings, [&](const DataWarning& w) { return std::ranges::find(codes, w.code) != codes.end(); });
 }
 
 /// Throws Error if too few poses match for a meaningful result.
@@ -139,9 +136,7 @@ void put_errors(EgoResult& r, const EgoOptions& options) {
         std::erase_if(pairs, [&](const PosePair& pair) { return pair_distance_m(r.reference, pair) == 0; });
       over.errors = relative_errors(r.estimate, r.reference, pairs, options.relation);
     } catch (const Error&) {
-      if (needs_rotations(options.relation, true) &&
-          (!r.reference.has_rotations() || !r.estimate.has_rotations()))
-        throw;
+      if (needs_rotations(options.relation, true) && !r.has_rotations()) throw;
     }
     if (!over.errors.empty()) over.statistics = error_statistics(over.errors);
     r.by_length.push_back(std::move(over));
@@ -179,13 +174,10 @@ double roll_standard_error_deg(const EgoResult& r, int n_to_align) {
   return residual_m / (std::sqrt(static_cast<double>(n)) * extent_m) * 180 / std::numbers::pi;
 }
 
-void warn_of_alignment(const EgoResult& r, const EgoOptions& options,
-                       std::vector<TrajectoryWarning>& warnings) {
+void warn_of_alignment(const EgoResult& r, const EgoOptions& options, std::vector<DataWarning>& warnings) {
   const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
-  constexpr std::array explaining = {"lag",        "unit",      "degrees",    "steps",   "inverse",
-                                     "lost_poses", "no_offset", "clock_rate", "reversed"};
-  const bool is_explained =
-      std::ranges::any_of(explaining, [&](const char* code) { return has_code(warnings, code); });
+  const bool is_explained = has_any(warnings, {"lag", "unit", "degrees", "steps", "inverse", "lost_poses",
+                                               "no_offset", "clock_rate", "reversed"});
   // The scale of a standstill is that of the noise.
   constexpr double least_extent_m = 0.1;
   const bool moves = rms_extent_m(r.reference) >= least_extent_m;
@@ -249,7 +241,7 @@ std::vector<double> EgoResult::times_of_matches() const {
   return times;
 }
 
-std::string EgoResult::text_of(const TrajectoryWarning& warning) const {
+std::string EgoResult::text_of(const DataWarning& warning) const {
   const bool names_file = warning.text.starts_with(file + ":") || warning.text.starts_with(name + ":");
   return names_file ? warning.text : fmt::format("{}: {}", name, warning.text);
 }
@@ -275,7 +267,7 @@ std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   std::vector<RunErrors> out;
   for (const EgoResult& r : runs) {
     RunErrors run{r.system, r.name, {}, {}};
-    if (!has_code(r.warnings, "same_run")) run.errors = r.errors;
+    if (!has_any(r.warnings, {"same_run"})) run.errors = r.errors;
     for (size_t i = 0; i < run.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
     out.push_back(std::move(run));
   }
@@ -290,9 +282,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
               .n_reference = reference.poses.size(),
               .n_estimate = estimate.poses.size()};
   for (const std::string& text : estimate.warnings) r.warnings.push_back({"repaired", text});
-  const auto add = [&](std::vector<TrajectoryWarning> more) {
-    std::move(more.begin(), more.end(), std::back_inserter(r.warnings));
-  };
+  const auto add = [&](std::vector<DataWarning> more) { append(r.warnings, std::move(more)); };
   to_camera(estimate.poses, options.estimate_frame);
   add(warnings_of_pair(reference.poses, reference.side, estimate.poses,
                        {name, estimate.comments, estimate.format},
@@ -332,7 +322,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   check_matched(r, reference, estimate.poses, options, association, range);
   estimate.poses = {};  // `r` holds the matched poses
   warn_of_share(r, range, r.warnings);
-  add(warnings_of_matched(r.reference, r.estimate));
+  add(warnings_of_matched(r));
 
   if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
     r.umeyama_scale = u->y_from_x.scale;
@@ -342,23 +332,19 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   if (clock) add({*clock});  // a shifted clock would cause the other findings
   if (!clock) {
     const size_t n = r.warnings.size();
-    add(warnings_of_explanations(r.reference, r.estimate, choice, options.estimate_frame,
-                                 options.reference_frame));
+    add(warnings_of_explanations(r, choice, options.estimate_frame, options.reference_frame));
     const bool explained = r.warnings.size() > n;
     const auto shift = clock_is_reported || explained
                            ? std::nullopt
-                           : warning_of_rows(r.reference, r.estimate, association.offset_s, choice, remedy);
+                           : warning_of_rows(r, association.offset_s, choice, remedy);
     if (shift) add({*shift});
-    const bool by_convention = explained && !has_code(r.warnings, "lever_arm") &&
-                               !has_code(r.warnings, "yaw") && !has_code(r.warnings, "world");
-    const auto kind =
-        by_convention ? std::nullopt : warning_of_alignment_kind(r.reference, r.estimate, choice);
+    const bool by_convention = explained && !has_any(r.warnings, {"lever_arm", "yaw", "world"});
+    const auto kind = by_convention ? std::nullopt : warning_of_alignment_kind(r, choice);
     if (kind) add({*kind});
-    constexpr std::array explaining = {"lost_poses", "jump", "repeated_poses", "identity", "no_rotations"};
     const bool is_explained =
         lag || explained || shift ||
-        std::ranges::any_of(explaining, [&](const char* code) { return has_code(r.warnings, code); });
-    if (!is_explained) add(warnings_of_disagreement(r.reference, r.estimate, choice));
+        has_any(r.warnings, {"lost_poses", "jump", "repeated_poses", "identity", "no_rotations"});
+    if (!is_explained) add(warnings_of_disagreement(r, choice));
   }
   try {
     r.alignment = align(r.estimate, r.reference, choice.alignment, choice.n_to_align, choice.up);
@@ -384,8 +370,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   r.statistics = error_statistics(r.errors);
   r.per_frame = per_frame_errors(r);
   r.consistency = trajectory_consistency(r.estimate, r.reference, name);
-  if (r.reference.has_rotations() && r.estimate.has_rotations())
-    r.kitti = kitti_odometry_errors(r.estimate, r.reference);
+  if (r.has_rotations()) r.kitti = kitti_odometry_errors(r.estimate, r.reference);
   return r;
 }
 

@@ -81,13 +81,12 @@ struct ErrorsOverLength {
   std::optional<ErrorStatistics> statistics;
 };
 
-/// Result of one estimate.
-struct EgoResult {
+/// Result of one estimate: the matched poses, the estimate after the alignment, and their errors.
+struct EgoResult : TrajectoryPair {
   std::string name;      ///< name of the estimate in tables
   std::string file{};    ///< file of the estimate
   std::string system{};  ///< system that this run belongs to
   size_t n_reference = 0, n_estimate = 0;
-  PoseSeries reference, estimate;  ///< the matched poses, the estimate after the alignment
   /// Row of each matched pose in the given reference; the nearest row if the reference was interpolated
   std::vector<int> reference_rows;
   AlignmentResult alignment;
@@ -102,7 +101,7 @@ struct EgoResult {
   std::optional<TrajectoryConsistency> consistency;
   PerFrameErrors per_frame;  ///< empty if no consecutive frames match
   KittiOdometryErrors kitti;
-  std::vector<TrajectoryWarning> warnings;
+  std::vector<DataWarning> warnings;
 
   /// Row of the reference that error i belongs to: the row of the pose, or of the second pose of the pair.
   int row_of(size_t i) const;
@@ -111,7 +110,7 @@ struct EgoResult {
   /// are the stamps of the estimate on the reference's clock.
   std::vector<double> times_of_matches() const;
   /// Formats "NAME: TEXT", or the text alone if it already begins with the estimate's file or name.
-  std::string text_of(const TrajectoryWarning& warning) const;
+  std::string text_of(const DataWarning& warning) const;
 };
 
 /// Adds the warning "same_run" to each run whose poses equal those of an earlier run of the same system.

@@ -125,8 +125,7 @@ void put_run(Json& json, const EgoResult& r, const EgoReference& reference, cons
   json["warnings"] = Json::array();
   for (const std::string& text : reference.warnings)
     json["warnings"].push_back({{"code", "repaired"}, {"text", text}});
-  for (const TrajectoryWarning& w : r.warnings)
-    json["warnings"].push_back({{"code", w.code}, {"text", w.text}});
+  for (const DataWarning& w : r.warnings) json["warnings"].push_back({{"code", w.code}, {"text", w.text}});
 }
 
 Json system_json(const SystemSummary& s) {

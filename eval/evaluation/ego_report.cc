@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "sextant/eval/evaluation/run_statistics.h"
-#include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/report/run_summary.h"
@@ -72,6 +71,42 @@ Fields<ErrorRow> error_fields(const std::vector<EgoResult>& runs, const EgoOptio
   fields.add(statistics_fields(), [](const ErrorRow& row) { return &row.statistics; });
   if (!steps) fields.add(Column::number("sse", 6), [](const ErrorRow& row) { return row.statistics.sse; });
   return fields.add(of_steps, &ErrorRow::run);
+}
+
+/// Pose change errors per frame of each run; `which` selects translation or rotation.
+std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
+                                           std::vector<double> PerFrameErrors::*which) {
+  std::vector<RunErrors> out = run_errors(runs);
+  for (size_t i = 0; i < runs.size(); ++i) {
+    if (out[i].errors.empty()) continue;  // the same run as another one
+    out[i].errors = runs[i].per_frame.*which;
+    out[i].steps.clear();
+    for (const int row : runs[i].per_frame.row) out[i].steps.emplace_back(0, row);
+  }
+  return out;
+}
+
+/// Box plot of the relative errors over each of several lengths.
+Figure length_box_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
+  std::vector<BoxGroup> groups;
+  for (size_t i = 0; i < options.rpe_lengths.size(); ++i) {
+    BoxGroup group{options.rpe_lengths[i].text(), {}};
+    for (const EgoResult& run : runs) {
+      if (!run.by_length[i].errors.empty()) group.samples.push_back({run.name, run.by_length[i].errors});
+    }
+    groups.push_back(std::move(group));
+  }
+  return grouped_box_figure("rpe_boxes", error_title(options), groups);
+}
+
+ReportSection warning_section(const std::vector<EgoResult>& runs, const EgoReference& reference) {
+  ReportSection section{"warnings", "Warnings", {}, {}, {}, {}};
+  for (const std::string& text : reference.warnings) section.paragraphs.push_back(text);
+  for (const EgoResult& run : runs) {
+    for (const DataWarning& warning : run.warnings)
+      section.paragraphs.push_back(fmt::format("{} ({})", run.text_of(warning), warning.code));
+  }
+  return section;
 }
 
 }  // namespace
@@ -211,7 +246,7 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
       {Column::number("umeyama_scale", "scale", 4), &EgoResult::umeyama_scale}};
   Table table = table_of("Per frame (paper) and KITTI odometry errors", "", fields, runs);
   for (const EgoResult& r : runs) {
-    if (r.kitti.all.n == 0 && r.reference.has_rotations() && r.estimate.has_rotations()) {
+    if (r.kitti.all.n == 0 && r.has_rotations()) {
       table.notes.push_back(
           fmt::format("{}: KITTI odometry errors need 100 m of path; the reference has {:.1f} m", r.name,
                       r.kitti.path_m));
@@ -267,46 +302,6 @@ Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions&
   std::ranges::move(notes_on_missing_p(comparisons), std::back_inserter(table.notes));
   return table;
 }
-
-namespace {
-
-/// Pose change errors per frame of each run; `which` selects translation or rotation.
-std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
-                                           std::vector<double> PerFrameErrors::*which) {
-  std::vector<RunErrors> out = run_errors(runs);
-  for (size_t i = 0; i < runs.size(); ++i) {
-    if (out[i].errors.empty()) continue;  // the same run as another one
-    out[i].errors = runs[i].per_frame.*which;
-    out[i].steps.clear();
-    for (const int row : runs[i].per_frame.row) out[i].steps.emplace_back(0, row);
-  }
-  return out;
-}
-
-/// Box plot of the relative errors over each of several lengths.
-Figure length_box_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
-  std::vector<BoxGroup> groups;
-  for (size_t i = 0; i < options.rpe_lengths.size(); ++i) {
-    BoxGroup group{options.rpe_lengths[i].text(), {}};
-    for (const EgoResult& run : runs) {
-      if (!run.by_length[i].errors.empty()) group.samples.push_back({run.name, run.by_length[i].errors});
-    }
-    groups.push_back(std::move(group));
-  }
-  return grouped_box_figure("rpe_boxes", error_title(options), groups);
-}
-
-ReportSection warning_section(const std::vector<EgoResult>& runs, const EgoReference& reference) {
-  ReportSection section{"warnings", "Warnings", {}, {}, {}, {}};
-  for (const std::string& text : reference.warnings) section.paragraphs.push_back(text);
-  for (const EgoResult& run : runs) {
-    for (const TrajectoryWarning& warning : run.warnings)
-      section.paragraphs.push_back(fmt::format("{} ({})", run.text_of(warning), warning.code));
-  }
-  return section;
-}
-
-}  // namespace
 
 ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReference& reference,
                             const EgoOptions& options, const EgoCurves& curves) {

@@ -1,10 +1,10 @@
 #include "sextant/eval/evaluation/object_evaluation.h"
 
 #include <algorithm>
-#include <numbers>
 #include <set>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/diagnosis/motion_disagreement.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/logs/object_association.h"
@@ -78,9 +78,9 @@ void name_frames_of_both(const ObjectLog& log, Reading& reading) {
                            "to both");
 }
 
-std::vector<LogDiagnosis> diagnoses_of(const std::vector<ObjectExplanation>& found,
-                                       const std::string& subject) {
-  std::vector<LogDiagnosis> out;
+std::vector<DataWarning> diagnoses_of(const std::vector<ObjectExplanation>& found,
+                                      const std::string& subject) {
+  std::vector<DataWarning> out;
   for (const ObjectExplanation& explanation : found)
     out.push_back({explanation.code(), explanation.text(subject)});
   return out;
@@ -90,15 +90,11 @@ bool any_allows(const std::vector<ObjectExplanation>& found, const std::string& 
   return std::ranges::any_of(found, [&](const ObjectExplanation& e) { return e.explanation.allows(code); });
 }
 
-void append(std::vector<LogDiagnosis>& all, std::vector<LogDiagnosis> more) {
-  std::ranges::move(more, std::back_inserter(all));
-}
-
 /// Examines an estimated and a true path alone: paths that are wrong in the same way agree with each other.
 /// `subject` names what moves, "camera" or "object". With `only_both`, an estimate is not reported unless its
 /// truth is wrong in the same way.
-std::optional<LogDiagnosis> diagnose_alone(const PoseSeries& given, const PoseSeries& truth, bool only_both,
-                                           const std::string& name, const std::string& subject) {
+std::optional<DataWarning> diagnose_alone(const PoseSeries& given, const PoseSeries& truth, bool only_both,
+                                          const std::string& name, const std::string& subject) {
   const auto of_truth = explain_alone(truth);
   if (only_both && !of_truth) return std::nullopt;
   const auto own = explain_alone(given);
@@ -114,7 +110,7 @@ std::optional<LogDiagnosis> diagnose_alone(const PoseSeries& given, const PoseSe
   const std::string remedy = code == "inverse"      ? "invert each pose"
                              : code == "transposed" ? "transpose each rotation"
                                                     : "reorder the columns";
-  return LogDiagnosis{
+  return DataWarning{
       code, fmt::format("{}: {}: the {} moves along one direction of its own axes within {:.1f} deg when "
                         "read so, {:.1f} deg as declared: {}{}",
                         name, cause, subject, std::sqrt(own->best.residual), std::sqrt(own->declared), remedy,
@@ -127,40 +123,32 @@ bool begins_upside_down(const Trajectory& camera) {
   return !camera.empty() && std::abs(camera.poses().begin()->second.rotation().x()) > near_one;
 }
 
-std::vector<LogDiagnosis> diagnose_camera(const Trajectory& camera, const Trajectory& truth,
-                                          const std::string& subject) {
+std::vector<DataWarning> diagnose_camera(const Trajectory& camera, const Trajectory& truth,
+                                         const std::string& subject) {
   if (!holds_poses(truth)) return {};
   const PoseData data{SharedFrame::body, camera_poses(camera), camera_poses(truth), {}};
-  std::vector<LogDiagnosis> out = diagnoses_of(explain_poses(data), subject);
-  if (!out.empty()) return out;
-  if (const RepeatedCameraPoses repeated = repeated_camera_poses(data); repeated.frames.size() >= 2) {
-    out.push_back({"repeated_poses", fmt::format("{} {}", subject, repeated.text())});
-    return out;
-  }
+  const std::vector<ObjectExplanation> explained = explain_poses(data);
+  if (!explained.empty()) return diagnoses_of(explained, subject);
+  if (const RepeatedCameraPoses repeated = repeated_camera_poses(data); repeated.frames.size() >= 2)
+    return {{"repeated_poses", fmt::format("{} {}", subject, repeated.text())}};
   const std::string both = subject + " and true camera";
   if (begins_upside_down(camera) && begins_upside_down(truth)) {
-    out.push_back({"quaternion_w_first",
-                   both + ": the first pose is turned by 180 deg about x, as the identity is if its "
-                          "quaternion is written w first (w x y z) and read as x y z w: reorder the columns "
-                          "to qx,qy,qz,qw unless the camera hangs upside down"});
-    return out;
+    return {{"quaternion_w_first",
+             both + ": the first pose is turned by 180 deg about x, as the identity is if its "
+                    "quaternion is written w first (w x y z) and read as x y z w: reorder the columns "
+                    "to qx,qy,qz,qw unless the camera hangs upside down"}};
   }
-  if (auto found = diagnose_alone(object_series(data.given, 0), object_series(data.reference, 0),
-                                  /*only_both=*/true, both, "camera")) {
-    out.push_back(std::move(*found));
-    return out;
-  }
+  if (const auto found = diagnose_alone(object_series(data.given, 0), object_series(data.reference, 0),
+                                        /*only_both=*/true, both, "camera"))
+    return {*found};
   Motions steps;
   for (const auto& [frame, pose] : truth.poses()) {
     if (const auto last = truth.pose(frame - 1)) steps.emplace(ObjectFrame(0, frame), last->inverse() * pose);
   }
-  if (!bodies_that_reverse(steps, {Eigen::Vector3d::UnitZ()}).empty()) {
-    out.push_back({"backwards",
-                   both +
-                       ": the camera moves backwards (along its -z axis) throughout the log: unless it looks "
-                       "backwards, the poses are inverted (world to body): invert each pose of both"});
-  }
-  return out;
+  if (bodies_that_reverse(steps, {Eigen::Vector3d::UnitZ()}).empty()) return {};
+  return {{"backwards",
+           both + ": the camera moves backwards (along its -z axis) throughout the log: unless it looks "
+                  "backwards, the poses are inverted (world to body): invert each pose of both"}};
 }
 
 /// Compares the estimated motions with those between the estimated poses of the same log.
@@ -185,16 +173,56 @@ std::vector<ObjectExplanation> explain_by_motions(const Motions& path, const Mot
   return explain_poses(data);
 }
 
+/// Estimated motions with their truth.
+MotionData matched_motions(const ObjectLog& log) {
+  const Trajectory& camera = holds_poses(log.true_camera) ? log.true_camera : log.camera;
+  const auto truth = [&](ObjectFrame key, const MotionSample& at) {
+    const std::optional<SE3>& logged = log.motions.at(key).truth;
+    if (logged || log.resting.contains(key)) return logged;
+    return steps_between(log.true_poses, log.frame)(key, at);
+  };
+  return motion_data(estimates(log), log.frame, log.true_poses, camera, truth);
+}
+
+/// Reports poses of objects whose axes are turned by one rotation against the true ones.
+std::optional<DataWarning> diagnose_object_axes(const ObjectLog& log) {
+  constexpr double least_rad = 20 * degree, scatter_rad = 10 * degree;
+  std::vector<Eigen::Matrix3d> turns;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& [key, pose] : log.poses) {
+    const auto truth = find_pose(log.true_poses, key);
+    if (!truth) continue;
+    turns.push_back((pose.rotation().conjugate() * truth->rotation()).toRotationMatrix());
+    sum += turns.back();
+  }
+  if (turns.size() < fewest_vectors) return std::nullopt;
+  const Eigen::Matrix3d B = nearest_rotation(sum);
+  double squares = 0;
+  for (const Eigen::Matrix3d& turn : turns)
+    squares += std::pow(rotation_angle_rad(B.transpose() * turn), 2) / static_cast<double>(turns.size());
+  if (rotation_angle_rad(B) < least_rad || std::sqrt(squares) > scatter_rad) return std::nullopt;
+  const Eigen::AngleAxisd turn(B);
+  const Eigen::Vector3d axis = turn.axis();
+  return DataWarning{
+      "object_axes",
+      fmt::format(
+          "{}, estimated poses of objects: their axes are turned by {:.0f} deg against the true ones, "
+          "the same within {:.1f} deg: errors of the poses (APE, RPE, errors per axis) depend on the "
+          "axes. Turn each pose from the right by {:.4g} deg about its own axis [{:.3f} {:.3f} {:.3f}]",
+          log.estimator, turn.angle() / degree, std::sqrt(squares) / degree, turn.angle() / degree, axis.x(),
+          axis.y(), axis.z())};
+}
+
 /// Reports rotations that no object performs between successive frames.
-std::vector<LogDiagnosis> diagnose_rotations(const Motions& motions, const std::string& subject) {
+std::vector<DataWarning> diagnose_rotations(const Motions& motions, const std::string& subject) {
   const auto found = explain_rotations(motions);
   if (!found) return {};
   return {{found->best.code, message(*found, subject, "m")}};
 }
 
 /// Reports a log of translations: none of its motions turns, although the true ones do.
-std::vector<LogDiagnosis> diagnose_missing_rotations(const Motions& given, const Motions& truth,
-                                                     const std::string& subject) {
+std::vector<DataWarning> diagnose_missing_rotations(const Motions& given, const Motions& truth,
+                                                    const std::string& subject) {
   constexpr double rounding_rad = 1e-9, least_deg = 0.5;
   const auto largest_rad = [](const Motions& motions) {
     double largest = 0;
@@ -202,7 +230,7 @@ std::vector<LogDiagnosis> diagnose_missing_rotations(const Motions& given, const
       largest = std::max(largest, rotation_angle_rad(motion.rotation()));
     return largest;
   };
-  const double true_deg = largest_rad(truth) * 180 / std::numbers::pi;
+  const double true_deg = degrees(largest_rad(truth));
   if (given.size() < fewest_steps || largest_rad(given) > rounding_rad || true_deg < least_deg) return {};
   return {
       {"no_rotations",
@@ -214,7 +242,7 @@ std::vector<LogDiagnosis> diagnose_missing_rotations(const Motions& given, const
 
 /// Reports motions in the objects' own frames along which they drive backwards. If truth and estimate are
 /// both inverse, they agree with each other, so only the direction shows it.
-std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions& motions) {
+std::vector<DataWarning> diagnose_direction(const ObjectLog& log, const Motions& motions) {
   if (log.frame != MotionFrame::body) return {};
   const std::vector<int> backwards =
       bodies_that_reverse(motions, {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()});
@@ -229,8 +257,8 @@ std::vector<LogDiagnosis> diagnose_direction(const ObjectLog& log, const Motions
 }
 
 /// Examines the path of each object alone.
-std::vector<LogDiagnosis> diagnose_paths(const ObjectLog& log) {
-  std::vector<LogDiagnosis> out;
+std::vector<DataWarning> diagnose_paths(const ObjectLog& log) {
+  std::vector<DataWarning> out;
   for (const int id : ids_of(log.poses)) {
     auto found =
         diagnose_alone(object_series(log.poses, id), object_series(log.true_poses, id), /*only_both=*/false,
@@ -305,8 +333,7 @@ std::map<int, Explanation> explain_by_best_match(const std::set<int>& ids, const
 
 Motions of_object(const Motions& motions, int id, int as) {
   Motions one;
-  for (auto it = motions.lower_bound({id, 0}); it != motions.end() && it->first.first == id; ++it)
-    one.emplace(ObjectFrame(as, it->first.second), it->second);
+  for (const auto& [key, motion] : entries_of(motions, id)) one.emplace(ObjectFrame(as, key.second), motion);
   return one;
 }
 
@@ -327,10 +354,10 @@ std::optional<SE3> true_from_estimated_world(const Trajectory& estimated, const 
   return std::nullopt;
 }
 
-std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
+std::vector<DataWarning> diagnose_log(const ObjectLog& log) {
   const std::string& name = log.estimator;
   const Motions given = estimates(log), truth = true_motions(log);
-  std::vector<LogDiagnosis> out = diagnose_rotations(truth, name + ", true motions");
+  std::vector<DataWarning> out = diagnose_rotations(truth, name + ", true motions");
   append(out, diagnose_rotations(given, name + ", estimated motions"));
   if (!out.empty()) return out;  // with such rotations nothing else can be judged
 
@@ -338,7 +365,7 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   const std::vector<ObjectExplanation> of_poses =
       explain_poses({SharedFrame::world, log.poses, log.true_poses, log.camera.poses(), W});
   append(out, diagnoses_of(of_poses, name + ", estimated poses of objects"));
-  const std::vector<LogDiagnosis> of_camera =
+  const std::vector<DataWarning> of_camera =
       diagnose_camera(log.camera, log.true_camera, name + ", estimated camera");
   if (of_poses.empty()) append(out, diagnose_paths(log));
   if (log.holds_poses_only) {  // its motions are those of the poses
@@ -384,11 +411,11 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log) {
   return out;
 }
 
-std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceTruth& truth) {
+std::vector<DataWarning> diagnose_log(const ObjectLog& as_read, const SequenceTruth& truth) {
   const ObjectLog log = moved(as_read, truth);
   const std::string& name = log.estimator;
   const Motions given = estimates(log);
-  std::vector<LogDiagnosis> out = diagnose_rotations(given, name + ", estimated motions");
+  std::vector<DataWarning> out = diagnose_rotations(given, name + ", estimated motions");
   // Uses the log as read: moved to another world, an inverse pose is no longer the inverse of a camera pose.
   append(out, diagnose_camera(as_read.camera, truth.camera, name + ", estimated camera"));
   if (!out.empty() && out.front().code.starts_with("quaternion")) return out;
@@ -439,6 +466,16 @@ std::vector<LogDiagnosis> diagnose_log(const ObjectLog& as_read, const SequenceT
                                    with_poses.size()),
                   name + ", estimated poses of objects"));
   if (out.empty()) append(out, diagnoses_of(explain_by_own_poses(log, given), name + against_own_poses));
+  return out;
+}
+
+std::vector<DataWarning> diagnose_disagreement(const ObjectLog& log) {
+  std::vector<DataWarning> out;
+  for (const DataWarning& found : disagreements_of(matched_motions(log)))
+    out.push_back({found.code, fmt::format("{}, estimated motions: {}", log.estimator, found.text)});
+  if (out.empty()) {
+    if (auto found = diagnose_object_axes(log)) out.push_back(std::move(*found));
+  }
   return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/logs/object_association.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
@@ -17,45 +18,35 @@
 namespace sextant {
 namespace {
 
-/// A motion in both frames; converting one to the other needs L.
-struct MotionInFrames {
-  std::optional<SE3> world, body;
+/// A motion, the frame that it is given in, and the poses of its step.
+struct FramedMotion {
+  std::optional<SE3> motion;
+  MotionFrame frame;
+  MotionSample at;
+
+  /// Returns the motion in another frame; empty if a pose that this needs is not known.
+  std::optional<SE3> in(MotionFrame other) const {
+    return motion ? change_frame(*motion, frame, other, at) : std::nullopt;
+  }
 };
 
-MotionInFrames motions_of(const SE3& motion, MotionFrame frame, const std::optional<SE3>& L) {
-  MotionInFrames m;
-  (frame == MotionFrame::world ? m.world : m.body) = motion;
-  if (L && !m.world) m.world = *L * motion * L->inverse();
-  if (L && !m.body) m.body = body_motion(motion, *L);
-  return m;
+void put_errors(Record& record, const FramedMotion& estimate, const FramedMotion& truth) {
+  for (const auto& [frame, suffix] :
+       {std::pair(MotionFrame::body, "_body"), std::pair(MotionFrame::world, "_world"),
+        std::pair(MotionFrame::camera, "")}) {
+    const auto given = estimate.in(frame), expected = truth.in(frame);
+    if (given && expected) put(pose_change_error(*given, *expected), suffix, record.errors);
+  }
 }
 
-/// Motion in camera coordinates, X = inverse(T_k) H T_k-1; empty if a camera pose is missing.
-std::optional<SE3> camera_motion(const SE3& H, const Trajectory& camera, int frame) {
-  const auto before = camera.pose(frame - 1), after = camera.pose(frame);
-  if (!before || !after) return std::nullopt;
-  return after->inverse() * H * *before;
-}
-
-void put_errors(Record& record, const MotionInFrames& estimate, const MotionInFrames& truth,
-                const ObjectLog& log) {
-  if (estimate.body && truth.body)
-    put(pose_change_error(*estimate.body, *truth.body), "_body", record.errors);
-  if (!estimate.world || !truth.world) return;
-  put(pose_change_error(*estimate.world, *truth.world), "_world", record.errors);
-  const auto X = camera_motion(*estimate.world, log.camera, record.frame);
-  const auto X_true = camera_motion(*truth.world, log.true_camera, record.frame);
-  if (X && X_true) put(pose_change_error(*X, *X_true), "", record.errors);
-}
-
-void put_velocities(Record& record, const MotionInFrames& estimate, const MotionInFrames& truth,
-                    double dt_s) {
+void put_velocities(Record& record, const FramedMotion& estimate, const FramedMotion& truth, double dt_s) {
   const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  if (estimate.body) record.values["v_kmh"] = velocity_kmh(*estimate.body, origin, dt_s);
-  if (!truth.body) return;
-  const double true_kmh = velocity_kmh(*truth.body, origin, dt_s);
+  const auto given = estimate.in(MotionFrame::body), expected = truth.in(MotionFrame::body);
+  if (given) record.values["v_kmh"] = velocity_kmh(*given, origin, dt_s);
+  if (!expected) return;
+  const double true_kmh = velocity_kmh(*expected, origin, dt_s);
   record.values["v_gt_kmh"] = record.values["v_gt_origin_kmh"] = true_kmh;
-  if (!estimate.body) return;
+  if (!given) return;
   record.errors["Ev_kmh"] = record.errors["Ev_origin_kmh"] =
       velocity_error_kmh(record.values["v_kmh"], true_kmh);
 }
@@ -132,18 +123,22 @@ std::vector<Record> object_records(const ObjectLog& log, const std::string& data
     if (!L && L_after && has_motion && logged_motion->second.truth && log.frame == MotionFrame::world)
       L = logged_motion->second.truth->inverse() *
           *L_after;  // the first pose of an object is often not logged
-    MotionInFrames estimate, truth;
-    if (has_motion) estimate = motions_of(logged_motion->second.estimate, log.frame, L);
-    if (has_motion && logged_motion->second.truth)
-      truth = motions_of(*logged_motion->second.truth, log.frame, L);
-    else if (!has_motion && log.lost_truth.contains(key))
-      truth = motions_of(log.lost_truth.at(key), log.frame, L);
-    else if (L && L_after && !log.resting.contains(key))
-      truth = motions_of(*L_after * L->inverse(), MotionFrame::world, L);
-    const bool has_truth = truth.world || truth.body;
-    record.status = has_motion ? (has_truth ? Status::ok : Status::no_truth)
+    const auto at = [&](const Trajectory& camera) {
+      return MotionSample{key, {}, {}, L, camera.pose(key.second - 1), camera.pose(key.second)};
+    };
+    FramedMotion estimate{{}, log.frame, at(log.camera)}, truth{{}, log.frame, at(log.true_camera)};
+    if (has_motion) estimate.motion = logged_motion->second.estimate;
+    if (has_motion && logged_motion->second.truth) {
+      truth.motion = logged_motion->second.truth;
+    } else if (!has_motion && log.lost_truth.contains(key)) {
+      truth.motion = log.lost_truth.at(key);
+    } else if (L && L_after && !log.resting.contains(key)) {
+      truth.motion = *L_after * L->inverse();
+      truth.frame = MotionFrame::world;
+    }
+    record.status = has_motion ? (truth.motion ? Status::ok : Status::no_truth)
                                : (logged.contains(key.first) ? Status::lost : Status::not_detected);
-    put_errors(record, estimate, truth, log);
+    put_errors(record, estimate, truth);
     put_velocities(record, estimate, truth, 1 / rate_hz);
     records.push_back(std::move(record));
   }
@@ -187,26 +182,21 @@ namespace {
 
 using Poses = std::map<ObjectFrame, SE3>;
 
-struct Paths {
-  PoseSeries estimate, reference;
-};
-
 /// Poses of the object `id` at the frames that both sides have.
-Paths common_paths(const Poses& estimate, const Poses& reference, int id) {
-  Paths paths;
-  for (auto it = estimate.lower_bound({id, 0}); it != estimate.end() && it->first.first == id; ++it) {
-    const auto truth = reference.find(it->first);
-    if (truth == reference.end()) continue;
-    for (auto [series, pose] :
-         {std::pair(&paths.estimate, &it->second), std::pair(&paths.reference, &truth->second)}) {
-      series->add(pose->rotation().toRotationMatrix(), pose->translation());
-      series->frames.push_back(it->first.second);
+TrajectoryPair common_paths(const Poses& estimate, const Poses& reference, int id) {
+  TrajectoryPair paths;
+  for (const auto& [key, pose] : entries_of(estimate, id)) {
+    const auto truth = find_pose(reference, key);
+    if (!truth) continue;
+    for (auto [series, of_side] : {std::pair(&paths.estimate, &pose), std::pair(&paths.reference, &*truth)}) {
+      series->add(of_side->rotation().toRotationMatrix(), of_side->translation());
+      series->frames.push_back(key.second);
     }
   }
   return paths;
 }
 
-std::optional<PathError> relative(const Paths& paths, const std::vector<PosePair>& pairs) {
+std::optional<PathError> relative(const TrajectoryPair& paths, const std::vector<PosePair>& pairs) {
   if (pairs.empty()) return std::nullopt;
   const auto rmse = [&](PoseRelation relation) {
     return error_statistics(relative_errors(paths.estimate, paths.reference, pairs, relation)).rmse;
@@ -214,7 +204,7 @@ std::optional<PathError> relative(const Paths& paths, const std::vector<PosePair
   return PathError{pairs.size(), rmse(PoseRelation::trans_part), rmse(PoseRelation::angle_deg)};
 }
 
-std::optional<PathError> absolute(Paths paths) {
+std::optional<PathError> absolute(TrajectoryPair paths) {
   constexpr size_t fewest = 3;
   if (paths.estimate.size() < fewest) return std::nullopt;
   try {
@@ -228,7 +218,7 @@ std::optional<PathError> absolute(Paths paths) {
   return PathError{paths.estimate.size(), rmse(PoseRelation::trans_part), rmse(PoseRelation::angle_deg)};
 }
 
-std::optional<ObjectPathErrors::PerAxis> per_axis(const Paths& paths) {
+std::optional<ObjectPathErrors::PerAxis> per_axis(const TrajectoryPair& paths) {
   const size_t n = paths.estimate.size();
   if (n < 2) return std::nullopt;
   const SE3 first = paths.reference.pose(0).inverse() * paths.estimate.pose(0);
@@ -266,8 +256,8 @@ std::vector<ObjectPathErrors> object_path_errors(const ObjectLog& log, uint64_t 
   std::set<int> ids = ids_of(log.poses);
   ids.merge(ids_of(chained));
   for (const int id : ids) {
-    const Paths logged = common_paths(log.poses, log.true_poses, id),
-                by_motions = common_paths(chained, log.true_poses, id);
+    const TrajectoryPair logged = common_paths(log.poses, log.true_poses, id),
+                         by_motions = common_paths(chained, log.true_poses, id);
     ObjectPathErrors errors{log.estimator,
                             run,
                             id,
@@ -360,18 +350,18 @@ std::map<ObjectFrame, SE3> camera_poses(const Trajectory& camera) {
 
 PoseSeries object_series(const std::map<ObjectFrame, SE3>& poses, int id) {
   PoseSeries series;
-  for (auto it = poses.lower_bound({id, 0}); it != poses.end() && it->first.first == id; ++it) {
-    series.add(it->second.rotation().toRotationMatrix(), it->second.translation());
-    series.frames.push_back(it->first.second);
+  for (const auto& [key, pose] : entries_of(poses, id)) {
+    series.add(pose.rotation().toRotationMatrix(), pose.translation());
+    series.frames.push_back(key.second);
   }
   return series;
 }
 
-void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<LogDiagnosis>& found) {
+void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<DataWarning>& found) {
   // `times` is the ratio of the value to the largest expected value.
   const auto because = [&](double times) {
     std::string text;
-    for (const LogDiagnosis& diagnosis : found) text += "; " + diagnosis.text;
+    for (const DataWarning& diagnosis : found) text += "; " + diagnosis.text;
     return text.empty() ? ask_for_unit(times) : text;
   };
   for (const auto& [key, motion] : true_motions(log)) {
@@ -402,7 +392,7 @@ void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<Log
   check_steps(camera_poses(log.true_camera), log.camera_lines, "camera");
 }
 
-std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) {
+std::vector<DataWarning> diagnose_speeds(const ObjectLog& log, double rate_hz) {
   std::map<int, std::vector<double>> speeds;
   for (const auto& [key, motion] : log.motions) {
     auto L = find_pose(log.true_poses, previous(key));
@@ -410,7 +400,7 @@ std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz) 
     speeds[key.first].push_back(
         speed_of(motion.estimate, log.frame, L, log.camera.pose(key.second - 1), rate_hz));
   }
-  std::vector<LogDiagnosis> out;
+  std::vector<DataWarning> out;
   for (auto& [id, of_object] : speeds) {
     const double median = middle_of(of_object);
     if (median <= fastest_mps) continue;

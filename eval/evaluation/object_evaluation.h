@@ -92,13 +92,6 @@ Table object_axis_table(const std::vector<ObjectPathErrors>& errors);
 // ---- Plausibility of logged object motions by themselves, without another reading of the log: speeds
 // that no vehicle reaches, estimates that are the identity, and steps without an estimate.
 
-/// A diagnosis with its cause and the correction in `text`; `code` as in motion_readings.h and
-/// pose_readings.h.
-struct LogDiagnosis {
-  std::string code;
-  std::string text;
-};
-
 /// Returns the true motions of a log, also those without an estimate.
 std::map<ObjectFrame, SE3> true_motions(const ObjectLog& log);
 
@@ -111,10 +104,10 @@ PoseSeries object_series(const std::map<ObjectFrame, SE3>& poses, int id);
 /// Throws Error that names the line if the log's own truth moves an object at more than 100 m/s, or if
 /// successive true poses of an object or of the camera are more than 50 m apart at 10 Hz (500 m/s). The
 /// message includes the diagnoses `found`.
-void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<LogDiagnosis>& found);
+void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<DataWarning>& found);
 
 /// Reports objects whose median estimated speed is above 100 m/s, which no vehicle reaches.
-std::vector<LogDiagnosis> diagnose_speeds(const ObjectLog& log, double rate_hz);
+std::vector<DataWarning> diagnose_speeds(const ObjectLog& log, double rate_hz);
 
 /// Returns by object the steps whose estimate is the identity (within 1e-6) although the object moves, as
 /// written by a tracker that failed (DynOSAM's issue 20). Objects without such steps are left out.
@@ -141,19 +134,25 @@ std::string ranges_text(const std::vector<int>& frames, size_t most = 6);
 //                                                 reading is compared with the true object that it fits best
 
 /// Compares the log with its own truth and its motions with its poses.
-std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log);
+std::vector<DataWarning> diagnose_log(const ObjectLog& log);
 
 /// Compares the unmodified log with the truth of a data set.
-std::vector<LogDiagnosis> diagnose_log(const ObjectLog& log, const SequenceTruth& truth);
+std::vector<DataWarning> diagnose_log(const ObjectLog& log, const SequenceTruth& truth);
+
+/// Diagnoses of a log whose objects have their truth (its own, or by take_truth()) but do not resemble it,
+/// for mistakes that nothing else explains: those of disagreements_of() (motion_disagreement.h) or, if there
+/// are none, `object_axes`: the axes of the poses are turned by the same rotation against the true ones, by
+/// 20 deg or more, within 10 deg RMS.
+std::vector<DataWarning> diagnose_disagreement(const ObjectLog& log);
 
 // ---- Diagnoses by ids and frames (object_identities.cc).
 
 /// Reports objects whose positions follow another true object than their own, in at least 5 frames: the mean
 /// squared distance from the other one must be smaller by explains_times_of(), and its root at most 3 m. The
 /// log's truth may be that of a data set (take_truth()).
-std::vector<LogDiagnosis> diagnose_identities(const ObjectLog& log);
+std::vector<DataWarning> diagnose_identities(const ObjectLog& log);
 
 /// Reports objects that have no frame in common with the log's camera or with the true one.
-std::vector<LogDiagnosis> diagnose_frames(const ObjectLog& log, const Trajectory& true_camera);
+std::vector<DataWarning> diagnose_frames(const ObjectLog& log, const Trajectory& true_camera);
 
 }  // namespace sextant

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <set>
 
 #include "sextant/eval/logs/object_association.h"
@@ -121,8 +120,8 @@ Figure path_figure(const ObjectTracks& tracks, const BodyNumbers& numbers) {
   EqualAxes axes;
   for (const BodyTrack& track : tracks.bodies) {
     for (const TrackPoint& point : track.points) {
-      for (const auto* p : {&point.estimate_m, &point.truth_m}) {
-        if (*p) axes.include({(*p)->x(), (*p)->z()});
+      for (const auto& p : {point.estimate_m, point.truth_m}) {
+        if (p) axes.include({p->x(), p->z()});
       }
     }
   }

@@ -52,10 +52,10 @@ std::optional<FollowedObject> followed(const ObjectPositions& at, int id, int ot
     double own_m, other_m;
   };
   std::vector<Distances> steps;
-  for (auto it = at.estimated.lower_bound({id, 0}); it != at.estimated.end() && it->first.first == id; ++it) {
-    const auto own = at.known.find(it->first), to = at.known.find({other, it->first.second});
+  for (const auto& [key, place] : entries_of(at.estimated, id)) {
+    const auto own = at.known.find(key), to = at.known.find({other, key.second});
     if (own == at.known.end() || to == at.known.end()) continue;
-    steps.push_back({it->first.second, (it->second - own->second).norm(), (it->second - to->second).norm()});
+    steps.push_back({key.second, (place - own->second).norm(), (place - to->second).norm()});
   }
   int sum = 0, most = 0;
   size_t begin = 0, first = 0, last = 0;
@@ -86,7 +86,7 @@ std::optional<FollowedObject> followed(const ObjectPositions& at, int id, int ot
 
 }  // namespace
 
-std::vector<LogDiagnosis> diagnose_identities(const ObjectLog& log) {
+std::vector<DataWarning> diagnose_identities(const ObjectLog& log) {
   constexpr size_t most_named = 6;
   const ObjectPositions at = positions_of(log);
   std::vector<std::string> texts;
@@ -107,18 +107,14 @@ std::vector<LogDiagnosis> diagnose_identities(const ObjectLog& log) {
         object_text(id), best->other, best->from, best->to, best->other_m, object_text(id), best->own_m));
   }
   if (texts.empty()) return {};
-  if (texts.size() > most_named) {
-    texts.resize(most_named);
-    texts.emplace_back("...");
-  }
   const std::string where =
       from_on && first_frames.size() == 1 ? fmt::format(" from frame {} on", *first_frames.begin()) : "";
   return {{"ids", fmt::format("{}, estimated poses of objects: the ids look exchanged{}: {}: write each "
                               "object under one id, that of the truth, in all of its frames",
-                              log.estimator, where, fmt::join(texts, ", "))}};
+                              log.estimator, where, listed(texts, most_named))}};
 }
 
-std::vector<LogDiagnosis> diagnose_frames(const ObjectLog& log, const Trajectory& true_camera) {
+std::vector<DataWarning> diagnose_frames(const ObjectLog& log, const Trajectory& true_camera) {
   if (log.motions.empty()) return {};
   int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
   for (const auto& [key, motion] : log.motions) {

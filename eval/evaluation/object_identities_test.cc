@@ -38,7 +38,7 @@ TEST(ObjectIdentities, ExchangedObjectsAreNamedByTheirPoses) {
   for (const int from : {0, 12}) {
     ObjectLog log = log_of_drive();
     exchange_objects(log, 1, 4, from);
-    const std::vector<LogDiagnosis> found = diagnose_identities(log);
+    const std::vector<DataWarning> found = diagnose_identities(log);
     ASSERT_EQ(found.size(), 1u) << from;
     EXPECT_EQ(found[0].code, "ids");
     EXPECT_THAT(found[0].text,
@@ -57,7 +57,7 @@ TEST(ObjectIdentities, RealObjectsAreTheirOwnUntilTheyAreExchanged) {
     EXPECT_THAT(diagnose_frames(log, log.true_camera), IsEmpty()) << log.estimator;
     if (log.estimator != "frontend") continue;
     exchange_objects(log, 1, 2, 46);
-    const std::vector<LogDiagnosis> found = diagnose_identities(log);
+    const std::vector<DataWarning> found = diagnose_identities(log);
     ASSERT_EQ(found.size(), 1u);
     EXPECT_THAT(found[0].text, HasSubstr("look exchanged from frame 46 on"));
   }

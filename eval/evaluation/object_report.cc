@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <set>
 
 #include "sextant/eval/evaluation/run_statistics.h"
@@ -172,7 +171,7 @@ Json object_json(const ObjectScores& scores, std::span<const MetricPreset> prese
   json["pose_axes"] = rows_to_json(object_axis_table(scores.paths));
   json["nees"] = rows_to_json(object_consistency_table(scores.consistency));
   json["diagnoses"] = Json::array();
-  for (const LogDiagnosis& diagnosis : scores.diagnoses)
+  for (const DataWarning& diagnosis : scores.diagnoses)
     json["diagnoses"].push_back({{"code", diagnosis.code}, {"text", diagnosis.text}});
   json["warnings"] = scores.warnings;
   return json;

@@ -70,7 +70,7 @@ struct ObjectScores {
   std::vector<Record> records;
   std::vector<std::string> folders;   ///< as requested, without the prefix SYSTEM=
   std::vector<std::string> warnings;  ///< for each log: the texts of its diagnoses, then its other warnings
-  std::vector<LogDiagnosis> diagnoses;
+  std::vector<DataWarning> diagnoses;
   std::map<std::string, FrameRate> rates;      ///< by system
   std::vector<ObjectTracks> tracks;            ///< paths of the camera and the objects, one per log
   std::vector<ObjectPathErrors> paths;         ///< one per object of logs with true poses

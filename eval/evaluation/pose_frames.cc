@@ -1,14 +1,13 @@
 #include "sextant/eval/evaluation/pose_frames.h"
 
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/logs/pose_collector.h"
-#include "sextant/geometry/axes.h"
 
 namespace sextant {
 namespace {
@@ -27,14 +26,9 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
       continue;
     }
     const size_t end = std::min(text.find_first_of(blanks, at), text.size());
-    std::string_view word = text.substr(at, end - at);
-    if (word.starts_with('+')) word.remove_prefix(1);
-    double value = 0;
-    const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || stop != word.data() + word.size() || !std::isfinite(value))
-      return std::nullopt;
-    if (values.size() == max_values) return std::nullopt;
-    values.push_back(value);
+    const std::optional<double> value = number_in(text.substr(at, end - at));
+    if (!value || !std::isfinite(*value) || values.size() == max_values) return std::nullopt;
+    values.push_back(*value);
     at = end;
   }
 }

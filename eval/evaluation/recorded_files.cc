@@ -10,15 +10,12 @@
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
 #include "sextant/base/new_file.h"
-#include "sextant/base/options.h"
 #include "sextant/datasets/dataset.h"
-#include "sextant/eval/evaluation/disagreement.h"
 #include "sextant/eval/evaluation/ego_json.h"
 #include "sextant/eval/evaluation/object_evaluation.h"
 #include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_warnings.h"
 #include "sextant/eval/logs/object_association.h"
-#include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/zip_file.h"
 
@@ -246,6 +243,25 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
   }
 }
 
+std::vector<double> distances_of(const PoseSeries& poses, const std::vector<int>& rows) {
+  std::vector<double> path(poses.size(), 0.0), out;
+  for (size_t i = 1; i < poses.size(); ++i)
+    path[i] = path[i - 1] + (poses.positions_m[i] - poses.positions_m[i - 1]).norm();
+  for (const int row : rows) out.push_back(path[static_cast<size_t>(row)]);
+  return out;
+}
+
+std::string title_of(const EgoResult& result, const EgoOptions& options) {
+  std::string title = fmt::format("{} w.r.t. {} ({})", options.rpe ? "RPE" : "APE",
+                                  to_string(options.relation), unit_of(options.relation));
+  if (options.rpe) {
+    title += fmt::format("\nfor delta = {} using {} pairs", options.rpe->text(),
+                         options.rpe->all_pairs ? "all" : "consecutive");
+  }
+  return title +
+         fmt::format("\n(alignment: {}, {} poses)", to_string(options.alignment), result.estimate.size());
+}
+
 }  // namespace
 
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
@@ -335,11 +351,10 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       camera_motions_to_world(log, source ? source->truth.camera : Trajectory());
       if (!source && !log.motions.empty() && log.poses.empty() && log.true_poses.empty())
         scores.assumed_frames.emplace(log.estimator, log.from_camera ? MotionFrame::camera : log.frame);
-      std::vector<LogDiagnosis> found = source ? diagnose_log(log, source->truth) : diagnose_log(log);
+      std::vector<DataWarning> found = source ? diagnose_log(log, source->truth) : diagnose_log(log);
       check_plausible(log, rate.hz, found);
-      std::ranges::move(diagnose_speeds(log, rate.hz), std::back_inserter(found));
-      std::ranges::move(diagnose_frames(log, source ? source->truth.camera : log.true_camera),
-                        std::back_inserter(found));
+      append(found, diagnose_speeds(log, rate.hz));
+      append(found, diagnose_frames(log, source ? source->truth.camera : log.true_camera));
       if (source) take_truth(log, source->truth);
       if (found.empty()) found = diagnose_identities(log);  // other mistakes move the positions as well
       if (found.empty()) found = diagnose_disagreement(log);
@@ -351,7 +366,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       std::ranges::move(object_consistency(log, run), std::back_inserter(scores.consistency));
       scores.tracks.push_back(object_tracks(log, run));
       if (!files.tum.empty()) write_objects(log, run + 1, rate.hz, files, folders);
-      for (const LogDiagnosis& diagnosis : found) scores.warnings.push_back(diagnosis.text);
+      for (const DataWarning& diagnosis : found) scores.warnings.push_back(diagnosis.text);
       std::ranges::move(found, std::back_inserter(scores.diagnoses));
       std::ranges::move(log.warnings, std::back_inserter(scores.warnings));
     }
@@ -382,29 +397,6 @@ EgoReference source_reference(const std::string& source, const std::string& data
     fail("{}: its time stamps do not ascend with its frames", source);
   return reference;
 }
-
-namespace {
-
-std::vector<double> distances_of(const PoseSeries& poses, const std::vector<int>& rows) {
-  std::vector<double> path(poses.size(), 0.0), out;
-  for (size_t i = 1; i < poses.size(); ++i)
-    path[i] = path[i - 1] + (poses.positions_m[i] - poses.positions_m[i - 1]).norm();
-  for (const int row : rows) out.push_back(path[static_cast<size_t>(row)]);
-  return out;
-}
-
-std::string title_of(const EgoResult& result, const EgoOptions& options) {
-  std::string title = fmt::format("{} w.r.t. {} ({})", options.rpe ? "RPE" : "APE",
-                                  to_string(options.relation), unit_of(options.relation));
-  if (options.rpe) {
-    title += fmt::format("\nfor delta = {} using {} pairs", options.rpe->text(),
-                         options.rpe->all_pairs ? "all" : "consecutive");
-  }
-  return title +
-         fmt::format("\n(alignment: {}, {} poses)", to_string(options.alignment), result.estimate.size());
-}
-
-}  // namespace
 
 std::string encode_npy(std::span<const double> values, size_t columns) {
   const std::string shape = columns == 0 ? fmt::format("({},)", values.size())

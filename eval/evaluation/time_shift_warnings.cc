@@ -13,41 +13,34 @@ namespace sextant {
 namespace {
 
 /// Matches the poses after `shift_s` is added to the estimate's stamps; empty if fewer than 10 match.
-std::optional<MatchedPoses> shifted(const PoseSeries& reference, const PoseSeries& estimate, double shift_s) {
+std::optional<TrajectoryPair> shifted(const PoseSeries& reference, const PoseSeries& estimate,
+                                      double shift_s) {
   std::vector<double> times;
   for (const double t : estimate.stamps_s) times.push_back(t + shift_s);
   const double max_gap_s = 2 * std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
   InterpolatedPoses at = interpolate_poses(reference, times, max_gap_s);
   if (at.asked.size() < fewest_explained_poses) return std::nullopt;
-  MatchedPoses matched{std::move(at.poses), estimate, {}, {}};
+  TrajectoryPair matched{std::move(at.poses), estimate};
   matched.estimate.keep(at.asked);
   return matched;
 }
 
-/// Returns the mean squared distance of the matched poses; empty if they are empty or cannot be aligned.
-std::optional<double> squares_of(const std::optional<MatchedPoses>& matched, const AlignmentChoice& choice) {
-  if (!matched) return std::nullopt;
-  const auto found = aligned_agreement(matched->reference, matched->estimate, choice);
-  if (!found) return std::nullopt;
-  return found->mean_squares_m2();
+/// Returns the mean squared distance of a matched pair; empty if it is empty or cannot be aligned.
+std::optional<double> squares_of(const std::optional<TrajectoryPair>& matched,
+                                 const AlignmentChoice& choice) {
+  const auto found = matched ? aligned_agreement(*matched, choice) : std::nullopt;
+  return found ? std::optional(found->mean_squares_m2()) : std::nullopt;
 }
 
-std::optional<double> shifted_squares(const PoseSeries& reference, const PoseSeries& estimate, double shift_s,
-                                      const AlignmentChoice& choice) {
-  return squares_of(shifted(reference, estimate, shift_s), choice);
-}
-
-/// Returns the mean squared difference of the steps, m^2: of the lengths of their translations, and of their
-/// rotations in rad times a typical lever of 10 m.
-double step_squares(const PoseSeries& reference, const PoseSeries& estimate, size_t shift_r, size_t shift_e,
-                    size_t n) {
+/// Returns the mean squared difference of the steps of `n` poses from the given ones on, m^2: of the lengths
+/// of their translations, and of their rotations in rad times a typical lever of 10 m.
+double step_squares(const TrajectoryPair& pair, size_t first_r, size_t first_e, size_t n) {
   constexpr double lever_m = 10;
   double sum = 0;
   for (size_t i = 1; i < n; ++i) {
-    const RelativePose r = relative_pose(reference, shift_r + i - 1, shift_r + i);
-    const RelativePose e = relative_pose(estimate, shift_e + i - 1, shift_e + i);
-    const double angle =
-        rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(r.rotation.transpose() * e.rotation)));
+    const RelativePose r = relative_pose(pair.reference, first_r + i - 1, first_r + i);
+    const RelativePose e = relative_pose(pair.estimate, first_e + i - 1, first_e + i);
+    const double angle = rotation_angle_rad(r.rotation.transpose() * e.rotation);
     const double length = r.translation_m.norm() - e.translation_m.norm();
     sum += length * length + lever_m * lever_m * angle * angle;
   }
@@ -59,11 +52,6 @@ bool is_short(const PoseSeries& reference, const PoseSeries& estimate) {
   constexpr size_t most_poses = 1'000'000;
   return std::max(reference.size(), estimate.size()) <= most_poses;
 }
-
-/// A pair of trajectories with the times at which they are compared, the estimate's thinned.
-struct TimedPair {
-  PoseSeries reference, estimate;
-};
 
 /// Returns the series with its frame numbers as times.
 PoseSeries timed_by_frames(PoseSeries series) {
@@ -77,10 +65,12 @@ bool have_stamps(const PoseSeries& reference, const PoseSeries& estimate) {
   return !reference.stamps_s.empty() && !estimate.stamps_s.empty();
 }
 
-TimedPair timed_pair(const PoseSeries& reference, const PoseSeries& estimate, double offset_s) {
+/// Returns both trajectories with the times at which they are compared, the estimate thinned. They are not
+/// matched.
+TrajectoryPair timed_pair(const PoseSeries& reference, const PoseSeries& estimate, double offset_s) {
   if (!have_stamps(reference, estimate))
     return {timed_by_frames(reference), thinned(timed_by_frames(estimate))};
-  TimedPair pair{reference, thinned(estimate)};
+  TrajectoryPair pair{reference, thinned(estimate)};
   for (double& t : pair.estimate.stamps_s) t += offset_s;
   return pair;
 }
@@ -94,40 +84,36 @@ struct ShiftedErrors {
 /// after the chosen alignment or one with scale, nor half of the squared differences of the steps. A shift of
 /// more than ten steps, at which a path is compared with another part of the reference, must explain both.
 /// Empty if it does, or if too few poses match without the shift.
-std::optional<ShiftedErrors> unexplained_by(const TimedPair& pair, double shift, AlignmentChoice choice) {
+std::optional<ShiftedErrors> unexplained_by(const TrajectoryPair& timed, double shift,
+                                            const AlignmentChoice& choice) {
   constexpr double largest_rmse_share = 0.5, far_steps = 10;
-  choice.n_to_align = 0;
-  const auto before = shifted(pair.reference, pair.estimate, 0),
-             after = shifted(pair.reference, pair.estimate, shift);
-  const auto now = squares_of(before, choice), then = squares_of(after, choice);
+  const auto before = shifted(timed.reference, timed.estimate, 0),
+             after = shifted(timed.reference, timed.estimate, shift);
+  const AlignmentChoice of_all = choice.with(choice.alignment), with_scale = choice.with(Alignment::sim3);
+  const auto now = squares_of(before, of_all), then = squares_of(after, of_all);
   if (!now || !then) return std::nullopt;
-  AlignmentChoice with_scale = choice;
-  with_scale.alignment = Alignment::sim3;
   const auto scaled_now = squares_of(before, with_scale), scaled_then = squares_of(after, with_scale);
   constexpr double largest_share = largest_rmse_share * largest_rmse_share;
   const bool explains_positions = *then <= largest_share * *now ||
                                   (scaled_now && scaled_then && *scaled_then <= largest_share * *scaled_now);
-  const auto steps = [](const MatchedPoses& m) {
-    return step_squares(m.reference, m.estimate, 0, 0, m.estimate.size());
-  };
-  const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
+  const auto steps = [](const TrajectoryPair& m) { return step_squares(m, 0, 0, m.size()); };
+  const bool rotations = timed.has_rotations();
   const bool explains_steps = rotations && steps(*after) <= largest_left_share * steps(*before);
-  const bool is_far = std::abs(shift) > far_steps * median_step(pair.reference.stamps_s);
+  const bool is_far = std::abs(shift) > far_steps * median_step(timed.reference.stamps_s);
   const bool explains =
       is_far && rotations ? explains_positions && explains_steps : explains_positions || explains_steps;
   return explains ? std::nullopt : std::optional(ShiftedErrors{std::sqrt(*now), std::sqrt(*then)});
 }
 
 /// Least sum of squared distances that another place of the world or of the body on its carrier leaves.
-double squares_of_place(const PoseSeries& reference, const PoseSeries& estimate, AlignmentChoice choice) {
-  if (!turns_world(choice.alignment)) choice.alignment = Alignment::se3;
+double squares_of_place(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+  const AlignmentChoice turned = choice.with(choice.turns_world() ? choice.alignment : Alignment::se3);
   double least = std::numeric_limits<double>::infinity();
-  const auto consider = [&](const PoseSeries& at) {
-    if (const auto found = aligned_agreement(reference, at, choice)) least = std::min(least, found->squares);
+  const auto consider = [&](const TrajectoryPair& at) {
+    if (const auto found = aligned_agreement(at, turned)) least = std::min(least, found->squares);
   };
-  consider(estimate);
-  if (const auto lever_m = estimate_lever_arm(reference, estimate))
-    consider(at_lever_arm(estimate, *lever_m));
+  consider(pair);
+  if (const auto lever_m = estimate_lever_arm(pair)) consider(at_lever_arm(thinned(pair), *lever_m));
   return least;
 }
 
@@ -151,9 +137,9 @@ std::optional<OffsetEstimate> shift_of_motions(const PoseSeries& reference, cons
 
 }  // namespace
 
-std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
-                                                double offset_s, const AlignmentChoice& choice,
-                                                const OffsetRemedy& remedy) {
+std::optional<DataWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
+                                          double offset_s, const AlignmentChoice& choice,
+                                          const OffsetRemedy& remedy) {
   const auto found = shift_of_motions(reference, estimate, offset_s);
   if (!found) return std::nullopt;
   const double shift = found->offset_s;
@@ -163,7 +149,7 @@ std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, con
                         ? unexplained_by(timed_pair(reference, estimate, offset_s), shift, choice)
                         : std::nullopt;
   if (left) {
-    return TrajectoryWarning{
+    return DataWarning{
         "no_offset",
         fmt::format("no offset explains the errors: the motions agree best when the estimate is shifted by "
                     "{:.3g} {}, which leaves a position RMSE of {:.3g} m of {:.3g} m: is it of another "
@@ -171,31 +157,28 @@ std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, con
                     shift, unit, left->then_m, left->now_m)};
   }
   const auto [shortest, longest] = std::minmax({std::abs(found->low_s), std::abs(found->high_s)});
-  return TrajectoryWarning{
+  return DataWarning{
       "lag", fmt::format("the estimate's motion is {} by {:.3g} {} (95 % interval {:.3g} to {:.3g}){}",
                          shift < 0 ? "late" : "early", std::abs(shift), unit, shortest, longest,
                          seconds ? "; try " + remedy(offset_s + shift)
                                  : fmt::format(": add {:.0f} to its frame numbers", shift))};
 }
 
-std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& reference,
-                                                       const PoseSeries& estimate, double offset_s,
-                                                       AlignmentChoice choice) {
+std::optional<DataWarning> warning_of_clock_rate(const PoseSeries& reference, const PoseSeries& estimate,
+                                                 double offset_s, const AlignmentChoice& choice) {
   constexpr double least_change = 0.002;
   if (std::min(reference.size(), estimate.size()) < fewest_explained_poses || !is_short(reference, estimate))
     return std::nullopt;
-  const TimedPair pair = timed_pair(reference, estimate, offset_s);
+  const TrajectoryPair pair = timed_pair(reference, estimate, offset_s);
   const std::vector<double>&a = pair.reference.stamps_s, &b = pair.estimate.stamps_s;
   const double factor = (a.back() - a.front()) / (b.back() - b.front());
   if (!(factor > 0 && std::isfinite(factor))) return std::nullopt;
-  choice.n_to_align = 0;
-  AlignmentChoice with_scale = choice;
-  with_scale.alignment = Alignment::sim3;
+  const AlignmentChoice of_all = choice.with(choice.alignment);
   const auto matched = shifted(pair.reference, pair.estimate, 0);
-  const auto now = squares_of(matched, choice), scaled = squares_of(matched, with_scale);
+  const auto now = squares_of(matched, of_all), scaled = squares_of(matched, choice.with(Alignment::sim3));
   if (!now || !scaled) return std::nullopt;
   const auto explained = [&](const PoseSeries& read) {
-    const auto then = squares_of(shifted(pair.reference, read, 0), choice);
+    const auto then = squares_of(shifted(pair.reference, read, 0), of_all);
     const bool explains = then && explains_times * *then + negligible_residual <= std::min(*now, *scaled);
     return explains ? then : std::nullopt;
   };
@@ -209,7 +192,7 @@ std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& referen
   for (double& t : read.stamps_s) t = a.front() + factor * (t - b.front());
   if (std::abs(factor - 1) > least_change) {
     if (const auto then = explained(read)) {
-      return TrajectoryWarning{
+      return DataWarning{
           "clock_rate",
           fmt::format("the estimate's {0} advance at {1:.5g} times the rate of the reference's: "
                       "replace each t by {2:.10g} + {3:.6g} (t - {4:.10g}){5}",
@@ -224,26 +207,22 @@ std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& referen
   for (size_t i = 0; i < rows.size(); ++i)
     read.stamps_s[i] = b.front() + (b.back() - b[static_cast<size_t>(rows[i])]);
   if (const auto then = explained(read)) {
-    return TrajectoryWarning{"reversed",
-                             fmt::format("the estimate is reversed in time: write its poses in the "
-                                         "opposite order, with the {} ascending{}",
-                                         times, rmse(*then))};
+    return DataWarning{"reversed", fmt::format("the estimate is reversed in time: write its poses in the "
+                                               "opposite order, with the {} ascending{}",
+                                               times, rmse(*then))};
   }
   return std::nullopt;
 }
 
-std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
-                                                  double offset_s, const AlignmentChoice& choice,
-                                                  const OffsetRemedy& remedy) {
+std::optional<DataWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
+                                            double offset_s, const AlignmentChoice& choice,
+                                            const OffsetRemedy& remedy) {
   if (!have_stamps(reference, estimate) || reference.size() < fewest_explained_poses ||
       estimate.size() < fewest_explained_poses)
     return std::nullopt;
-  AlignmentChoice all = choice;
-  all.n_to_align = 0;
   const double step = std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
-  const PoseSeries some = thinned(estimate);
-  const auto squares = [&](double shift_s) {
-    return shifted_squares(reference, some, offset_s + shift_s, all);
+  const auto squares = [&, some = thinned(estimate)](double shift_s) {
+    return squares_of(shifted(reference, some, offset_s + shift_s), choice.with(choice.alignment));
   };
   const auto before = squares(-step), now = squares(0), after = squares(step);
   if (!before || !now || !after) return std::nullopt;
@@ -260,7 +239,7 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
     const double shift_s = found.offset_s - offset_s;
     const auto then = squares(shift_s);
     if (is_zero || !explains(then)) return std::nullopt;
-    return TrajectoryWarning{
+    return DataWarning{
         "lag", fmt::format("the estimate's clock is {} by {:.3g} s, which explains {:.0f} % of the squared "
                            "errors; try {}",
                            shift_s < 0 ? "late" : "early", std::abs(shift_s), 100 * (1 - *then / *now),
@@ -270,19 +249,18 @@ std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, c
   }
 }
 
-std::optional<TrajectoryWarning> warning_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
-                                                 double offset_s, const AlignmentChoice& choice,
-                                                 const OffsetRemedy& remedy) {
+std::optional<DataWarning> warning_of_rows(const TrajectoryPair& pair, double offset_s,
+                                           const AlignmentChoice& choice, const OffsetRemedy& remedy) {
   constexpr int most_rows = 3;
   constexpr size_t least_poses = 20;
   constexpr double confirmed = 1.5;
+  const auto& [reference, estimate] = pair;
   const bool stamped = have_stamps(reference, estimate);
   const std::vector<int> frames = frames_of(reference);
   for (size_t i = 1; !stamped && i < frames.size(); ++i) {
     if (frames[i] != frames[i - 1] + 1) return std::nullopt;
   }
-  if (!reference.has_rotations() || !estimate.has_rotations() || estimate.size() < least_poses)
-    return std::nullopt;
+  if (!pair.has_rotations() || pair.size() < least_poses) return std::nullopt;
   const double step_s = stamped ? median_step(reference.stamps_s) : 0;
   const auto correction = [&](int n_frames) {  // to add to the estimate's
     return stamped
@@ -290,20 +268,19 @@ std::optional<TrajectoryWarning> warning_of_rows(const PoseSeries& reference, co
                : fmt::format("add {} to its frame numbers (a frame number may stand before the 12 values)",
                              n_frames);
   };
-  AlignmentChoice all = choice;
-  all.n_to_align = 0;
-  const size_t n = estimate.size() - most_rows;
+  const AlignmentChoice all = choice.with(choice.alignment);
+  const size_t n = pair.size() - most_rows;
   const auto shifted = [&](int k) {  // row i + k of the estimate belongs to row i
     const size_t of_reference = k < 0 ? static_cast<size_t>(-k) : 0,
                  of_estimate = k > 0 ? static_cast<size_t>(k) : 0;
-    const double steps = step_squares(reference, estimate, of_reference, of_estimate, n);
-    const auto found =
-        aligned_agreement(thinned(reference, of_reference, n), thinned(estimate, of_estimate, n), all);
+    const double steps = step_squares(pair, of_reference, of_estimate, n);
+    const auto found = aligned_agreement(
+        {thinned(pair.reference, of_reference, n), thinned(pair.estimate, of_estimate, n)}, all);
     return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
   };
   const auto [squares_0, steps_0] = shifted(0);
   constexpr double of_path = 25;
-  const double by_place = squares_of_place(reference, estimate, all);
+  const double by_place = squares_of_place(pair, all);
   std::vector<Reading> readings;
   for (int k = -most_rows; k <= most_rows; ++k) {
     if (k == 0) continue;
@@ -322,7 +299,7 @@ std::optional<TrajectoryWarning> warning_of_rows(const PoseSeries& reference, co
   }
   const auto best = std::ranges::min_element(readings, {}, &Reading::residual);
   if (best == readings.end() || !(steps_0 > 1e-12)) return std::nullopt;
-  return TrajectoryWarning{
+  return DataWarning{
       "lag", fmt::format("{}: {} (RMS difference of the steps {:.3g} m read so, {:.3g} m as declared)",
                          best->cause, best->remedy, std::sqrt(best->residual), std::sqrt(steps_0))};
 }

@@ -17,7 +17,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
@@ -31,24 +30,22 @@ using OffsetRemedy = std::function<std::string(double offset_s)>;
 /// Warns of a lag of the motions that remains after `offset_s` is added to the estimate's stamps ("lag", or
 /// "no_offset"). Takes both trajectories before they are matched; times are stamps if both have them,
 /// otherwise frame numbers.
-std::optional<TrajectoryWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
-                                                double offset_s, const AlignmentChoice& choice,
-                                                const OffsetRemedy& remedy);
+std::optional<DataWarning> warning_of_lag(const PoseSeries& reference, const PoseSeries& estimate,
+                                          double offset_s, const AlignmentChoice& choice,
+                                          const OffsetRemedy& remedy);
 
 /// Warns of a clock at another rate, or of an estimate in the opposite order. Takes the same trajectories.
-std::optional<TrajectoryWarning> warning_of_clock_rate(const PoseSeries& reference,
-                                                       const PoseSeries& estimate, double offset_s,
-                                                       AlignmentChoice choice);
+std::optional<DataWarning> warning_of_clock_rate(const PoseSeries& reference, const PoseSeries& estimate,
+                                                 double offset_s, const AlignmentChoice& choice);
 
 /// Warns of a shift of the clocks. Takes the whole reference and the matched estimate with its own stamps;
 /// `offset_s` is the offset that was added to these stamps for the association.
-std::optional<TrajectoryWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
-                                                  double offset_s, const AlignmentChoice& choice,
-                                                  const OffsetRemedy& remedy);
+std::optional<DataWarning> warning_of_clock(const PoseSeries& reference, const PoseSeries& estimate,
+                                            double offset_s, const AlignmentChoice& choice,
+                                            const OffsetRemedy& remedy);
 
 /// Warns of a shift of the matched poses by whole rows. Without stamps, the frames must be successive.
-std::optional<TrajectoryWarning> warning_of_rows(const PoseSeries& reference, const PoseSeries& estimate,
-                                                 double offset_s, const AlignmentChoice& choice,
-                                                 const OffsetRemedy& remedy);
+std::optional<DataWarning> warning_of_rows(const TrajectoryPair& pair, double offset_s,
+                                           const AlignmentChoice& choice, const OffsetRemedy& remedy);
 
 }  // namespace sextant

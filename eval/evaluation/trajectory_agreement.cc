@@ -1,24 +1,10 @@
 #include "sextant/eval/evaluation/trajectory_agreement.h"
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
-#include <numbers>
 
 #include "sextant/base/error.h"
 
 namespace sextant {
-namespace {
-
-/// An alignment to positions on a line does not determine the rotation about it: the rotations of the poses
-/// do.
-void close_roll(PoseSeries& estimate, const PoseSeries& reference) {
-  constexpr double flat = 1e-3;
-  if (!reference.has_rotations() || !estimate.has_rotations()) return;
-  const auto u = umeyama(reference.positions_m, reference.positions_m, false);
-  if (!u || u->flatness < flat) turn_about_path(estimate, reference);
-}
-
-}  // namespace
 
 PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
   constexpr size_t enough = 1000;
@@ -38,35 +24,25 @@ PoseSeries thinned(const PoseSeries& series, size_t first, size_t n) {
 
 PoseSeries thinned(const PoseSeries& series) { return thinned(series, 0, series.size()); }
 
-double rms_extent_m(const PoseSeries& series) {
-  const Eigen::Vector3d mean = mean_position(series);
-  double squares = 0;
-  for (const Eigen::Vector3d& p : series.positions_m) squares += (p - mean).squaredNorm();
-  return std::sqrt(squares / static_cast<double>(series.size()));
+TrajectoryPair thinned(const TrajectoryPair& pair) {
+  return {thinned(pair.reference), thinned(pair.estimate)};
 }
 
-bool turns_world(Alignment a) { return a == Alignment::se3 || a == Alignment::sim3; }
-
-Eigen::Vector3d mean_position(const PoseSeries& series) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : series.positions_m) mean += p / static_cast<double>(series.size());
-  return mean;
-}
-
-Agreement agreement(const PoseSeries& reference, const PoseSeries& estimate) {
+Agreement agreement(const TrajectoryPair& pair) {
+  const auto& [reference, estimate] = pair;
   Agreement out{.n = reference.size()};
-  const bool rotations = reference.has_rotations() && estimate.has_rotations();
   for (size_t i = 0; i < reference.size(); ++i) {
     out.squares += (reference.positions_m[i] - estimate.positions_m[i]).squaredNorm();
-    if (!rotations) continue;
-    const Eigen::Matrix3d difference = reference.rotations[i].transpose() * estimate.rotations[i];
-    out.angle_deg += rotation_angle_rad(Eigen::Quaterniond(difference)) * 180 / std::numbers::pi /
-                     static_cast<double>(reference.size());
+    if (pair.has_rotations())
+      out.angle_deg +=
+          degrees(rotation_angle_rad(reference.rotations[i].transpose() * estimate.rotations[i])) /
+          static_cast<double>(reference.size());
   }
   return out;
 }
 
-void turn_about_path(PoseSeries& estimate, const PoseSeries& reference) {
+void turn_about_path(TrajectoryPair& pair) {
+  auto& [reference, estimate] = pair;
   const Eigen::Vector3d mean = mean_position(reference);
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero(), M = Eigen::Matrix3d::Zero();
   for (size_t i = 0; i < reference.size(); ++i) {
@@ -84,22 +60,25 @@ void turn_about_path(PoseSeries& estimate, const PoseSeries& reference) {
   }
 }
 
-bool try_align(PoseSeries& estimate, const PoseSeries& reference, const AlignmentChoice& choice) {
+std::optional<TrajectoryPair> aligned(TrajectoryPair pair, const AlignmentChoice& choice) {
+  constexpr double flat = 1e-3;
   try {
-    align(estimate, reference, choice.alignment, choice.n_to_align, choice.up);
+    align(pair.estimate, pair.reference, choice.alignment, choice.n_to_align, choice.up);
   } catch (const Error&) {
-    return false;
+    return std::nullopt;
   }
-  if (turns_world(choice.alignment)) close_roll(estimate, reference);
-  return true;
+  if (choice.turns_world() && pair.has_rotations()) {
+    // An alignment to positions on a line does not determine the rotation about it: the rotations of the
+    // poses do.
+    const auto u = umeyama(pair.reference.positions_m, pair.reference.positions_m, false);
+    if (!u || u->flatness < flat) turn_about_path(pair);
+  }
+  return pair;
 }
 
-std::optional<Agreement> aligned_agreement(const PoseSeries& all_reference, const PoseSeries& all_estimate,
-                                           const AlignmentChoice& choice) {
-  const PoseSeries reference = thinned(all_reference);
-  PoseSeries estimate = thinned(all_estimate);
-  if (!try_align(estimate, reference, choice)) return std::nullopt;
-  return agreement(reference, estimate);
+std::optional<Agreement> aligned_agreement(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+  const auto found = aligned(thinned(pair), choice);
+  return found ? std::optional(agreement(*found)) : std::nullopt;
 }
 
 }  // namespace sextant

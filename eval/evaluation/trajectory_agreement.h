@@ -3,9 +3,11 @@
 // Agreement of two matched paths, as they are or after an alignment.
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
-#include "sextant/geometry/trajectory.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/metrics/trajectory_alignment.h"
 
 namespace sextant {
@@ -15,6 +17,12 @@ struct AlignmentChoice {
   Alignment alignment = Alignment::none;
   int n_to_align = 0;
   Eigen::Vector3d up = Eigen::Vector3d::Zero();  ///< needed for Alignment::yaw only
+
+  /// Returns another alignment, estimated from all poses.
+  AlignmentChoice with(Alignment other) const { return {other, 0, up}; }
+  /// Returns true if the world is rotated about any axis.
+  bool turns_world() const { return alignment == Alignment::se3 || alignment == Alignment::sim3; }
+  bool scales() const { return alignment == Alignment::sim3 || alignment == Alignment::scale; }
 };
 
 /// Differences between two paths.
@@ -24,34 +32,41 @@ struct Agreement {
   double angle_deg = 0;  ///< mean angle between rotations
 
   double mean_squares_m2() const { return squares / static_cast<double>(n); }
+  double rmse_m() const { return std::sqrt(mean_squares_m2()); }
 };
 
 /// Takes every k-th of the `n` poses from pose `first` on, at most 1000, which suffice for one constant. The
 /// other poses are never copied, since a trajectory may take most of the memory.
 PoseSeries thinned(const PoseSeries& series, size_t first, size_t n);
-/// Overload for all poses.
+/// Overloads for all poses.
 PoseSeries thinned(const PoseSeries& series);
+TrajectoryPair thinned(const TrajectoryPair& pair);
 
-Eigen::Vector3d mean_position(const PoseSeries& series);
-/// RMS distance of the positions from their mean, m.
-double rms_extent_m(const PoseSeries& series);
-
-/// Returns true for an alignment that rotates the world about any axis.
-bool turns_world(Alignment alignment);
+/// Calls use(reference, estimate) with the relative poses over `k` poses, from every `every`-th pose on.
+template <typename Use>
+void for_each_step(const TrajectoryPair& pair, size_t k, size_t every, const Use& use) {
+  for (size_t i = 0; i + k < pair.size(); i += every)
+    use(relative_pose(pair.reference, i, i + k), relative_pose(pair.estimate, i, i + k));
+}
+/// Overload for pieces of a hundredth of the path.
+template <typename Use>
+void for_each_piece(const TrajectoryPair& pair, const Use& use) {
+  const size_t k = std::max<size_t>(1, pair.size() / 100);
+  for_each_step(pair, k, k, use);
+}
 
 /// Compares two matched paths as they are.
-Agreement agreement(const PoseSeries& reference, const PoseSeries& estimate);
+Agreement agreement(const TrajectoryPair& pair);
 
 /// Turns the estimate about the principal axis of the reference's path, such that the sum of squared chordal
 /// distances of the rotations is least.
-void turn_about_path(PoseSeries& estimate, const PoseSeries& reference);
+void turn_about_path(TrajectoryPair& pair);
 
-/// Aligns as chosen; returns false if the poses do not determine the alignment. The turn about a path on a
+/// Returns the pair after the alignment; nullopt if the poses do not determine it. The turn about a path on a
 /// line, which its positions do not determine, is that of turn_about_path().
-bool try_align(PoseSeries& estimate, const PoseSeries& reference, const AlignmentChoice& choice);
+std::optional<TrajectoryPair> aligned(TrajectoryPair pair, const AlignmentChoice& choice);
 
 /// Returns the agreement of the thinned paths after the alignment; empty if the poses do not determine it.
-std::optional<Agreement> aligned_agreement(const PoseSeries& reference, const PoseSeries& estimate,
-                                           const AlignmentChoice& choice);
+std::optional<Agreement> aligned_agreement(const TrajectoryPair& pair, const AlignmentChoice& choice);
 
 }  // namespace sextant

@@ -1,10 +1,6 @@
 #include "sextant/eval/evaluation/trajectory_consistency.h"
 
 #include <Eigen/Cholesky>
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <optional>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/diagnosis/hypothesis.h"
@@ -101,6 +97,25 @@ void check_order_of_blocks(const PoseSeries& estimate, const PoseSeries& referen
   }
 }
 
+/// Adds the NEES of every object.
+void add(const LogCovariances& covariances, const std::map<ObjectFrame, SE3>& estimates,
+         const std::map<ObjectFrame, SE3>& truths, const std::string& system, uint64_t run,
+         std::vector<ObjectConsistency>& out) {
+  for (const auto& [id, path] : covariances.paths) {
+    PoseSeries estimate, reference;
+    for (const auto& [key, covariance] : entries_of(covariances.entries, id)) {
+      const auto own = find_pose(estimates, key), truth = find_pose(truths, key);
+      if (!own || !truth) continue;
+      estimate.add(own->rotation().toRotationMatrix(), own->translation());
+      estimate.covariances.push_back(covariance.P);
+      estimate.lines.push_back(covariance.line);
+      reference.add(truth->rotation().toRotationMatrix(), truth->translation());
+    }
+    if (const auto nees = trajectory_consistency(estimate, reference, path))
+      out.push_back({system, run, id, *nees});
+  }
+}
+
 }  // namespace
 
 std::optional<TrajectoryConsistency> trajectory_consistency(const PoseSeries& estimate,
@@ -147,53 +162,15 @@ Fields<TrajectoryConsistency> consistency_fields() {
   return fields.add(Column::number("rotation", "rotation (3)", 3), &C::rotation_nees);
 }
 
-namespace {
-
-struct Pair {
-  SE3 estimate, truth;
-};
-
-/// Adds the NEES of every object. `pair_of(key)` returns the values that the covariance of `key` belongs to;
-/// empty without truth.
-void add(const LogCovariances& covariances, const std::string& system, uint64_t run,
-         const std::function<std::optional<Pair>(ObjectFrame)>& pair_of,
-         std::vector<ObjectConsistency>& out) {
-  for (const auto& [id, path] : covariances.paths) {
-    PoseSeries estimate, reference;
-    for (auto it = covariances.entries.lower_bound({id, 0});
-         it != covariances.entries.end() && it->first.first == id; ++it) {
-      const auto pair = pair_of(it->first);
-      if (!pair) continue;
-      estimate.add(pair->estimate.rotation().toRotationMatrix(), pair->estimate.translation());
-      estimate.covariances.push_back(it->second.P);
-      estimate.lines.push_back(it->second.line);
-      reference.add(pair->truth.rotation().toRotationMatrix(), pair->truth.translation());
-    }
-    if (const auto nees = trajectory_consistency(estimate, reference, path))
-      out.push_back({system, run, id, *nees});
-  }
-}
-
-}  // namespace
-
 std::vector<ObjectConsistency> object_consistency(const ObjectLog& log, uint64_t run) {
   std::vector<ObjectConsistency> out;
-  add(
-      log.pose_covariances, log.estimator, run,
-      [&](ObjectFrame key) -> std::optional<Pair> {
-        const auto own = log.poses.find(key), truth = log.true_poses.find(key);
-        if (own == log.poses.end() || truth == log.true_poses.end()) return std::nullopt;
-        return Pair{own->second, truth->second};
-      },
-      out);
-  add(
-      log.motion_covariances, log.estimator, run,
-      [&](ObjectFrame key) -> std::optional<Pair> {
-        const auto motion = log.motions.find(key);
-        if (motion == log.motions.end() || !motion->second.truth) return std::nullopt;
-        return Pair{motion->second.estimate, *motion->second.truth};
-      },
-      out);
+  std::map<ObjectFrame, SE3> motions, true_motions;
+  for (const auto& [key, motion] : log.motions) {
+    motions.emplace(key, motion.estimate);
+    if (motion.truth) true_motions.emplace(key, *motion.truth);
+  }
+  add(log.pose_covariances, log.poses, log.true_poses, log.estimator, run, out);
+  add(log.motion_covariances, motions, true_motions, log.estimator, run, out);
   return out;
 }
 

@@ -247,7 +247,7 @@ std::vector<PlantedMistake> plants() {
 
 std::string codes(const EgoResult& r) {
   std::string text;
-  for (const TrajectoryWarning& w : r.warnings) text += "\n  " + w.code + ": " + w.text;
+  for (const DataWarning& w : r.warnings) text += "\n  " + w.code + ": " + w.text;
   return text;
 }
 
@@ -274,10 +274,9 @@ TEST(TrajectoryDiagnosis, EveryPlantIsNamedWithItsRemedy) {
               }
             }
             const EgoResult r = evaluate_aligned(reference, estimate, alignment);
-            EXPECT_THAT(r.warnings,
-                        Contains(testing::AllOf(
-                            Field("code", &TrajectoryWarning::code, plant.code),
-                            Field("text", &TrajectoryWarning::text, testing::HasSubstr(plant.remedy)))))
+            EXPECT_THAT(r.warnings, Contains(testing::AllOf(
+                                        Field("code", &DataWarning::code, plant.code),
+                                        Field("text", &DataWarning::text, testing::HasSubstr(plant.remedy)))))
                 << codes(r);
           }
         }
@@ -298,12 +297,12 @@ TEST(TrajectoryDiagnosis, OrientationsAreJudgedOnAStraightRoad) {
       PoseSeries reference = truth(Scene::highway, seed), estimate = estimate_of(reference, seed);
       plant.plant(reference, estimate);
       const EgoResult r = evaluate_aligned(reference, estimate, Alignment::se3);
-      EXPECT_THAT(r.warnings, Contains(Field("code", &TrajectoryWarning::code, plant.code))) << codes(r);
+      EXPECT_THAT(r.warnings, Contains(Field("code", &DataWarning::code, plant.code))) << codes(r);
     }
   }
 }
 
-bool is_diagnosis(const TrajectoryWarning& w) {
+bool is_diagnosis(const DataWarning& w) {
   for (const char* code : {"inverse", "axes", "columns", "transposed", "unit", "steps", "body", "world",
                            "lag", "alignment", "lever_arm", "yaw", "scale"}) {
     if (w.code == code) return true;
@@ -325,7 +324,7 @@ TEST(TrajectoryDiagnosis, RightTrajectoriesAreNotQuestioned) {
           ++n;
           // On a straight road drift bends the whole path, so it is true that an alignment removes most of
           // it.
-          const bool is_alarm = std::ranges::any_of(r.warnings, [&](const TrajectoryWarning& w) {
+          const bool is_alarm = std::ranges::any_of(r.warnings, [&](const DataWarning& w) {
             return is_diagnosis(w) && !(scene == Scene::highway && std::string_view(w.code) == "alignment");
           });
           alarms += is_alarm;
@@ -350,7 +349,7 @@ TEST(TrajectoryDiagnosis, RecordingsAreNotQuestioned) {
   int n = 0, alarms = 0;
   const auto count = [&](const std::string& what, const EgoResult& r, const std::vector<std::string>& known) {
     ++n;
-    for (const TrajectoryWarning& w : r.warnings) {
+    for (const DataWarning& w : r.warnings) {
       const bool is_known = std::ranges::find(known, w.code) != known.end();
       if (is_known || !is_diagnosis(w)) continue;
       ++alarms;

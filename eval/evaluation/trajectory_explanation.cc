@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "sextant/base/error.h"
+#include "sextant/eval/diagnosis/motion_disagreement.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/evaluation/body_offset.h"
 #include "sextant/geometry/axes.h"
@@ -15,8 +16,6 @@
 
 namespace sextant {
 namespace {
-
-double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 std::string numbers(const Eigen::Vector3d& v) {
   return fmt::format("{:.3f} {:.3f} {:.3f}", v[0], v[1], v[2]);
@@ -37,28 +36,25 @@ double percent(double before, double after) { return 100 * (1 - after / before);
 
 // ---- constant pose of the camera in the body
 
-std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const PoseSeries& estimate,
-                                           const AlignmentChoice& choice, const PoseFrame& frame,
-                                           const Agreement& now) {
+std::optional<DataWarning> lever_arm(const TrajectoryPair& pair, const AlignmentChoice& choice,
+                                     const PoseFrame& frame, const Agreement& now) {
   constexpr double shortest_m = 0.05, longest_m = 100;
-  const auto l = estimate_lever_arm(reference, estimate);
+  const auto l = estimate_lever_arm(pair);
   if (!l || l->norm() < shortest_m || l->norm() > longest_m) return std::nullopt;
-  const auto then = aligned_agreement(reference, at_lever_arm(estimate, *l), choice);
+  const auto then = aligned_agreement(at_lever_arm(pair, *l), choice);
   // A longer lever arm, as of an orbit, is nearly equivalent to a translation or a scale, so it must explain
   // as much as another convention.
   constexpr double share_of_extent = 0.1;
-  const bool is_short = l->norm() < share_of_extent * rms_extent_m(reference);
+  const bool is_short = l->norm() < share_of_extent * rms_extent_m(pair.reference);
   if (!then || then->squares > (is_short ? largest_left_share : 1 / explains_times) * now.squares)
     return std::nullopt;
-  AlignmentChoice with_scale = choice;
-  with_scale.alignment = Alignment::sim3;
-  const auto scaled = is_short ? std::nullopt : aligned_agreement(reference, estimate, with_scale);
+  const auto scaled = is_short ? std::nullopt : aligned_agreement(pair, choice.with(Alignment::sim3));
   if (scaled && then->squares > largest_left_share * scaled->squares) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   const Eigen::Vector3d total = T.topRightCorner<3, 1>() + R * *l;
   const bool has_rotation = frame.body_from_camera && frame.body_from_camera->rotation;
-  return TrajectoryWarning{
+  return DataWarning{
       "lever_arm",
       fmt::format(
           "a constant lever arm of {:.2f} m explains {:.0f} % of the squared errors: the estimate's poses "
@@ -69,15 +65,14 @@ std::optional<TrajectoryWarning> lever_arm(const PoseSeries& reference, const Po
           has_rotation ? "pose" : "position")};
 }
 
-std::optional<TrajectoryWarning> body_rotation(const PoseSeries& reference, const PoseSeries& estimate,
-                                               const PoseFrame& frame) {
+std::optional<DataWarning> body_rotation(const TrajectoryPair& pair, const PoseFrame& frame) {
   constexpr double least_deg = 0.5;
-  const auto found = estimate_body_rotation(reference, estimate);
+  const auto found = estimate_body_rotation(pair);
   if (!found || found->squares_with > largest_left_share * found->squares_without) return std::nullopt;
-  const double angle_deg = degrees(rotation_angle_rad(Eigen::Quaterniond(found->body_from_camera)));
+  const double angle_deg = degrees(rotation_angle_rad(found->body_from_camera));
   if (angle_deg < least_deg) return std::nullopt;
   const Eigen::Matrix4d T = frame.matrix();
-  return TrajectoryWarning{
+  return DataWarning{
       "body",
       fmt::format(
           "a constant rotation of the body by {:.1f} deg explains {:.0f} % of the squared errors of relative "
@@ -90,28 +85,25 @@ std::optional<TrajectoryWarning> body_rotation(const PoseSeries& reference, cons
 
 // ---- yaw
 
-std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeries& estimate,
-                                     const AlignmentChoice& choice) {
+std::optional<DataWarning> yaw(const TrajectoryPair& pair, const AlignmentChoice& choice) {
   constexpr double least_deg = 3;
   if (choice.alignment != Alignment::none && choice.alignment != Alignment::scale) return std::nullopt;
-  PoseSeries shifted = estimate;
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-  for (size_t i = 0; i < estimate.size(); ++i)
-    shift += (reference.positions_m[i] - estimate.positions_m[i]) / static_cast<double>(estimate.size());
-  for (Eigen::Vector3d& p : shifted.positions_m) p += shift;
-  const Agreement now = agreement(reference, shifted);
+  TrajectoryPair shifted = pair;
+  const Eigen::Vector3d shift = mean_position(pair.reference) - mean_position(pair.estimate);
+  for (Eigen::Vector3d& p : shifted.estimate.positions_m) p += shift;
+  const Agreement now = agreement(shifted);
 
   std::vector<std::pair<std::string, Eigen::Vector3d>> axes = {
       {"x", Eigen::Vector3d::UnitX()}, {"-y", -Eigen::Vector3d::UnitY()}, {"z", Eigen::Vector3d::UnitZ()}};
-  std::optional<TrajectoryWarning> best;
+  std::optional<DataWarning> best;
   double least = largest_left_share * now.squares;
   for (const auto& [name, axis] : axes) {
-    const auto turn = rotation_about(axis, estimate.positions_m, reference.positions_m);
+    const auto turn = rotation_about(axis, pair.estimate.positions_m, pair.reference.positions_m);
     if (!turn) continue;
-    const double angle_deg = degrees(rotation_angle_rad(Eigen::Quaterniond(turn->rotation)));
-    PoseSeries turned = estimate;
-    align(turned, reference, Alignment::yaw, 0, axis);
-    const Agreement then = agreement(reference, turned);
+    TrajectoryPair turned = pair;
+    const double angle_deg = degrees(rotation_angle_rad(turn->rotation));
+    align(turned.estimate, turned.reference, Alignment::yaw, 0, axis);
+    const Agreement then = agreement(turned);
     if (angle_deg < least_deg || then.squares > least || then.angle_deg > largest_left_share * now.angle_deg)
       continue;
     least = then.squares;
@@ -126,8 +118,6 @@ std::optional<TrajectoryWarning> yaw(const PoseSeries& reference, const PoseSeri
 
 // ---- Conventions, by the rule of hypothesis.h.
 
-bool scales(Alignment a) { return a == Alignment::sim3 || a == Alignment::scale; }
-
 /// Squared position error over the squared extent of the path, plus the squared rotation error in rad.
 double residual(const Agreement& agreement, const PoseSeries& reference, bool with_rotations) {
   constexpr double least_m = 1e-3;
@@ -135,87 +125,79 @@ double residual(const Agreement& agreement, const PoseSeries& reference, bool wi
   const double angle = agreement.angle_deg * std::numbers::pi / 180;
   return agreement.mean_squares_m2() / (extent_m * extent_m) + (with_rotations ? angle * angle : 0);
 }
-
-/// Sum of the squared angles between the rotations of both sides over pieces of a hundredth of the path.
-/// Unlike the poses, these rotations need no alignment.
-double relative_rotation_squares(const PoseSeries& reference, const PoseSeries& estimate) {
-  const size_t n = estimate.size(), k = std::max<size_t>(1, n / 100);
-  double sum = 0;
-  for (size_t i = 0; i + k < n; i += k) {
-    const Eigen::Matrix3d r = relative_pose(reference, i, i + k).rotation,
-                          e = relative_pose(estimate, i, i + k).rotation;
-    const double angle = rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(r.transpose() * e)));
-    sum += angle * angle;
-  }
-  return sum;
+double residual(const TrajectoryPair& pair, bool with_rotations) {
+  return residual(agreement(pair), pair.reference, with_rotations);
 }
 
 /// The declared rotations over pieces of the path, which a reading must not contradict: an alignment to a
-/// nearly straight path may be turned about it by any angle, which another body would explain.
+/// nearly straight path may be turned about it by any angle, which another body would explain. Unlike the
+/// poses, these rotations need no alignment.
 class DeclaredRotations {
  public:
   explicit DeclaredRotations(const TrajectoryPair& pair)
-      : known_(pair.reference.has_rotations() && pair.estimate.has_rotations()),
-        squares_(known_ ? relative_rotation_squares(pair.reference, pair.estimate) : 0) {}
+      : known_(pair.has_rotations()), squares_(known_ ? squares_of(pair) : 0) {}
 
   /// Returns true if the squared errors of the read rotations are more than a tenth larger.
-  bool contradict(const PoseSeries& reference, const PoseSeries& estimate) const {
+  bool contradict(const TrajectoryPair& read) const {
     constexpr double worse = 1.1, rounding_rad2 = 1e-10;
-    return known_ && relative_rotation_squares(reference, estimate) > worse * squares_ + rounding_rad2;
+    return known_ && squares_of(read) > worse * squares_ + rounding_rad2;
   }
 
  private:
+  /// Sum of the squared angles between the rotations of both sides.
+  static double squares_of(const TrajectoryPair& pair) {
+    double sum = 0;
+    for_each_piece(pair, [&](const RelativePose& r, const RelativePose& e) {
+      sum += std::pow(rotation_angle_rad(r.rotation.transpose() * e.rotation), 2);
+    });
+    return sum;
+  }
+
   bool known_;
   double squares_;
 };
 
-constexpr double least_fitted_rad = 10 * std::numbers::pi / 180;
+constexpr double least_fitted_rad = 10 * degree;
 
 /// Fits the constant rotation of the body axes, applied from the right, that is nearest to the differences of
-/// all poses after the alignment.
-std::optional<Reading> fitted_body(const TrajectoryPair& pair, const DeclaredRotations& rotations,
-                                   const AlignmentChoice& choice, const PoseFrame& frame) {
+/// all poses of the aligned pair.
+std::optional<Reading> fitted_body(TrajectoryPair pair, const DeclaredRotations& rotations,
+                                   const PoseFrame& frame) {
   constexpr double price = 0.6;
-  PoseSeries estimate = pair.estimate;
-  if (!try_align(estimate, pair.reference, choice)) return std::nullopt;
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (size_t i = 0; i < estimate.size(); ++i)
-    sum += estimate.rotations[i].transpose() * pair.reference.rotations[i];
+  for (size_t i = 0; i < pair.size(); ++i)
+    sum += pair.estimate.rotations[i].transpose() * pair.reference.rotations[i];
   const Eigen::Matrix3d B = nearest_rotation(sum);
-  const double angle = rotation_angle_rad(Eigen::Quaterniond(B));
   if (is_near_axes(B, least_fitted_rad))
     return std::nullopt;  // the hypotheses about exchanged axes cover this rotation
-  for (Eigen::Matrix3d& R : estimate.rotations) R = R * B;
-  if (rotations.contradict(pair.reference, estimate)) return std::nullopt;
-  const std::string remedy = frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B)
-                                                : "correct --body-from-camera";
-  return Reading{
-      "body",
-      fmt::format("the estimate is of a body turned by {:.1f} deg against the camera", degrees(angle)),
-      remedy, residual(agreement(pair.reference, estimate), pair.reference, true), price};
+  for (Eigen::Matrix3d& R : pair.estimate.rotations) R = R * B;
+  if (rotations.contradict(pair)) return std::nullopt;
+  return Reading{"body",
+                 fmt::format("the estimate is of a body turned by {:.1f} deg against the camera",
+                             degrees(rotation_angle_rad(B))),
+                 frame.is_default() ? "give --body-from-camera " + body_from_camera_numbers(B)
+                                    : "correct --body-from-camera",
+                 residual(pair, true), price};
 }
 
-/// Fits the constant rotation of the world of the rotations alone, applied from the left, after the alignment
-/// of the positions. The positions must contradict this rotation: along a line, they do not determine the
-/// world's rotation about it.
-std::optional<Reading> fitted_world_of_rotations(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+/// Fits the constant rotation of the world of the rotations alone, applied from the left, to the aligned
+/// pair. The positions must contradict this rotation: along a line, they do not determine the world's
+/// rotation about it. `first_given` is the first rotation of the estimate before the alignment.
+std::optional<Reading> fitted_world_of_rotations(TrajectoryPair pair, const Eigen::Matrix3d& first_given) {
   constexpr double price = 0.7, contradicted = 0.05;
-  PoseSeries estimate = pair.estimate;
-  if (!try_align(estimate, pair.reference, choice)) return std::nullopt;
+  PoseSeries& estimate = pair.estimate;
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (size_t i = 0; i < estimate.size(); ++i)
     sum += pair.reference.rotations[i] * estimate.rotations[i].transpose();
   const Eigen::Matrix3d C = nearest_rotation(sum);
-  const double angle = rotation_angle_rad(Eigen::Quaterniond(C));
+  const double angle = rotation_angle_rad(C);
   if (angle < least_fitted_rad) return std::nullopt;
-  const Eigen::Matrix3d aligned_from_file = estimate.rotations[0] * pair.estimate.rotations[0].transpose();
-  PoseSeries turned = estimate;
+  const Eigen::Matrix3d aligned_from_file = estimate.rotations[0] * first_given.transpose();
+  TrajectoryPair turned = pair;
   const Eigen::Vector3d mean = mean_position(estimate);
-  for (size_t i = 0; i < estimate.size(); ++i) {
-    estimate.rotations[i] = C * estimate.rotations[i];
-    turned.positions_m[i] = mean + C * (turned.positions_m[i] - mean);
-  }
-  if (residual(agreement(pair.reference, turned), pair.reference, false) < contradicted) return std::nullopt;
+  for (Eigen::Vector3d& p : turned.estimate.positions_m) p = mean + C * (p - mean);
+  if (residual(turned, false) < contradicted) return std::nullopt;
+  for (Eigen::Matrix3d& R : estimate.rotations) R = C * R;
   const Eigen::Matrix3d of_file = aligned_from_file.transpose() * C * aligned_from_file;
   return Reading{
       "world_of_rotations",
@@ -225,7 +207,7 @@ std::optional<Reading> fitted_world_of_rotations(const TrajectoryPair& pair, con
       fmt::format(
           "write both in the same axes: multiply each rotation from the left by {}, or turn the positions",
           matrix_text(of_file)),
-      residual(agreement(pair.reference, estimate), pair.reference, true), price};
+      residual(pair, true), price};
 }
 
 bool is_of_estimate(const Reading& reading) { return reading.cause.starts_with("the estimate"); }
@@ -272,7 +254,7 @@ Reading chosen(const Explanation& found, const std::vector<Reading>& readings, c
 }
 
 std::string agreement_text(const Agreement& a, bool with_rotations) {
-  std::string text = fmt::format("position RMSE {:.3g} m", std::sqrt(a.mean_squares_m2()));
+  std::string text = fmt::format("position RMSE {:.3g} m", a.rmse_m());
   if (with_rotations) text += fmt::format(", mean rotation error {:.1f} deg", a.angle_deg);
   return text;
 }
@@ -280,44 +262,39 @@ std::string agreement_text(const Agreement& a, bool with_rotations) {
 // 3 % of the squares: 17 % of the extent, or 10 deg
 constexpr double negligible = 0.03;
 
-/// Returns true if the declared reading agrees after the alignment, apart from a turn about the path of which
-/// a short or straight path leaves no more than four times the squared position errors.
-bool agrees(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+/// Returns true if an aligned pair agrees, apart from a turn about the path of which a short or straight path
+/// leaves no more than four times the squared position errors.
+bool agrees(TrajectoryPair pair, const AlignmentChoice& choice) {
   constexpr double undetermined = 4;
-  const PoseSeries reference = thinned(pair.reference);
-  PoseSeries estimate = thinned(pair.estimate);
-  if (!try_align(estimate, reference, choice)) return false;
-  const bool rotations = reference.has_rotations() && estimate.has_rotations();
-  const Agreement now = agreement(reference, estimate);
-  if (residual(now, reference, rotations) <= negligible) return true;
-  if (!rotations || !turns_world(choice.alignment)) return false;
-  turn_about_path(estimate, reference);
-  const Agreement then = agreement(reference, estimate);
-  return then.squares <= undetermined * now.squares && residual(then, reference, true) <= negligible;
+  const Agreement now = agreement(pair);
+  if (residual(now, pair.reference, pair.has_rotations()) <= negligible) return true;
+  if (!pair.has_rotations() || !choice.turns_world()) return false;
+  turn_about_path(pair);
+  return agreement(pair).squares <= undetermined * now.squares && residual(pair, true) <= negligible;
 }
 
-std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, const AlignmentChoice& choice,
-                                                  Alignment given, const PoseFrame& frame,
-                                                  const PoseFrame& reference_frame) {
+/// Explains the errors `now` that an alignment leaves, which need not be the `given` one.
+std::optional<DataWarning> convention_after(const TrajectoryPair& pair, const AlignmentChoice& choice,
+                                            const Agreement& now, Alignment given, const PoseFrame& frame,
+                                            const PoseFrame& reference_frame) {
   constexpr double explained = 0.05;
-  const auto now = aligned_agreement(pair.reference, pair.estimate, choice);
-  if (!now) return std::nullopt;
-  const bool rotations = pair.reference.has_rotations() && pair.estimate.has_rotations();
-  const double declared = residual(*now, pair.reference, rotations);
+  const bool rotations = pair.has_rotations();
+  const double declared = residual(now, pair.reference, rotations);
   const DeclaredRotations declared_rotations(pair);
   const auto residual_of = [&](const TrajectoryPair& read) -> std::optional<double> {
-    if (declared_rotations.contradict(read.reference, read.estimate)) return std::nullopt;
-    const auto then = aligned_agreement(read.reference, read.estimate, choice);
+    if (declared_rotations.contradict(read)) return std::nullopt;
+    const auto then = aligned_agreement(read, choice);
     if (!then) return std::nullopt;
     return residual(*then, read.reference, rotations);
   };
   std::vector<Reading> readings =
-      read_as(trajectory_hypotheses({!frame.is_default(), !reference_frame.is_default(),
-                                     turns_world(choice.alignment), scales(choice.alignment)}),
+      read_as(trajectory_hypotheses({!frame.is_default(), !reference_frame.is_default(), choice.turns_world(),
+                                     choice.scales()}),
               pair, residual_of);
-  if (rotations) {
-    if (auto body = fitted_body(pair, declared_rotations, choice, frame)) readings.push_back(*body);
-    if (auto world = fitted_world_of_rotations(pair, choice)) readings.push_back(*world);
+  if (const auto whole = rotations ? aligned(pair, choice) : std::nullopt) {
+    if (auto body = fitted_body(*whole, declared_rotations, frame)) readings.push_back(*body);
+    if (auto world = fitted_world_of_rotations(*whole, pair.estimate.rotations[0]))
+      readings.push_back(*world);
   }
   std::erase_if(readings, [](const Reading& reading) { return reading.residual > explained; });
   auto found = explain(declared, readings, {.negligible = negligible});
@@ -340,33 +317,35 @@ std::optional<TrajectoryWarning> convention_after(const TrajectoryPair& pair, co
   }
   std::string with;
   if (choice.alignment != given) with = fmt::format(", with --align {}", to_string(choice.alignment));
-  std::string rest = agreement_text(*now, rotations);
-  return TrajectoryWarning{
+  return DataWarning{
       best.code,
       fmt::format("{}: {}{}{} (declared reading{}: {}; read so, the squared error is {:.3g} times smaller)",
-                  best.cause, best.remedy, with, others, with, rest,
+                  best.cause, best.remedy, with, others, with, agreement_text(now, rotations),
                   declared / std::max(best.residual, 1e-12 * declared))};
 }
 
-std::optional<TrajectoryWarning> convention(const TrajectoryPair& pair, const AlignmentChoice& choice,
-                                            const PoseFrame& frame, const PoseFrame& reference_frame) {
+std::optional<DataWarning> convention(const TrajectoryPair& pair, const AlignmentChoice& choice,
+                                      const PoseFrame& frame, const PoseFrame& reference_frame) {
   std::vector<Alignment> tried = {choice.alignment};
-  if (!turns_world(choice.alignment)) tried.push_back(Alignment::se3);
+  if (!choice.turns_world()) tried.push_back(Alignment::se3);
   if (choice.alignment != Alignment::sim3) tried.push_back(Alignment::sim3);
   for (const Alignment alignment : tried) {
-    AlignmentChoice other = choice;
-    other.alignment = alignment;
-    if (agrees(pair, other)) return std::nullopt;
-    if (auto found = convention_after(pair, other, choice.alignment, frame, reference_frame)) return found;
+    const AlignmentChoice other = choice.with(alignment);
+    const auto declared = aligned(thinned(pair), other);
+    if (!declared) continue;
+    if (agrees(*declared, other)) return std::nullopt;
+    if (auto found =
+            convention_after(pair, other, agreement(*declared), choice.alignment, frame, reference_frame))
+      return found;
   }
   return std::nullopt;
 }
 
 /// Examines each side alone, and warns if both have the same mistake.
-std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const PoseSeries& estimate) {
-  const auto a = explain_alone(reference);
+std::optional<DataWarning> both_alone(const TrajectoryPair& pair) {
+  const auto a = explain_alone(pair.reference);
   if (!a) return std::nullopt;
-  const auto b = explain_alone(estimate);
+  const auto b = explain_alone(pair.estimate);
   if (!b || a->best.code != b->best.code) return std::nullopt;
   const auto text_of = [](const std::string& code) {
     return code == "inverse" ? "hold inverse poses, T_camera_world: give --inverse and --ref-inverse"
@@ -379,7 +358,7 @@ std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const P
   for (const Reading& other : a->alike) {
     if (named.insert(other.code).second) what += fmt::format("; or to {}", text_of(other.code));
   }
-  return TrajectoryWarning{
+  return DataWarning{
       a->best.code,
       fmt::format(
           "both files seem to {} (the reference moves along one direction of its own axes within {:.1f} deg "
@@ -388,18 +367,85 @@ std::optional<TrajectoryWarning> both_alone(const PoseSeries& reference, const P
           std::sqrt(b->declared))};
 }
 
+// ---- estimates that do not resemble the reference
+
+/// Smallest RMSE of the alignments, m; empty if none can be computed.
+std::optional<double> best_rmse_m(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+  std::optional<double> best;
+  for (const Alignment alignment : {choice.alignment, Alignment::se3, Alignment::sim3}) {
+    if (const auto found = aligned_agreement(pair, choice.with(alignment)))
+      best = std::min(best.value_or(found->rmse_m()), found->rmse_m());
+  }
+  return best;
+}
+
+/// Rotation vectors of all steps of `k` poses in the body's axes, of both sides.
+struct StepRotations {
+  std::vector<Eigen::Vector3d> reference, estimate;
+};
+StepRotations rotations_over(const TrajectoryPair& pair, size_t k) {
+  StepRotations out;
+  for_each_step(pair, k, 1, [&](const RelativePose& r, const RelativePose& e) {
+    out.reference.push_back(so3_log(Eigen::Quaterniond(r.rotation)));
+    out.estimate.push_back(so3_log(Eigen::Quaterniond(e.rotation)));
+  });
+  return out;
+}
+
+/// Returns true if the estimate follows the reference over pieces of a hundredth of the path: directions of
+/// motion in the body's axes, and rotations. An odometry that drifts does, however large its errors become.
+bool agrees_over_pieces(const TrajectoryPair& pair) {
+  constexpr double least_cosine = 0.95, least_correlation = 0.8;
+  if (!pair.has_rotations()) return false;
+  double cosines = 0, n_cosines = 0, rr = 0, ee = 0, re = 0;
+  for_each_piece(pair, [&](const RelativePose& r, const RelativePose& e) {
+    if (const double lengths = r.translation_m.norm() * e.translation_m.norm(); lengths > 0) {
+      cosines += r.translation_m.dot(e.translation_m) / lengths;
+      ++n_cosines;
+    }
+    const Eigen::Vector3d a = so3_log(Eigen::Quaterniond(r.rotation)),
+                          b = so3_log(Eigen::Quaterniond(e.rotation));
+    rr += a.squaredNorm();
+    ee += b.squaredNorm();
+    re += a.dot(b);
+  });
+  return cosines > least_cosine * n_cosines && re > least_correlation * std::sqrt(rr * ee);
+}
+
+std::optional<DataWarning> warning_of_rotation_factor(const TrajectoryPair& pair) {
+  constexpr double step_rad = 3 * degree, least_rad = 0.5 * degree;
+  size_t k = 1;
+  while (8 * k < pair.size() && rms_length(rotations_over(pair, k).reference) < step_rad) k *= 2;
+  const StepRotations rotations = rotations_over(pair, k);
+  std::vector<std::string> found;
+  for (const int axis : {0, 1, 2}) {
+    const auto about_axis = [axis](std::vector<Eigen::Vector3d> vectors) {
+      for (Eigen::Vector3d& v : vectors) v = v[axis] * Eigen::Vector3d::Unit(axis);
+      return vectors;
+    };
+    const auto factor =
+        wrong_factor(about_axis(rotations.reference), about_axis(rotations.estimate), least_rad);
+    if (factor) found.push_back(fmt::format("{} {}", "xyz"[axis], factor -> text()));
+  }
+  if (found.empty()) return std::nullopt;
+  return DataWarning{
+      "rotation_factor",
+      fmt::format(
+          "the estimate turns about its axis {} as much as the reference: are its axes left-handed (as "
+          "in Unity, Unreal and CARLA), or does another body turn?",
+          fmt::join(found, ", "))};
+}
+
 }  // namespace
 
-std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all_reference,
-                                                           const PoseSeries& all_estimate,
-                                                           const AlignmentChoice& choice) {
+std::optional<DataWarning> warning_of_alignment_kind(const TrajectoryPair& all,
+                                                     const AlignmentChoice& choice) {
   constexpr double times = 10;
-  if (turns_world(choice.alignment) || all_estimate.size() < 3) return std::nullopt;
-  const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
+  if (choice.turns_world() || all.size() < 3) return std::nullopt;
+  const TrajectoryPair pair = thinned(all);
   const auto rmse = [&](Alignment alignment, const Eigen::Vector3d& up) -> std::optional<double> {
-    const auto found = aligned_agreement(reference, estimate, {alignment, 0, up});
-    if (!found) return std::nullopt;
-    return std::sqrt(found->mean_squares_m2());
+    const auto found = aligned_agreement(pair, {alignment, 0, up});
+    return found ? std::optional(found->rmse_m()) : std::nullopt;
   };
   const auto now = rmse(choice.alignment, choice.up);
   const auto se3 = rmse(Alignment::se3, {}), sim3 = rmse(Alignment::sim3, {});
@@ -415,10 +461,10 @@ std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all
     }
   }
   double extent = 0;
-  for (const Eigen::Vector3d& p : reference.positions_m)
-    extent = std::max(extent, (p - reference.positions_m[0]).norm());
+  for (const Eigen::Vector3d& p : pair.reference.positions_m)
+    extent = std::max(extent, (p - pair.reference.positions_m[0]).norm());
   // A scale within 10 % is an error of the estimate, which sim3 would hide.
-  const auto u = umeyama(estimate.positions_m, reference.positions_m, true);
+  const auto u = umeyama(pair.estimate.positions_m, pair.reference.positions_m, true);
   const bool rescales = u && std::abs(std::log(u->y_from_x.scale)) > std::log(1.1);
   const double least = std::min({*se3, rescales ? *sim3 : *se3, yaw.value_or(*se3)});
   if (*now <= times * least || *now <= 1e-4 * extent) return std::nullopt;
@@ -426,35 +472,51 @@ std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& all
       fmt::format("--align {} leaves an RMSE of {:.3g} m; --align se3 would leave {:.3g} m, sim3 {:.3g} m",
                   to_string(choice.alignment), *now, *se3, *sim3);
   if (yaw) text += fmt::format(", yaw --up {} {:.3g} m", up, *yaw);
-  return TrajectoryWarning{"alignment", text + ": are both in one world?"};
+  return DataWarning{"alignment", text + ": are both in one world?"};
 }
 
-std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& all_reference,
-                                                        const PoseSeries& all_estimate,
-                                                        const AlignmentChoice& choice, const PoseFrame& frame,
-                                                        const PoseFrame& reference_frame) {
-  if (all_estimate.size() < fewest_explained_poses) return {};
-  const bool rotations = all_reference.has_rotations() && all_estimate.has_rotations();
-  const PoseSeries reference = thinned(all_reference), estimate = thinned(all_estimate);
-  AlignmentChoice all = choice;
-  all.n_to_align = 0;
-  const auto now = aligned_agreement(reference, estimate, all);
+std::vector<DataWarning> warnings_of_explanations(const TrajectoryPair& all, const AlignmentChoice& choice,
+                                                  const PoseFrame& frame, const PoseFrame& reference_frame) {
+  if (all.size() < fewest_explained_poses) return {};
+  const TrajectoryPair some = thinned(all);
+  const AlignmentChoice of_all = choice.with(choice.alignment);
+  const auto now = aligned_agreement(some, of_all);
   if (!now) return {};
   // With wrong axes nothing else can be judged. Steps are chained before poses are left out.
   constexpr size_t most_poses = 20'000;
-  const bool few = all_estimate.size() <= most_poses;
-  const TrajectoryPair pair =
-      few ? TrajectoryPair{all_reference, all_estimate} : TrajectoryPair{reference, estimate};
-  if (auto found = convention(pair, all, frame, reference_frame)) return {*found};
-  if (!rotations || !(now->squares > 0)) return {};
-  if (auto found = both_alone(all_reference, all_estimate)) return {*found};
-  std::vector<TrajectoryWarning> out;
-  if (auto found = yaw(reference, estimate, all)) out.push_back(*found);
-  if (auto found = lever_arm(reference, estimate, all, frame, *now)) {
+  if (auto found = convention(all.size() <= most_poses ? all : some, of_all, frame, reference_frame))
+    return {*found};
+  if (!all.has_rotations() || !(now->squares > 0)) return {};
+  if (auto found = both_alone(all)) return {*found};
+  std::vector<DataWarning> out;
+  if (auto found = yaw(some, of_all)) out.push_back(*found);
+  if (auto found = lever_arm(some, of_all, frame, *now)) {
     out.push_back(*found);
-  } else if (auto turned = body_rotation(all_reference, all_estimate, frame)) {
+  } else if (auto turned = body_rotation(all, frame)) {
     out.push_back(*turned);
   }
+  return out;
+}
+
+std::vector<DataWarning> warnings_of_disagreement(const TrajectoryPair& all, const AlignmentChoice& choice) {
+  constexpr double largest_share = 0.3, least_extent_m = 0.5;
+  std::vector<DataWarning> out;
+  if (all.size() < fewest_explained_poses) return out;
+  const TrajectoryPair pair = thinned(all);
+  const auto rmse_m = best_rmse_m(pair, choice);
+  const double extent_m = rms_extent_m(pair.reference);
+  if (rmse_m && extent_m >= least_extent_m && *rmse_m > largest_share * extent_m &&
+      !agrees_over_pieces(pair)) {
+    out.push_back(
+        {"unexplained",
+         fmt::format(
+             "the estimate does not resemble the reference: every alignment leaves a position RMSE of "
+             "{:.3g} m or more, and the RMS extent of the reference is {:.3g} m: is it of another "
+             "recording, or are its poses chained or combined in the wrong way?",
+             *rmse_m, extent_m)});
+  }
+  if (!pair.has_rotations()) return out;
+  if (auto found = warning_of_rotation_factor(pair)) out.push_back(std::move(*found));
   return out;
 }
 

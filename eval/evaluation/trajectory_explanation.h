@@ -25,11 +25,19 @@
 //   alignment  --align             with none, origin, scale or yaw: se3, sim3 or yaw leaves less than a tenth
 //                                  of the RMSE
 //
+// and of an estimate that does not resemble the reference, for mistakes that nothing else explains. The
+// factor of motions, and when it is reported: eval/diagnosis/motion_disagreement.h.
+//
+//   unexplained      the best of the requested alignment, se3 and sim3 leaves an RMSE above 0.3 of the RMS
+//                    extent of the reference, if that is 0.5 m or more, and motions over pieces of the path
+//                    disagree, too, which they do not where an odometry drifts
+//   rotation_factor  rotations about each axis of the body, over steps that turn by 3 deg RMS; small: below
+//                    0.5 deg RMS about this axis
+//
 // "yaw" is distinct from drift: a path that turns away slowly keeps its rotation errors. Shifts of the clock
 // or of the frame numbers are explained in trajectory_offset.h.
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "sextant/eval/evaluation/pose_frames.h"
@@ -43,16 +51,17 @@ inline constexpr size_t fewest_explained_poses = 10;
 /// Share of the sum of squared errors that an explanation may leave.
 inline constexpr double largest_left_share = 0.5;
 
-/// Warns of the explanations of the table, except `alignment`. Both series are matched and not yet aligned;
-/// the frames have already been applied.
-std::vector<TrajectoryWarning> warnings_of_explanations(const PoseSeries& reference,
-                                                        const PoseSeries& estimate,
-                                                        const AlignmentChoice& choice, const PoseFrame& frame,
-                                                        const PoseFrame& reference_frame = {});
+/// Warns of the explanations of the first table, except `alignment`. The pair is not yet aligned; the frames
+/// have already been applied.
+std::vector<DataWarning> warnings_of_explanations(const TrajectoryPair& pair, const AlignmentChoice& choice,
+                                                  const PoseFrame& frame,
+                                                  const PoseFrame& reference_frame = {});
 
 /// Warns if the requested alignment leaves more than ten times the RMSE of another one.
-std::optional<TrajectoryWarning> warning_of_alignment_kind(const PoseSeries& reference,
-                                                           const PoseSeries& estimate,
-                                                           const AlignmentChoice& choice);
+std::optional<DataWarning> warning_of_alignment_kind(const TrajectoryPair& pair,
+                                                     const AlignmentChoice& choice);
+
+/// Warns of `unexplained` and `rotation_factor`. The pair is not yet aligned.
+std::vector<DataWarning> warnings_of_disagreement(const TrajectoryPair& pair, const AlignmentChoice& choice);
 
 }  // namespace sextant

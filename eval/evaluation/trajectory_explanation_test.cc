@@ -16,7 +16,7 @@ namespace sextant {
 namespace {
 using testing::Field;
 
-auto has_code(const std::string& name) { return Field("code", &TrajectoryWarning::code, name); }
+auto has_code(const std::string& name) { return Field("code", &DataWarning::code, name); }
 
 /// A flight that rotates about all axes, in right-down-forward axes.
 PoseSeries flight(int n) {
@@ -76,9 +76,9 @@ PoseSeries w_read_last(PoseSeries s) {
   return s;
 }
 
-std::vector<TrajectoryWarning> warnings(const PoseSeries& reference, const PoseSeries& estimate,
-                                        Alignment alignment = Alignment::none) {
-  return warnings_of_explanations(reference, estimate, {alignment, 0, Eigen::Vector3d::Zero()}, {});
+std::vector<DataWarning> warnings(const PoseSeries& reference, const PoseSeries& estimate,
+                                  Alignment alignment = Alignment::none) {
+  return warnings_of_explanations({reference, estimate}, {alignment, 0, Eigen::Vector3d::Zero()}, {});
 }
 
 TEST(Explanation, AGoodEstimateNeedsNone) {
@@ -89,20 +89,20 @@ TEST(Explanation, AGoodEstimateNeedsNone) {
 TEST(Explanation, ALeverArmIsFoundWithScale) {
   const Eigen::Vector3d lever(0.8, -0.5, 1.2);
   PoseSeries estimate = with_random_errors(body_of(flight(400), lever));
-  const auto found = estimate_lever_arm(flight(400), estimate);
+  const auto found = estimate_lever_arm({flight(400), estimate});
   ASSERT_TRUE(found);
   EXPECT_THAT(*found, EigenNear(lever, 0.03));
   const auto reported = warnings(flight(400), estimate, Alignment::se3);
   ASSERT_THAT(reported, ElementsAre(has_code("lever_arm")));
   EXPECT_THAT(reported[0].text, HasSubstr("--body-from-camera \"0.798 -0.50"));
   for (Eigen::Vector3d& p : estimate.positions_m) p *= 0.4;
-  EXPECT_THAT(*estimate_lever_arm(flight(400), estimate), EigenNear(lever, 0.03)) << "beside a scale";
+  EXPECT_THAT(*estimate_lever_arm({flight(400), estimate}), EigenNear(lever, 0.03)) << "beside a scale";
 }
 
 TEST(Explanation, WithoutTurnsThereIsNoLeverArm) {
   PoseSeries straight;
   for (int i = 0; i < 100; ++i) straight.add(Eigen::Matrix3d::Identity(), {0, 0, 0.7 * i});
-  EXPECT_FALSE(estimate_lever_arm(straight, straight));
+  EXPECT_FALSE(estimate_lever_arm({straight, straight}));
 }
 
 TEST(Explanation, AlongTheOnlyAxisOfTurnsALeverArmStaysZero) {
@@ -112,7 +112,7 @@ TEST(Explanation, AlongTheOnlyAxisOfTurnsALeverArmStaysZero) {
     car.add(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()).toRotationMatrix(),
             {0.3 * std::cos(0.02 * i) * i, 0, 0.7 * i});
   }
-  EXPECT_THAT(*estimate_lever_arm(car, body_of(car, {0.4, 2, 0.9})),
+  EXPECT_THAT(*estimate_lever_arm({car, body_of(car, {0.4, 2, 0.9})}),
               EigenNear(Eigen::Vector3d(0.4, 0, 0.9), 1e-9));
 }
 
@@ -127,13 +127,13 @@ TEST(Explanation, AConstantRotationOfTheBodyIsFoundWithScale) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, 0).normalized();
   for (const double angle_deg : {1.0, 5.0}) {
     PoseSeries estimate = of_turned_body(flight(400), angle_deg, axis);
-    const auto exact = estimate_body_rotation(flight(400), estimate);
+    const auto exact = estimate_body_rotation({flight(400), estimate});
     ASSERT_TRUE(exact);
     const Eigen::AngleAxisd expected(-angle_deg * std::numbers::pi / 180, axis);
     EXPECT_THAT(exact->body_from_camera, EigenNear(expected.toRotationMatrix(), 5e-4));
     EXPECT_LT(exact->squares_with, 1e-6 * exact->squares_without);
     for (Eigen::Vector3d& p : estimate.positions_m) p *= 0.4;
-    EXPECT_THAT(estimate_body_rotation(flight(400), estimate)->body_from_camera,
+    EXPECT_THAT(estimate_body_rotation({flight(400), estimate})->body_from_camera,
                 EigenNear(expected.toRotationMatrix(), 5e-4))
         << "beside a scale";
     const auto reported = warnings(
@@ -154,7 +154,7 @@ TEST(Explanation, ALeverArmInAConstantTurnIsNoRotationOfTheBody) {
   const PoseSeries estimate = with_random_errors(body_of(circle, {0.3, 0, 1.6}));
   EXPECT_THAT(warnings(circle, estimate, Alignment::se3), ElementsAre(has_code("lever_arm")));
   // The direction of motion differs by 0.05 * 1.6 rad, 4.6 deg, from that of the other point.
-  const auto turn = estimate_body_rotation(circle, estimate);
+  const auto turn = estimate_body_rotation({circle, estimate});
   ASSERT_TRUE(turn);
   EXPECT_LT(rotation_angle_rad(Eigen::Quaterniond(turn->body_from_camera)), 0.01);
 }
@@ -270,8 +270,8 @@ TEST(Explanation, TheRmseOfALongPathIsThatOfAllPoses) {
 }
 
 /// Returns the shift in s that a warning "lag" states, positive if the estimate is late; 0 without one.
-double reported_lag_s(const std::vector<TrajectoryWarning>& reported) {
-  const auto lag = std::ranges::find(reported, "lag", &TrajectoryWarning::code);
+double reported_lag_s(const std::vector<DataWarning>& reported) {
+  const auto lag = std::ranges::find(reported, "lag", &DataWarning::code);
   if (lag == reported.end()) return 0;
   const bool is_late = lag->text.find("late by ") != std::string::npos;
   return (is_late ? 1 : -1) * std::stod(lag->text.substr(lag->text.find(" by ") + 4));
@@ -291,7 +291,7 @@ TEST(Explanation, AClockThatIsFarOffIsReportedByItsOffset) {
   }
 }
 
-std::vector<TrajectoryWarning> warnings_with(const PoseSeries& reference, PoseSeries estimate) {
+std::vector<DataWarning> warnings_with(const PoseSeries& reference, PoseSeries estimate) {
   TrajectoryFile file;
   file.poses = std::move(estimate);
   return evaluate_ego({.poses = reference}, file, "planted", {.alignment = Alignment::se3}).warnings;
@@ -369,7 +369,7 @@ TEST_P(PlantedInRealTrajectories, LeverArm) {
   EXPECT_THAT(planted.warnings, Contains(has_code("lever_arm")));
   PoseSeries reference = real.reference.poses;
   reference.keep(planted.reference_rows);
-  const Eigen::Vector3d found = *estimate_lever_arm(reference, body_of(real.estimate, lever));
+  const Eigen::Vector3d found = *estimate_lever_arm({reference, body_of(real.estimate, lever)});
   RecordProperty("lever_m", fmt::format("{:.3f} {:.3f} {:.3f}", found[0], found[1], found[2]));
   EXPECT_NEAR(found[0], lever[0], 0.3);
   EXPECT_NEAR(found[2], lever[2], 0.3);
@@ -445,7 +445,7 @@ TEST_P(PlantedInRealTrajectories, InverseEstimates) {
   invert(planted);
   for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
     const EgoResult r = evaluate(planted, {.alignment = how});
-    const auto inverse = std::ranges::find(r.warnings, "inverse", &TrajectoryWarning::code);
+    const auto inverse = std::ranges::find(r.warnings, "inverse", &DataWarning::code);
     ASSERT_NE(inverse, r.warnings.end()) << to_string(how);
     EXPECT_THAT(inverse->text, StartsWith("the estimate holds inverse poses")) << to_string(how);
     EXPECT_THAT(inverse->text, HasSubstr("--ref-inverse")) << to_string(how);

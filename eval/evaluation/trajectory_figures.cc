@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "sextant/base/new_file.h"
 #include "sextant/eval/report/figures/panels.h"
@@ -386,6 +385,32 @@ Table curve_table(const TrajectoryCurve& curve, const EgoCurves& curves) {
   return table_of(curve.name, "", columns, poses);
 }
 
+template <typename Value>
+std::vector<Value> of_kept(const std::vector<Value>& all, const std::vector<size_t>& kept) {
+  std::vector<Value> list;
+  for (const size_t i : kept) {
+    if (!all.empty()) list.push_back(all[i]);
+  }
+  return list;
+}
+
+ExploredPath explored(const TrajectoryCurve& curve, int colour, size_t most) {
+  const std::vector<size_t> kept = thinned(curve, most);
+  std::array<std::vector<double>, 3> angles;
+  for (const Eigen::Vector3d& of_pose : of_kept(curve.angles_deg, kept)) {
+    for (int k = 0; k < 3; ++k) angles[static_cast<size_t>(k)].push_back(of_pose[k]);
+  }
+  return {
+      .label = curve.name,
+      .is_reference = colour == 0,
+      .colour = colour,
+      .time = of_kept(curve.time, kept),
+      .frame = of_kept(curve.frame, kept),
+      .position_m = of_kept(curve.position_m, kept),
+      .begins = of_kept(curve.begins, kept),
+      .values = {of_kept(curve.error, kept), angles[0], angles[1], angles[2], of_kept(curve.speed, kept)}};
+}
+
 }  // namespace
 
 std::vector<Figure> path_figures(const EgoCurves& curves) {
@@ -428,36 +453,6 @@ OutputFiles curve_files(const EgoCurves& curves) {
     files[fmt::format("curves/{}.csv", names[k])] = to_csv(curve_table(curve_of(curves, k), curves));
   return files;
 }
-
-namespace {
-
-template <typename Value>
-std::vector<Value> of_kept(const std::vector<Value>& all, const std::vector<size_t>& kept) {
-  std::vector<Value> list;
-  for (const size_t i : kept) {
-    if (!all.empty()) list.push_back(all[i]);
-  }
-  return list;
-}
-
-ExploredPath explored(const TrajectoryCurve& curve, int colour, size_t most) {
-  const std::vector<size_t> kept = thinned(curve, most);
-  std::array<std::vector<double>, 3> angles;
-  for (const Eigen::Vector3d& of_pose : of_kept(curve.angles_deg, kept)) {
-    for (int k = 0; k < 3; ++k) angles[static_cast<size_t>(k)].push_back(of_pose[k]);
-  }
-  return {
-      .label = curve.name,
-      .is_reference = colour == 0,
-      .colour = colour,
-      .time = of_kept(curve.time, kept),
-      .frame = of_kept(curve.frame, kept),
-      .position_m = of_kept(curve.position_m, kept),
-      .begins = of_kept(curve.begins, kept),
-      .values = {of_kept(curve.error, kept), angles[0], angles[1], angles[2], of_kept(curve.speed, kept)}};
-}
-
-}  // namespace
 
 Explorer ego_explorer(const EgoCurves& curves) {
   Explorer explorer{

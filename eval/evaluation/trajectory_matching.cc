@@ -15,20 +15,6 @@ std::vector<int> counted(size_t n) {
   return rows;
 }
 
-}  // namespace
-
-std::vector<int> frames_of(const PoseSeries& series) {
-  return series.frames.empty() ? counted(series.size()) : series.frames;
-}
-
-std::vector<double> times_of(const PoseSeries& series) {
-  if (!series.stamps_s.empty()) return series.stamps_s;
-  const std::vector<int> frames = frames_of(series);
-  return {frames.begin(), frames.end()};
-}
-
-namespace {
-
 /// Returns true if a time on the reference's clock lies in the range of --t-start and --t-end.
 bool in_range(double t, const AssociationOptions& options) {
   return !(options.start_s && t < *options.start_s) && !(options.end_s && t > *options.end_s);
@@ -139,7 +125,7 @@ Association associate(const PoseSeries& reference, const PoseSeries& estimate,
 MatchedPoses matched_by_association(const PoseSeries& reference, PoseSeries estimate,
                                     const AssociationOptions& options, const std::string& name) {
   Association found = associate(reference, estimate, options, name);
-  MatchedPoses matched{reference, std::move(estimate), std::move(found.reference), {}};
+  MatchedPoses matched{{reference, std::move(estimate)}, std::move(found.reference), {}};
   matched.reference.keep(matched.reference_rows);
   matched.estimate.keep(found.estimate);
   return matched;
@@ -161,11 +147,22 @@ MatchedPoses matched_by_interpolation(const PoseSeries& reference, PoseSeries es
   InterpolatedPoses found = interpolate_poses(reference, times, max_gap_s);
   for (int& i : found.asked) i = kept[static_cast<size_t>(i)];
   estimate.keep(found.asked);
-  return {std::move(found.poses), std::move(estimate), std::move(found.rows),
+  return {{std::move(found.poses), std::move(estimate)},
+          std::move(found.rows),
           Interpolation{found.largest_gap_s, found.n_outside, found.n_in_longer_gaps}};
 }
 
 }  // namespace
+
+std::vector<int> frames_of(const PoseSeries& series) {
+  return series.frames.empty() ? counted(series.size()) : series.frames;
+}
+
+std::vector<double> times_of(const PoseSeries& series) {
+  if (!series.stamps_s.empty()) return series.stamps_s;
+  const std::vector<int> frames = frames_of(series);
+  return {frames.begin(), frames.end()};
+}
 
 MatchedPoses match_poses(const PoseSeries& reference, PoseSeries estimate, const AssociationOptions& options,
                          std::optional<double> interpolate_max_gap_s, const std::string& name) {

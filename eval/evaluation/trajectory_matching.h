@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "sextant/geometry/trajectory.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/metrics/trajectory_alignment.h"
 
 namespace sextant {
@@ -28,9 +28,8 @@ struct Interpolation {
   size_t n_outside = 0, n_in_longer_gaps = 0;  ///< poses of the estimate that were left out
 };
 
-/// The poses of both sides that match; element i of the reference and of the estimate belong together.
-struct MatchedPoses {
-  PoseSeries reference, estimate;
+/// The poses of both sides that match.
+struct MatchedPoses : TrajectoryPair {
   /// Row of each pose in the given reference; the nearest row if the reference was interpolated
   std::vector<int> reference_rows;
   std::optional<Interpolation> interpolation;  ///< if the reference was interpolated

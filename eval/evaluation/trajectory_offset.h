@@ -18,7 +18,6 @@
 //   interval  95 %, by the jackknife over 20 stretches of time with Student's t. It does not include errors
 //             that persist throughout the recording
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -81,7 +81,6 @@ TrajectoryCurve curve_of_run(const EgoResult& run, const TrajectoryCurve& refere
   curve.name = run.name;
   curve.position_m = run.estimate.positions_m;
   curve.error = errors_by_pose(run);
-  const bool has_angles = run.estimate.has_rotations() && run.reference.has_rotations();
   for (size_t i = 0; i < run.estimate.size(); ++i) {
     const auto row = static_cast<size_t>(run.reference_rows[i]);
     curve.time.push_back(run.reference.stamps_s.empty() || !curves.has_time
@@ -90,7 +89,7 @@ TrajectoryCurve curve_of_run(const EgoResult& run, const TrajectoryCurve& refere
     curve.frame.push_back(reference.frame[row]);
     curve.path_m.push_back(reference.path_m[row]);
     curve.position_error_m.emplace_back(run.estimate.positions_m[i] - run.reference.positions_m[i]);
-    if (!has_angles) continue;
+    if (!run.has_rotations()) continue;
     Eigen::Vector3d angles = angles_deg(run.estimate.rotations[i], curves.axes);
     const Eigen::Vector3d of_reference = angles_deg(run.reference.rotations[i], curves.axes);
     Eigen::Vector3d error;
@@ -118,12 +117,9 @@ ViewAxes view_axes(ViewPlane plane, const std::vector<Eigen::Vector3d>& position
   if (up) {
     up->cwiseAbs().maxCoeff(&out);
   } else {
-    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (const Eigen::Vector3d& p : positions_m) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    Eigen::Vector3d extent = high - low;
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : positions_m) box.extend(p);
+    const Eigen::Vector3d extent = box.sizes();
     Eigen::Index longest = 0;
     const double most = positions_m.empty() ? 0 : extent.maxCoeff(&longest);
     constexpr double flat = 0.05;

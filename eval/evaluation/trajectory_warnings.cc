@@ -5,14 +5,13 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <numbers>
-#include <optional>
 #include <set>
 #include <tuple>
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
 #include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/eval/evaluation/trajectory_agreement.h"
 #include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
 #include "sextant/eval/logs/number_file.h"
@@ -48,13 +47,213 @@ bool claims_estimate(const TrajectorySide& side) {
          (has_word(name, "est") || has_any(name, {"estimate", "slam", "odometry", "keyframetrajectory"}));
 }
 
+/// Warns of up to three steps of the estimate whose lengths differ from those of the reference ten times more
+/// than in all other steps, and by a twentieth of the reference's extent. The scale of the estimate is the
+/// median ratio of the lengths.
+std::optional<DataWarning> warning_of_jumps(const TrajectoryPair& pair) {
+  const PoseSeries &reference = pair.reference, &estimate = pair.estimate;
+  constexpr size_t most_jumps = 3, fewest = 20;
+  constexpr double least_times = 10, least_share = 0.05;
+  if (estimate.size() < fewest) return std::nullopt;
+  const auto length = [](const PoseSeries& s, size_t i) {
+    return (s.positions_m[i] - s.positions_m[i - 1]).norm();
+  };
+  std::vector<double> ratios;
+  Eigen::AlignedBox3d box;
+  for (size_t i = 0; i < reference.size(); ++i) {
+    box.extend(reference.positions_m[i]);
+    if (i > 0 && length(reference, i) > 0) ratios.push_back(length(estimate, i) / length(reference, i));
+  }
+  if (ratios.empty()) return std::nullopt;
+  const double scale = middle_of(ratios);
+  if (!(scale > 0)) return std::nullopt;
+  std::vector<std::pair<double, size_t>> steps;  // excess of the length, and the pose after the step
+  for (size_t i = 1; i < estimate.size(); ++i)
+    steps.emplace_back(length(estimate, i) - scale * length(reference, i), i);
+  std::ranges::sort(steps, std::ranges::greater());
+  size_t n_jumps = most_jumps;
+  const double least = least_share * scale * box.diagonal().norm();
+  while (n_jumps > 0 &&
+         !(steps[n_jumps - 1].first > least && steps[n_jumps - 1].first > least_times * steps[n_jumps].first))
+    --n_jumps;
+  if (n_jumps == 0) return std::nullopt;
+  std::vector<size_t> at;
+  for (size_t i = 0; i < n_jumps; ++i) at.push_back(steps[i].second);
+  std::ranges::sort(at);
+  const std::string steps_are =
+      n_jumps == 1 ? "1 step of the estimate is" : fmt::format("{} steps of the estimate are up to", n_jumps);
+  return DataWarning{
+      "jump",
+      fmt::format(
+          "{} {:.3g} m longer than in the reference, before matched pose {}; all other steps differ by less "
+          "than a tenth of that. Did the tracker restart with another origin, or close a loop? After a "
+          "restart one alignment cannot fit both parts: evaluate each part{}",
+          steps_are, steps.front().first / scale, fmt::join(at, ", "),
+          reference.stamps_s.empty() ? "" : " (--t-start, --t-end)")};
+}
+
+bool is_identity(const PoseSeries& poses, size_t i) {
+  return poses.positions_m[i].isZero(0) &&
+         (!poses.has_rotations() || poses.rotations[i] == Eigen::Matrix3d::Identity());
+}
+
+/// Rows of the poses after the first one that are exactly the identity after the side, or the other side, has
+/// left its first pose. A recording may stand at its origin for a while, and the other side with it; written
+/// with few digits, it may return to the identity there.
+std::vector<size_t> lost_identities(const PoseSeries& side, const PoseSeries& other) {
+  constexpr double stands_m = 0.5, share_of_extent = 0.01, turns_rad = 0.01;
+  const auto moved_m = [](const PoseSeries& s, size_t i) {
+    return (s.positions_m[i] - s.positions_m[0]).norm();
+  };
+  double extent_m = 0;
+  for (size_t i = 0; i < side.size(); ++i) extent_m = std::max(extent_m, moved_m(side, i));
+  std::vector<size_t> rows;
+  bool left_origin = false;
+  for (size_t i = 1; i < side.size(); ++i) {
+    left_origin = left_origin || moved_m(side, i) > share_of_extent * extent_m ||
+                  rotation_angle_rad(relative_pose(side, 0, i).rotation) > turns_rad ||
+                  moved_m(other, i) > stands_m;
+    if (left_origin && is_identity(side, i)) rows.push_back(i);
+  }
+  // The world of a path that is reversed in time is its last pose.
+  if (rows.size() == 1 && rows.front() + 1 == side.size() && !is_identity(side, 0)) rows.clear();
+  return rows;
+}
+
+bool equal(const PoseSeries& s, size_t i, const PoseSeries& t, size_t j) {
+  return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
+}
+
+/// Number of poses that equal the pose before although the reference moves, and the row of the first one.
+struct RepeatedPoses {
+  size_t n = 0, first = 0;
+};
+RepeatedPoses repeated_poses(const TrajectoryPair& pair) {
+  RepeatedPoses out;
+  for (size_t i = 1; i < pair.size(); ++i) {
+    if (!equal(pair.estimate, i, pair.estimate, i - 1)) continue;
+    const RelativePose step = relative_pose(pair.reference, i - 1, i);
+    if (!moves(SE3(Eigen::Quaterniond(step.rotation), step.translation_m))) continue;
+    if (out.n++ == 0) out.first = i;
+  }
+  return out;
+}
+
+/// Largest angle between the first rotation and another one.
+double turn_deg(const PoseSeries& poses) {
+  double largest = 0;
+  for (const Eigen::Matrix3d& R : poses.rotations)
+    largest = std::max(largest, rotation_angle_rad(poses.rotations[0].transpose() * R));
+  return degrees(largest);
+}
+
+/// Warns if all rotations of one side are equal while the other side turns.
+std::optional<DataWarning> warning_of_equal_rotations(const TrajectoryPair& pair) {
+  constexpr double least_deg = 5;
+  const double of_reference = turn_deg(pair.reference), of_estimate = turn_deg(pair.estimate);
+  if (std::min(of_reference, of_estimate) > 0 || std::max(of_reference, of_estimate) < least_deg)
+    return std::nullopt;
+  const auto [still, turning, flag] = of_estimate > 0 ? std::tuple("reference", "estimate", "--ref-format")
+                                                      : std::tuple("estimate", "reference", "--est-format");
+  return DataWarning{
+      "no_rotations",
+      fmt::format(
+          "all rotations of the {} are equal, but the {} turns by up to {:.1f} deg: has the {} positions "
+          "only? Then E_t, E_R and the other errors that need rotations mean nothing; write it as 't x y z' "
+          "and give {} positions",
+          still, turning, std::max(of_reference, of_estimate), still, flag)};
+}
+
+/// Returns the largest power of ten, 1e-4 m to 100 m, of which all coordinates of an axis are multiples; 0 if
+/// there is none, or if the coordinate is constant.
+double rounding_m(const PoseSeries& poses, int axis) {
+  constexpr double relative = 1e-6, digits = 1e-15;
+  for (const double step_m : {100.0, 10.0, 1.0, 0.1, 0.01, 0.001, 0.0001}) {
+    bool varies = false;
+    const bool all = std::ranges::all_of(poses.positions_m, [&](const Eigen::Vector3d& p) {
+      varies = varies || p[axis] != poses.positions_m[0][axis];
+      const double steps = p[axis] / step_m;
+      return std::abs(steps - std::round(steps)) <= relative + digits * std::abs(steps);
+    });
+    if (all) return varies ? step_m : 0;
+  }
+  return 0;
+}
+
+/// Warns if the coordinates of one side were rounded so that this explains more than half of the squared
+/// errors of the translations from pose to pose. The difference of two numbers that are rounded to multiples
+/// of q has the variance q^2 / 6.
+std::optional<DataWarning> warning_of_rounding(const TrajectoryPair& pair) {
+  constexpr size_t fewest = 20;
+  // Errors smaller than those that rounding causes show that the coordinates are exact and were not rounded.
+  constexpr double explained = 0.5, contradicted = 2, least_share_of_step = 0.01;
+  if (pair.size() < fewest) return std::nullopt;
+  double squares = 0;
+  std::vector<double> lengths;
+  for_each_step(pair, 1, 1, [&](const RelativePose& r, const RelativePose& e) {
+    squares += (e.translation_m - r.translation_m).squaredNorm();
+    lengths.push_back(r.translation_m.norm());
+  });
+  squares /= static_cast<double>(lengths.size());
+  if (!(squares > 0)) return std::nullopt;
+  const double step_m = middle_of(lengths);
+  for (const auto& [side, name] :
+       {std::pair(&pair.estimate, "estimate"), std::pair(&pair.reference, "reference")}) {
+    double variance = 0, largest_m = 0;
+    for (const int axis : {0, 1, 2}) {
+      const double q = rounding_m(*side, axis);
+      variance += q * q / 6;
+      largest_m = std::max(largest_m, q);
+    }
+    if (variance < explained * squares || variance > contradicted * squares) continue;
+    if (largest_m < least_share_of_step * step_m) continue;
+    return DataWarning{
+        "rounded",
+        fmt::format(
+            "the positions of the {} are multiples of {:g} m, which explains {:.0f} % of the squared "
+            "errors of relative translations: were they written with too few digits? Write them with all "
+            "digits, as \"%.9f\" does",
+            name, largest_m, 100 * std::min(1.0, variance / squares))};
+  }
+  return std::nullopt;
+}
+
+/// Counts the poses that find a partner; several poses with the same partner count once.
+size_t count_partners(const std::vector<double>& reference, std::vector<double> estimate, double factor,
+                      double offset_s, double max_difference_s) {
+  for (double& t : estimate) t = t * factor + offset_s;
+  const Association found = associate_by_time(reference, estimate, {.max_difference_s = max_difference_s});
+  const std::set<int> rows(found.reference.begin(), found.reference.end());
+  const std::set<int> own(found.estimate.begin(), found.estimate.end());
+  return std::min(rows.size(), own.size());
+}
+
+struct Unit {
+  double factor;  ///< factor from the stated to this unit, on the estimate's stamps
+  const char* side;
+  const char* unit;
+};
+constexpr std::array<Unit, 6> units = {{{1e-3, "estimate", "ms"},
+                                        {1e-6, "estimate", "us"},
+                                        {1e-9, "estimate", "ns"},
+                                        {1e3, "reference", "ms"},
+                                        {1e6, "reference", "us"},
+                                        {1e9, "reference", "ns"}}};
+
+std::string remedy_of(const Unit& unit) {
+  const std::string header =
+      fmt::format("write '# t [{}] tx ty tz qx qy qz qw' above its first line", unit.unit);
+  if (std::string_view(unit.unit) != "ns") return header;
+  return fmt::format("give --{}-format tum_ns, or {}",
+                     std::string_view(unit.side) == "estimate" ? "est" : "ref", header);
+}
+
 }  // namespace
 
-std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
-                                                const TrajectorySide& reference_side,
-                                                const PoseSeries& estimate,
-                                                const TrajectorySide& estimate_side, bool interpolates) {
-  std::vector<TrajectoryWarning> warnings;
+std::vector<DataWarning> warnings_of_pair(const PoseSeries& reference, const TrajectorySide& reference_side,
+                                          const PoseSeries& estimate, const TrajectorySide& estimate_side,
+                                          bool interpolates) {
+  std::vector<DataWarning> warnings;
   const bool by_name = (claims_truth(estimate_side) && !claims_truth(reference_side)) ||
                        (claims_estimate(reference_side) && !claims_estimate(estimate_side));
   if (by_name) {
@@ -94,188 +293,12 @@ std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
   return warnings;
 }
 
-namespace {
-
-/// Warns of up to three steps of the estimate whose lengths differ from those of the reference ten times more
-/// than in all other steps, and by a twentieth of the reference's extent. The scale of the estimate is the
-/// median ratio of the lengths.
-std::optional<TrajectoryWarning> warning_of_jumps(const PoseSeries& reference, const PoseSeries& estimate) {
-  constexpr size_t most_jumps = 3, fewest = 20;
-  constexpr double least_times = 10, least_share = 0.05;
-  if (estimate.size() < fewest) return std::nullopt;
-  const auto length = [](const PoseSeries& s, size_t i) {
-    return (s.positions_m[i] - s.positions_m[i - 1]).norm();
-  };
-  std::vector<double> ratios;
-  Eigen::AlignedBox3d box;
-  for (size_t i = 0; i < reference.size(); ++i) {
-    box.extend(reference.positions_m[i]);
-    if (i > 0 && length(reference, i) > 0) ratios.push_back(length(estimate, i) / length(reference, i));
-  }
-  if (ratios.empty()) return std::nullopt;
-  const double scale = middle_of(ratios);
-  if (!(scale > 0)) return std::nullopt;
-  std::vector<std::pair<double, size_t>> steps;  // excess of the length, and the pose after the step
-  for (size_t i = 1; i < estimate.size(); ++i)
-    steps.emplace_back(length(estimate, i) - scale * length(reference, i), i);
-  std::ranges::sort(steps, std::ranges::greater());
-  size_t n_jumps = most_jumps;
-  const double least = least_share * scale * box.diagonal().norm();
-  while (n_jumps > 0 &&
-         !(steps[n_jumps - 1].first > least && steps[n_jumps - 1].first > least_times * steps[n_jumps].first))
-    --n_jumps;
-  if (n_jumps == 0) return std::nullopt;
-  std::vector<size_t> at;
-  for (size_t i = 0; i < n_jumps; ++i) at.push_back(steps[i].second);
-  std::ranges::sort(at);
-  const std::string steps_are =
-      n_jumps == 1 ? "1 step of the estimate is" : fmt::format("{} steps of the estimate are up to", n_jumps);
-  return TrajectoryWarning{
-      "jump",
-      fmt::format(
-          "{} {:.3g} m longer than in the reference, before matched pose {}; all other steps differ by less "
-          "than a tenth of that. Did the tracker restart with another origin, or close a loop? After a "
-          "restart one alignment cannot fit both parts: evaluate each part{}",
-          steps_are, steps.front().first / scale, fmt::join(at, ", "),
-          reference.stamps_s.empty() ? "" : " (--t-start, --t-end)")};
-}
-
-bool is_identity(const PoseSeries& poses, size_t i) {
-  return poses.positions_m[i].isZero(0) &&
-         (!poses.has_rotations() || poses.rotations[i] == Eigen::Matrix3d::Identity());
-}
-
-/// Rows of the poses after the first one that are exactly the identity after the side, or the other side, has
-/// left its first pose. A recording may stand at its origin for a while, and the other side with it; written
-/// with few digits, it may return to the identity there.
-std::vector<size_t> lost_identities(const PoseSeries& side, const PoseSeries& other) {
-  constexpr double stands_m = 0.5, share_of_extent = 0.01, turns_rad = 0.01;
-  const auto moved_m = [](const PoseSeries& s, size_t i) {
-    return (s.positions_m[i] - s.positions_m[0]).norm();
-  };
-  double extent_m = 0;
-  for (size_t i = 0; i < side.size(); ++i) extent_m = std::max(extent_m, moved_m(side, i));
-  std::vector<size_t> rows;
-  bool left_origin = false;
-  for (size_t i = 1; i < side.size(); ++i) {
-    left_origin = left_origin || moved_m(side, i) > share_of_extent * extent_m ||
-                  rotation_angle_rad(Eigen::Quaterniond(relative_pose(side, 0, i).rotation)) > turns_rad ||
-                  moved_m(other, i) > stands_m;
-    if (left_origin && is_identity(side, i)) rows.push_back(i);
-  }
-  // The world of a path that is reversed in time is its last pose.
-  if (rows.size() == 1 && rows.front() + 1 == side.size() && !is_identity(side, 0)) rows.clear();
-  return rows;
-}
-
-bool equal(const PoseSeries& s, size_t i, const PoseSeries& t, size_t j) {
-  return s.positions_m[i] == t.positions_m[j] && s.rotations[i] == t.rotations[j];
-}
-
-/// Number of poses that equal the pose before although the reference moves, and the row of the first one.
-struct RepeatedPoses {
-  size_t n = 0, first = 0;
-};
-RepeatedPoses repeated_poses(const PoseSeries& reference, const PoseSeries& estimate) {
-  RepeatedPoses out;
-  for (size_t i = 1; i < estimate.size(); ++i) {
-    if (!equal(estimate, i, estimate, i - 1)) continue;
-    const RelativePose step = relative_pose(reference, i - 1, i);
-    if (!moves(SE3(Eigen::Quaterniond(step.rotation), step.translation_m))) continue;
-    if (out.n++ == 0) out.first = i;
-  }
-  return out;
-}
-
-/// Largest angle between the first rotation and another one.
-double turn_deg(const PoseSeries& poses) {
-  double largest = 0;
-  for (const Eigen::Matrix3d& R : poses.rotations)
-    largest = std::max(
-        largest, rotation_angle_rad(Eigen::Quaterniond(Eigen::Matrix3d(poses.rotations[0].transpose() * R))));
-  return largest * 180 / std::numbers::pi;
-}
-
-/// Warns if all rotations of one side are equal while the other side turns.
-std::optional<TrajectoryWarning> warning_of_equal_rotations(const PoseSeries& reference,
-                                                            const PoseSeries& estimate) {
-  constexpr double least_deg = 5;
-  const double of_reference = turn_deg(reference), of_estimate = turn_deg(estimate);
-  if (std::min(of_reference, of_estimate) > 0 || std::max(of_reference, of_estimate) < least_deg)
-    return std::nullopt;
-  const auto [still, turning, flag] = of_estimate > 0 ? std::tuple("reference", "estimate", "--ref-format")
-                                                      : std::tuple("estimate", "reference", "--est-format");
-  return TrajectoryWarning{
-      "no_rotations",
-      fmt::format(
-          "all rotations of the {} are equal, but the {} turns by up to {:.1f} deg: has the {} positions "
-          "only? Then E_t, E_R and the other errors that need rotations mean nothing; write it as 't x y z' "
-          "and give {} positions",
-          still, turning, std::max(of_reference, of_estimate), still, flag)};
-}
-
-/// Returns the largest power of ten, 1e-4 m to 100 m, of which all coordinates of an axis are multiples; 0 if
-/// there is none, or if the coordinate is constant.
-double rounding_m(const PoseSeries& poses, int axis) {
-  constexpr double relative = 1e-6, digits = 1e-15;
-  for (const double step_m : {100.0, 10.0, 1.0, 0.1, 0.01, 0.001, 0.0001}) {
-    bool varies = false;
-    const bool all = std::ranges::all_of(poses.positions_m, [&](const Eigen::Vector3d& p) {
-      varies = varies || p[axis] != poses.positions_m[0][axis];
-      const double steps = p[axis] / step_m;
-      return std::abs(steps - std::round(steps)) <= relative + digits * std::abs(steps);
-    });
-    if (all) return varies ? step_m : 0;
-  }
-  return 0;
-}
-
-/// Warns if the coordinates of one side were rounded so that this explains more than half of the squared
-/// errors of the translations from pose to pose. The difference of two numbers that are rounded to multiples
-/// of q has the variance q^2 / 6.
-std::optional<TrajectoryWarning> warning_of_rounding(const PoseSeries& reference,
-                                                     const PoseSeries& estimate) {
-  constexpr size_t fewest = 20;
-  // Errors smaller than those that rounding causes show that the coordinates are exact and were not rounded.
-  constexpr double explained = 0.5, contradicted = 2, least_share_of_step = 0.01;
-  if (estimate.size() < fewest) return std::nullopt;
-  double squares = 0;
-  std::vector<double> lengths;
-  for (size_t i = 1; i < estimate.size(); ++i) {
-    const Eigen::Vector3d step = relative_pose(reference, i - 1, i).translation_m;
-    squares += (relative_pose(estimate, i - 1, i).translation_m - step).squaredNorm();
-    lengths.push_back(step.norm());
-  }
-  squares /= static_cast<double>(lengths.size());
-  if (!(squares > 0)) return std::nullopt;
-  const double step_m = middle_of(lengths);
-  for (const auto& [side, name] : {std::pair(&estimate, "estimate"), std::pair(&reference, "reference")}) {
-    double variance = 0, largest_m = 0;
-    for (const int axis : {0, 1, 2}) {
-      const double q = rounding_m(*side, axis);
-      variance += q * q / 6;
-      largest_m = std::max(largest_m, q);
-    }
-    if (variance < explained * squares || variance > contradicted * squares) continue;
-    if (largest_m < least_share_of_step * step_m) continue;
-    return TrajectoryWarning{
-        "rounded",
-        fmt::format(
-            "the positions of the {} are multiples of {:g} m, which explains {:.0f} % of the squared "
-            "errors of relative translations: were they written with too few digits? Write them with all "
-            "digits, as \"%.9f\" does",
-            name, largest_m, 100 * std::min(1.0, variance / squares))};
-  }
-  return std::nullopt;
-}
-
-}  // namespace
-
-std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate) {
-  std::vector<TrajectoryWarning> warnings;
-  const bool rotations = reference.has_rotations() && estimate.has_rotations();
+std::vector<DataWarning> warnings_of_matched(const TrajectoryPair& pair) {
+  const PoseSeries &reference = pair.reference, &estimate = pair.estimate;
+  std::vector<DataWarning> warnings;
+  const bool rotations = pair.has_rotations();
   const std::vector<size_t> lost = rotations ? lost_identities(estimate, reference) : std::vector<size_t>();
-  const RepeatedPoses repeated = rotations ? repeated_poses(reference, estimate) : RepeatedPoses();
+  const RepeatedPoses repeated = rotations ? repeated_poses(pair) : RepeatedPoses();
   // A pose that is held, from the origin on as well, is no lost frame.
   if (!lost.empty() && repeated.n <= 10 * lost.size()) {
     warnings.push_back(
@@ -284,12 +307,12 @@ std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, 
                      "{}, although the trajectory has left its origin: lost frames that were "
                      "written as identity? Leave them out, then they count against coverage",
                      lost.size(), lost.size() > 1 ? "s" : "", lost.size() > 1 ? "are" : "is", lost.front())});
-  } else if (auto jumps = warning_of_jumps(reference, estimate)) {
+  } else if (auto jumps = warning_of_jumps(pair)) {
     warnings.push_back(std::move(*jumps));
   }
   if (!rotations) return warnings;
-  if (auto found = warning_of_equal_rotations(reference, estimate)) warnings.push_back(std::move(*found));
-  if (auto found = warning_of_rounding(reference, estimate)) warnings.push_back(std::move(*found));
+  if (auto found = warning_of_equal_rotations(pair)) warnings.push_back(std::move(*found));
+  if (auto found = warning_of_rounding(pair)) warnings.push_back(std::move(*found));
   if (repeated.n >= 5) {
     warnings.push_back(
         {"repeated_poses", fmt::format("the estimate repeats its last pose exactly {} times while the "
@@ -322,40 +345,6 @@ std::optional<PoseSeries> without_identities(const PoseSeries& poses) {
   out.keep(kept);
   return out;
 }
-
-namespace {
-
-/// Counts the poses that find a partner; several poses with the same partner count once.
-size_t count_partners(const std::vector<double>& reference, std::vector<double> estimate, double factor,
-                      double offset_s, double max_difference_s) {
-  for (double& t : estimate) t = t * factor + offset_s;
-  const Association found = associate_by_time(reference, estimate, {.max_difference_s = max_difference_s});
-  const std::set<int> rows(found.reference.begin(), found.reference.end());
-  const std::set<int> own(found.estimate.begin(), found.estimate.end());
-  return std::min(rows.size(), own.size());
-}
-
-struct Unit {
-  double factor;  ///< factor from the stated to this unit, on the estimate's stamps
-  const char* side;
-  const char* unit;
-};
-constexpr std::array<Unit, 6> units = {{{1e-3, "estimate", "ms"},
-                                        {1e-6, "estimate", "us"},
-                                        {1e-9, "estimate", "ns"},
-                                        {1e3, "reference", "ms"},
-                                        {1e6, "reference", "us"},
-                                        {1e9, "reference", "ns"}}};
-
-std::string remedy_of(const Unit& unit) {
-  const std::string header =
-      fmt::format("write '# t [{}] tx ty tz qx qy qz qw' above its first line", unit.unit);
-  if (std::string_view(unit.unit) != "ns") return header;
-  return fmt::format("give --{}-format tum_ns, or {}",
-                     std::string_view(unit.side) == "estimate" ? "est" : "ref", header);
-}
-
-}  // namespace
 
 void check_physical(const PoseSeries& poses, const std::string& name, double max_speed_m_s) {
   constexpr double shortest_m = 0.3, longest_m = 50;

@@ -35,15 +35,10 @@
 #include <string>
 #include <vector>
 
-#include "sextant/geometry/trajectory.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/metrics/trajectory_alignment.h"
 
 namespace sextant {
-
-struct TrajectoryWarning {
-  std::string code;
-  std::string text;
-};
 
 /// Description of one side besides its poses.
 struct TrajectorySide {
@@ -54,15 +49,13 @@ struct TrajectorySide {
 
 /// Checks that need no association: swapped, clock, rates. `interpolates`: the reference is interpolated at
 /// the estimate's time stamps.
-std::vector<TrajectoryWarning> warnings_of_pair(const PoseSeries& reference,
-                                                const TrajectorySide& reference_side,
-                                                const PoseSeries& estimate,
-                                                const TrajectorySide& estimate_side,
-                                                bool interpolates = false);
+std::vector<DataWarning> warnings_of_pair(const PoseSeries& reference, const TrajectorySide& reference_side,
+                                          const PoseSeries& estimate, const TrajectorySide& estimate_side,
+                                          bool interpolates = false);
 
 /// Checks after the association and before the alignment: lost_poses, jump, no_rotations, rounded,
 /// repeated_poses, identity, identical.
-std::vector<TrajectoryWarning> warnings_of_matched(const PoseSeries& reference, const PoseSeries& estimate);
+std::vector<DataWarning> warnings_of_matched(const TrajectoryPair& pair);
 
 /// Returns the poses without those that are exactly the identity after the first other one, as of lost
 /// frames; empty if there are none. They would look like a motion to the origin and back.

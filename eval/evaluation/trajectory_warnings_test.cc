@@ -69,7 +69,7 @@ TEST(TrajectoryWarnings, AConstantLagIsFoundWithItsSignAndSize) {
   for (const double lag_s : {0.3, -0.5}) {
     const EgoResult r = evaluate(drive(600, 10), noisy(drive(600, 10, -lag_s)));
     ASSERT_THAT(r.warnings, Contains(code("lag")));
-    const std::string& said = std::ranges::find(r.warnings, "lag", &TrajectoryWarning::code)->text;
+    const std::string& said = std::ranges::find(r.warnings, "lag", &DataWarning::code)->text;
     ASSERT_THAT(said, testing::HasSubstr("% interval "));
     EXPECT_NEAR(std::stod(said.substr(said.find("interval ") + 9)), std::abs(lag_s), 0.01) << said;
     EXPECT_NEAR(estimate_offset(drive(600, 10), noisy(drive(600, 10, -lag_s)), 0, "late").offset_s, -lag_s,

@@ -371,7 +371,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   const std::vector<ObjectExplanation> found = explain_motions(data);
   add_lines(found, "estimated motions");
   if (!found.empty()) return out;
-  for (const Disagreement& disagreement : disagreements_of(data)) {
+  for (const DataWarning& disagreement : disagreements_of(data)) {
     if (disagreement.code == "unexplained") continue;  // the noise that was added may cause large errors
     out.push_back(fmt::format("{}, estimated motions: {}", estimator, disagreement.text));
   }

@@ -1,12 +1,8 @@
 #include "sextant/eval/logs/object_logs.h"
 
 #include <algorithm>
-#include <cmath>
-#include <set>
-#include <utility>
 
 #include "sextant/base/quantile.h"
-#include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/object_log_files.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/pair_errors.h"
@@ -232,18 +228,15 @@ void warn_of_copies(ObjectLog& log) {
   std::vector<std::string> pairs;
   for (const auto& [ids, n] : equal) {
     int common = 0;
-    for (auto it = log.motions.lower_bound({ids.second, 0});
-         it != log.motions.end() && it->first.first == ids.second; ++it)
-      common += log.motions.contains({ids.first, it->first.second});
+    for (const auto& [key, motion] : entries_of(log.motions, ids.second))
+      common += log.motions.contains({ids.first, key.second});
     if (n >= fewest && n == common) pairs.push_back(fmt::format("{} and {} ({})", ids.first, ids.second, n));
   }
   if (pairs.empty()) return;
-  const size_t n_named = std::min(pairs.size(), most_named);
   log.warnings.push_back(fmt::format(
-      "{}: exactly the same motions have objects {}{}: an object that is logged twice counts twice "
-      "in the errors of all objects; remove one (in brackets the number of common frames)",
-      log.estimator, fmt::join(pairs.begin(), pairs.begin() + n_named, ", "),
-      pairs.size() > n_named ? ", ..." : ""));
+      "{}: exactly the same motions have objects {}: an object that is logged twice counts twice in the "
+      "errors of all objects; remove one (in brackets the number of common frames)",
+      log.estimator, listed(pairs, most_named)));
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ py::tuple evaluate(const py::tuple& estimate, const py::tuple& reference, const 
     found = evaluate_ego(truth, std::move(file), "estimate", options);
   }
   py::list warnings;
-  for (const TrajectoryWarning& warning : found.warnings) warnings.append(warning.text);
+  for (const DataWarning& warning : found.warnings) warnings.append(warning.text);
   return py::make_tuple(array_of(found.errors), delta ? py::object(array_of(found.pairs)) : py::none(),
                         array_of(found.estimate), array_of(found.reference), warnings);
 }

@@ -227,7 +227,7 @@ OutputFiles evaluate_recorded(const std::string& data_root) {
       records.push_back(std::move(record));
     files[stem_of_recording(recording) + "_reference.tum"] = encode_tum(raw.reference);
     files[stem_of_recording(recording) + "_estimate.tum"] = encode_tum(raw.estimate);
-    for (const TrajectoryWarning& warning : raw.warnings) warnings[recording.path].push_back(warning.text);
+    for (const DataWarning& warning : raw.warnings) warnings[recording.path].push_back(warning.text);
   }
   check_listed(records);
   files["records.jsonl"] = write_records(records);
