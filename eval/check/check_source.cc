@@ -11,9 +11,7 @@
 #include "sextant/base/interrupt.h"
 #include "sextant/base/machine.h"
 #include "sextant/base/progress.h"
-#include "sextant/datasets/dataset.h"
 #include "sextant/datasets/folder_sequence.h"
-#include "sextant/eval/check/conventions.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {

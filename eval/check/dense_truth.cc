@@ -1,7 +1,5 @@
 #include "sextant/eval/check/check_source.h"
 
-#include <vector>
-
 #include "sextant/base/machine.h"
 
 namespace sextant {

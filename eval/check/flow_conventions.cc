@@ -60,19 +60,24 @@ double weighted_median(std::vector<std::pair<double, double>> value_and_weight) 
   return begin == end ? NAN : begin->first;
 }
 
-/// The background of flow image k and its true motion; nullopt without truth or with too few points.
+/// The background of a flow image and its true motion.
 struct StaticPair {
+  int frame = 0;  ///< from which the flow goes
   SE3 T_to_from;
   std::vector<FlowSample> points;
 };
 
-std::optional<StaticPair> static_pair(const ConventionData& data, int k) {
-  const auto motion = data.truth.background_motion(k + data.flow_from, k + data.flow_to);
-  if (!motion) return std::nullopt;
-  StaticPair pair{*motion, flow_samples(data, k)};
-  std::erase_if(pair.points, [](const FlowSample& s) { return s.id != 0; });
-  if (static_cast<int>(pair.points.size()) < min_points_of_pair) return std::nullopt;
-  return pair;
+/// Returns the background and the true motion of each flow image that has truth and enough points.
+std::vector<StaticPair> static_pairs(const ConventionData& data) {
+  std::vector<StaticPair> pairs;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    const auto motion = data.truth.background_motion(k + data.flow_from, k + data.flow_to);
+    if (!motion) continue;
+    StaticPair pair{k + data.flow_from, *motion, flow_samples(data, k)};
+    std::erase_if(pair.points, [](const FlowSample& s) { return s.id != 0; });
+    if (static_cast<int>(pair.points.size()) >= min_points_of_pair) pairs.push_back(std::move(pair));
+  }
+  return pairs;
 }
 
 /// Returns the likely error of the rotations of true steps: the geometric mean of the lower and the upper
@@ -195,69 +200,6 @@ void find_wrong_pairs(const std::vector<PairResidual>& pairs, Finding& finding) 
       wrong.size(), pairs.size(), frame_list(frames), typical);
 }
 
-}  // namespace
-
-Finding check_static_flow(const ConventionData& data) {
-  Finding finding{.check = "static flow", .unit = "px", .counted = "points", .sharp = true};
-  const PinholeCamera& camera = data.camera.left;
-  std::vector<double> residuals, parallax, truth_errors;
-  std::vector<PairResidual> pairs;
-  bool seen = false;
-  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
-    const auto pair = static_pair(data, k);
-    if (!pair) continue;
-    seen = true;
-    const SE3 rotation(pair->T_to_from.rotation(), Eigen::Vector3d::Zero());
-    std::vector<double> r, given, without_rotation, truth;
-    for (const FlowSample& s : pair->points) {
-      r.push_back(residual_px(camera, s, pair->T_to_from));
-      given.push_back(length(s.flow));
-      truth.push_back(predicted_flow(camera, s, pair->T_to_from).norm());
-      without_rotation.push_back(residual_px(camera, s, rotation));
-    }
-    if (median(given) < still_px && median(truth) < still_px) continue;
-    residuals.insert(residuals.end(), r.begin(), r.end());
-    parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
-    truth_errors.push_back(truth_error_px(data, *pair));
-    pairs.push_back(
-        {k + data.flow_from, median(r), static_limit(median(without_rotation), truth_errors.back())});
-  }
-  if (!finding.measure(residuals)) {
-    return finding.not_checkable(nothing_to_compare(
-        data, true, false,
-        seen ? "the camera stands still" : "too few background points with depth and flow"));
-  }
-  finding.limit = static_limit(median(parallax), median(truth_errors));
-  finding.fail_limit = static_fail_factor * finding.limit;
-  find_wrong_pairs(pairs, finding);
-  if (!finding.passes() && finding.cause.empty()) finding.cause = cause_in_equal_poses(data);
-  return finding;
-}
-
-std::optional<DeviatingShare> deviating_share(const ConventionData& data) {
-  constexpr double tolerance_px = 0.25;
-  DeviatingShare share;
-  int n_off = 0;
-  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
-    const auto pair = static_pair(data, k);
-    if (!pair) continue;
-    std::vector<double> given;
-    int off = 0;
-    for (const FlowSample& s : pair->points) {
-      given.push_back(length(s.flow));
-      off += residual_px(data.camera.left, s, pair->T_to_from) > tolerance_px ? 1 : 0;
-    }
-    if (median(given) < still_px) continue;
-    share.n += static_cast<int>(given.size());
-    n_off += off;
-  }
-  if (share.n == 0) return std::nullopt;
-  share.percent = 100.0 * n_off / share.n;
-  return share;
-}
-
-namespace {
-
 /// Returns the step length computed from flow and depth, as a share of the true one; NaN without parallax.
 /// The weights are the parallax, so that near points dominate. Parallax is proportional to step / depth only
 /// to first order, which a few iterations correct.
@@ -303,21 +245,99 @@ double truth_variance(const ConventionData& data, const StaticPair& pair) {
   return variance;
 }
 
+constexpr double min_flow_px = 2;         // shorter flow hardly changes the grey value
+constexpr double min_difference = 8;      // levels; below, the noise of the images hides the flow
+constexpr double capped_difference = 60;  // levels; of occlusions and reflections
+constexpr size_t min_samples = 200;
+constexpr double flow_limit = 0.8, flow_fail_limit = 0.95;
+
+/// Returns the grey value at (x, y), interpolated linearly; (x, y) must not lie in the last row or column.
+double grey_at(const Image<uint8_t>& gray, double x, double y) {
+  const int i = static_cast<int>(x), j = static_cast<int>(y);
+  const double right = x - i, below = y - j;
+  return (1 - below) * ((1 - right) * gray(i, j) + right * gray(i + 1, j)) +
+         below * ((1 - right) * gray(i, j + 1) + right * gray(i + 1, j + 1));
+}
+
+/// Returns the mean absolute deviation from the median, which is a change of the exposure.
+double mean_difference(const std::vector<double>& differences) {
+  const double exposure = median(differences);
+  double sum = 0;
+  for (const double d : differences) sum += std::min(std::abs(d - exposure), capped_difference);
+  return sum / static_cast<double>(differences.size());
+}
+
+bool has_size(const GridFrame& frame, const ConventionData& data) {
+  return frame.gray && frame.gray->width() == data.width && frame.gray->height() == data.height;
+}
+
 }  // namespace
+
+Finding check_static_flow(const ConventionData& data) {
+  Finding finding{.check = "static flow", .unit = "px", .counted = "points", .sharp = true};
+  const PinholeCamera& camera = data.camera.left;
+  std::vector<double> residuals, parallax, truth_errors;
+  std::vector<PairResidual> pairs;
+  const std::vector<StaticPair> seen = static_pairs(data);
+  for (const StaticPair& pair : seen) {
+    const SE3 rotation(pair.T_to_from.rotation(), Eigen::Vector3d::Zero());
+    std::vector<double> r, given, without_rotation, truth;
+    for (const FlowSample& s : pair.points) {
+      r.push_back(residual_px(camera, s, pair.T_to_from));
+      given.push_back(length(s.flow));
+      truth.push_back(predicted_flow(camera, s, pair.T_to_from).norm());
+      without_rotation.push_back(residual_px(camera, s, rotation));
+    }
+    if (median(given) < still_px && median(truth) < still_px) continue;
+    residuals.insert(residuals.end(), r.begin(), r.end());
+    parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
+    truth_errors.push_back(truth_error_px(data, pair));
+    pairs.push_back({pair.frame, median(r), static_limit(median(without_rotation), truth_errors.back())});
+  }
+  if (!finding.measure(residuals)) {
+    return finding.not_checkable(nothing_to_compare(
+        data, true, false,
+        !seen.empty() ? "the camera stands still" : "too few background points with depth and flow"));
+  }
+  finding.limit = static_limit(median(parallax), median(truth_errors));
+  finding.fail_limit = static_fail_factor * finding.limit;
+  find_wrong_pairs(pairs, finding);
+  if (!finding.passes() && finding.cause.empty()) finding.cause = cause_in_equal_poses(data);
+  return finding;
+}
+
+std::optional<DeviatingShare> deviating_share(const ConventionData& data) {
+  constexpr double tolerance_px = 0.25;
+  DeviatingShare share;
+  int n_off = 0;
+  for (const StaticPair& pair : static_pairs(data)) {
+    std::vector<double> given;
+    int off = 0;
+    for (const FlowSample& s : pair.points) {
+      given.push_back(length(s.flow));
+      off += residual_px(data.camera.left, s, pair.T_to_from) > tolerance_px ? 1 : 0;
+    }
+    if (median(given) < still_px) continue;
+    share.n += static_cast<int>(given.size());
+    n_off += off;
+  }
+  if (share.n == 0) return std::nullopt;
+  share.percent = 100.0 * n_off / share.n;
+  return share;
+}
 
 DepthFactor fit_depth_factor(const ConventionData& data) {
   DepthFactor fit;
   double length_m = 0, shown_m = 0, sum = 0, squares = 0, truth = 0;
-  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
-    const auto pair = static_pair(data, k);
-    const double share = pair ? step_share(data.camera.left, *pair) : NAN;
+  for (const StaticPair& pair : static_pairs(data)) {
+    const double share = step_share(data.camera.left, pair);
     if (!std::isfinite(share)) continue;
     ++fit.n;
-    length_m += pair->T_to_from.translation().norm();
-    shown_m += share * pair->T_to_from.translation().norm();
+    length_m += pair.T_to_from.translation().norm();
+    shown_m += share * pair.T_to_from.translation().norm();
     sum += share;
     squares += share * share;
-    truth += truth_variance(data, *pair);
+    truth += truth_variance(data, pair);
   }
   if (fit.n == 0) return fit;
   // Few pairs do not determine the scatter of the steps: step_jitter and the accuracy of the truth are used
@@ -335,15 +355,13 @@ std::optional<double> range_share(const ConventionData& data) {
   const auto ray = [&](const FlowSample& s) { return camera.ray(s.u, s.v).norm(); };
   double share = 0, expected = 0;
   int n = 0;
-  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
-    const auto pair = static_pair(data, k);
-    if (!pair) continue;
+  for (const StaticPair& pair : static_pairs(data)) {
     std::vector<double> rays;
-    for (const FlowSample& s : pair->points) rays.push_back(ray(s));
+    for (const FlowSample& s : pair.points) rays.push_back(ray(s));
     const double middle = median(rays);
-    StaticPair inner{pair->T_to_from, {}}, outer = inner;
+    StaticPair inner{pair.frame, pair.T_to_from, {}}, outer = inner;
     std::vector<double> inner_rays, outer_rays;
-    for (const FlowSample& s : pair->points) {
+    for (const FlowSample& s : pair.points) {
       (ray(s) < middle ? inner : outer).points.push_back(s);
       (ray(s) < middle ? inner_rays : outer_rays).push_back(ray(s));
     }
@@ -426,36 +444,6 @@ Finding check_depth_order(const ConventionData& data) {
 }
 
 // ---- images and flow
-
-namespace {
-
-constexpr double min_flow_px = 2;         // shorter flow hardly changes the grey value
-constexpr double min_difference = 8;      // levels; below, the noise of the images hides the flow
-constexpr double capped_difference = 60;  // levels; of occlusions and reflections
-constexpr size_t min_samples = 200;
-constexpr double flow_limit = 0.8, flow_fail_limit = 0.95;
-
-/// Returns the grey value at (x, y), interpolated linearly; (x, y) must not lie in the last row or column.
-double grey_at(const Image<uint8_t>& gray, double x, double y) {
-  const int i = static_cast<int>(x), j = static_cast<int>(y);
-  const double right = x - i, below = y - j;
-  return (1 - below) * ((1 - right) * gray(i, j) + right * gray(i + 1, j)) +
-         below * ((1 - right) * gray(i, j + 1) + right * gray(i + 1, j + 1));
-}
-
-/// Returns the mean absolute deviation from the median, which is a change of the exposure.
-double mean_difference(const std::vector<double>& differences) {
-  const double exposure = median(differences);
-  double sum = 0;
-  for (const double d : differences) sum += std::min(std::abs(d - exposure), capped_difference);
-  return sum / static_cast<double>(differences.size());
-}
-
-bool has_size(const GridFrame& frame, const ConventionData& data) {
-  return frame.gray && frame.gray->width() == data.width && frame.gray->height() == data.height;
-}
-
-}  // namespace
 
 Finding check_image_flow(const ConventionData& data) {
   Finding finding{.check = "image flow",

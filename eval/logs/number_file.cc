@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <vector>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -26,83 +25,6 @@ bool begins_as_number(std::string_view text) {
 std::string shown(std::string_view field) {
   return field.size() <= 40 ? std::string(field) : std::string(field.substr(0, 37)) + "...";
 }
-
-}  // namespace
-
-std::string lower_case(std::string_view text) {
-  std::string lower;
-  for (const char c : text) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return lower;
-}
-
-NumberFile::NumberFile(const std::string& path, char separator, const ReadRules& rules)
-    : lines_(path, rules.kind.value_or(data_file), rules.whole_lines), separator_(separator) {}
-
-size_t NumberFile::expected_records() const {
-  return std::min(static_cast<size_t>(lines_.file_bytes()) / (line_bytes_ + 1) + 16, size_t{1} << 20);
-}
-
-bool NumberFile::next() {
-  values_.clear();
-  fields_.clear();
-  for (std::string_view line; lines_.next(line);) {
-    if (line.front() == '#') {
-      if (comments_.size() + line.size() < most_comment_bytes) comments_.append(line).push_back('\n');
-      if (records_ == 0) last_comment_ = line.substr(0, most_comment_bytes);
-      continue;
-    }
-    if (records_ == 0 && header_.empty() && !begins_as_number(line)) {
-      if (line.find('\0') != std::string_view::npos) fail_here("contains a zero byte: expected a text file");
-      header_ = line.substr(0, most_comment_bytes);
-      continue;
-    }
-    line_bytes_ = line.size();
-    if (separator_ == either) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
-    if (line.back() == separator_) line.remove_suffix(1);  // some writers end each line with a separator
-    for_each_field(line, separator_, [this](std::string_view field) {
-      values_.push_back(parse(field));
-      fields_.push_back(field);
-    });
-    ++records_;
-    return true;
-  }
-  return false;
-}
-
-std::optional<int64_t> NumberFile::integer(size_t i) const {
-  const std::string_view field = trimmed(fields_.at(i));
-  int64_t value = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  const bool is_whole = error == std::errc() && end == field.data() + field.size();
-  return is_whole ? std::optional(value) : std::nullopt;
-}
-
-int NumberFile::whole(size_t i, const char* what) const {
-  const double value = values_[i];
-  if (value != std::trunc(value) || value < 0 || value > 1e9)
-    fail_here("expected {} for value {}, got {}", what, i + 1, value);
-  return static_cast<int>(value);
-}
-
-double NumberFile::parse(std::string_view field) const {
-  const std::optional<double> value = number_in(field);
-  const size_t column = values_.size() + 1;
-  if (value && std::isfinite(*value)) return *value;
-  if (value) {
-    fail_here("value {} is '{}', which is not a finite number: remove poses that were not estimated", column,
-              shown(field));
-  }
-  if (field.empty()) fail_here("value {} is empty: a number was expected", column);
-  if (field.find_first_of(", ") != std::string_view::npos) {
-    fail_here(
-        "expected a number for value {}, got '{}': write numbers with a decimal point and without thousands "
-        "separators, and one separator between all of them: blanks or commas",
-        column, shown(field));
-  }
-  fail_here("expected a number for value {}, got '{}'", column, shown(field));
-}
-
-namespace {
 
 struct Name {
   std::vector<std::string> words;  ///< lower case
@@ -232,6 +154,79 @@ std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>
 }
 
 }  // namespace
+
+std::string lower_case(std::string_view text) {
+  std::string lower;
+  for (const char c : text) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return lower;
+}
+
+NumberFile::NumberFile(const std::string& path, char separator, const ReadRules& rules)
+    : lines_(path, rules.kind.value_or(data_file), rules.whole_lines), separator_(separator) {}
+
+size_t NumberFile::expected_records() const {
+  return std::min(static_cast<size_t>(lines_.file_bytes()) / (line_bytes_ + 1) + 16, size_t{1} << 20);
+}
+
+bool NumberFile::next() {
+  values_.clear();
+  fields_.clear();
+  for (std::string_view line; lines_.next(line);) {
+    if (line.front() == '#') {
+      if (comments_.size() + line.size() < most_comment_bytes) comments_.append(line).push_back('\n');
+      if (records_ == 0) last_comment_ = line.substr(0, most_comment_bytes);
+      continue;
+    }
+    if (records_ == 0 && header_.empty() && !begins_as_number(line)) {
+      if (line.find('\0') != std::string_view::npos) fail_here("contains a zero byte: expected a text file");
+      header_ = line.substr(0, most_comment_bytes);
+      continue;
+    }
+    line_bytes_ = line.size();
+    if (separator_ == either) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
+    if (line.back() == separator_) line.remove_suffix(1);  // some writers end each line with a separator
+    for_each_field(line, separator_, [this](std::string_view field) {
+      values_.push_back(parse(field));
+      fields_.push_back(field);
+    });
+    ++records_;
+    return true;
+  }
+  return false;
+}
+
+std::optional<int64_t> NumberFile::integer(size_t i) const {
+  const std::string_view field = trimmed(fields_.at(i));
+  int64_t value = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  const bool is_whole = error == std::errc() && end == field.data() + field.size();
+  return is_whole ? std::optional(value) : std::nullopt;
+}
+
+int NumberFile::whole(size_t i, const char* what) const {
+  const double value = values_[i];
+  if (value != std::trunc(value) || value < 0 || value > 1e9)
+    fail_here("expected {} for value {}, got {}", what, i + 1, value);
+  return static_cast<int>(value);
+}
+
+double NumberFile::parse(std::string_view field) const {
+  const std::optional<double> value = number_in(field);
+  const size_t column = values_.size() + 1;
+  if (value && std::isfinite(*value)) return *value;
+  if (value) {
+    fail_here("value {} is '{}', which is not a finite number: remove poses that were not estimated", column,
+              shown(field));
+  }
+  if (field.empty()) fail_here("value {} is empty: a number was expected", column);
+  if (field.find_first_of(", ") != std::string_view::npos) {
+    fail_here(
+        "expected a number for value {}, got '{}': write numbers with a decimal point and without thousands "
+        "separators, and one separator between all of them: blanks or commas",
+        column, shown(field));
+  }
+  fail_here("expected a number for value {}, got '{}'", column, shown(field));
+}
 
 bool PoseColumns::in_order(bool w_first) const {
   const std::array<size_t, 4> last = {4, 5, 6, 7}, first = {5, 6, 7, 4};

@@ -4,9 +4,6 @@
 #include <filesystem>
 #include <limits>
 
-#include "sextant/base/error.h"
-#include "sextant/eval/logs/pose_collector.h"
-
 namespace sextant {
 
 namespace {

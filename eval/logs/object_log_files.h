@@ -16,7 +16,7 @@ namespace sextant {
 inline bool is_identity(const SE3& T) { return T.translation().isZero(0) && std::abs(T.rotation().w()) == 1; }
 
 inline SE3 quaternion_pose(const NumberFile& file, size_t first, RepairLog& log) {
-  return {Eigen::Quaterniond(quaternion_at(file, first + 3, false, log)), position_at(file, first)};
+  return {Eigen::Quaterniond(quaternion_at(file, first + 3, log)), position_at(file, first)};
 }
 
 /// A folder of logs, restricted to the files that the request accepts.

@@ -81,111 +81,6 @@ void check_rising(const std::vector<T>& keys, const std::vector<int>& lines, con
        lines[i + 1], what, keys[i + 1], lines[i]);
 }
 
-}  // namespace
-
-void RepairLog::note(const std::string& what, int64_t line) {
-  Seen& seen = seen_[what];
-  if (seen.n++ == 0) seen.line = line;
-}
-
-void RepairLog::add(const RepairLog& other) {
-  for (const auto& [what, theirs] : other.seen_) {
-    Seen& seen = seen_[what];
-    if (seen.n == 0 || theirs.line < seen.line) seen.line = theirs.line;
-    seen.n += theirs.n;
-  }
-}
-
-std::vector<std::string> RepairLog::warnings(const std::string& path) const {
-  std::vector<std::string> lines;
-  for (const auto& [what, seen] : seen_) {
-    lines.push_back(seen.line > 0 ? fmt::format("{}:{}: {} ({} {})", path, seen.line, what, seen.n,
-                                                seen.n == 1 ? "pose" : "poses")
-                                  : fmt::format("{}: {}", path, what));
-  }
-  return lines;
-}
-
-void check_position(const Eigen::Vector3d& p, const std::string& path, int64_t number) {
-  if (!(p.cwiseAbs().maxCoeff() <= farthest_m) || !p.allFinite())
-    fail("{}:{}: position {} {} {} is not finite or beyond {} m: expected metres", path, number, p[0], p[1],
-         p[2], farthest_m);
-}
-
-Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
-                                 RepairLog& log) {
-  const double off = std::abs(q.norm() - 1);
-  if (!(off <= norm_limit)) {
-    fail(
-        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, "
-        "expected 1 within {}: are the values in the right order?",
-        path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), norm_limit);
-  }
-  if (off > norm_silent)
-    log.note(fmt::format("quaternions whose norm differs from 1 by more than {}: normalised", norm_silent),
-             number);
-  return q.normalized().toRotationMatrix();
-}
-
-Eigen::Vector3d position_at(const NumberFile& file, size_t first) {
-  const std::span<const double> v = file.values();
-  const Eigen::Vector3d p(v[first], v[first + 1], v[first + 2]);
-  check_position(p, file.path(), file.line());
-  return p;
-}
-
-Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, bool w_first, RepairLog& log) {
-  const double* v = file.values().data() + first;
-  const Eigen::Quaterniond q =
-      w_first ? Eigen::Quaterniond(v[0], v[1], v[2], v[3]) : Eigen::Quaterniond(v[3], v[0], v[1], v[2]);
-  return checked_rotation(q, file.path(), file.line(), log);
-}
-
-void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, int64_t line, RepairLog& log) {
-  const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(off <= matrix_limit)) {
-    fail("{}:{}: expected a rotation matrix, but R R' is off the identity by {:.3g} (limit {})", path, line,
-         off, matrix_limit);
-  }
-  if (rotation.determinant() < 0)
-    fail("{}:{}: expected a rotation matrix, got a reflection (det R = -1)", path, line);
-  if (off > matrix_silent)
-    log.note(fmt::format("rotation matrices that are not orthonormal by more than {}: used unchanged",
-                         matrix_silent),
-             line);
-}
-
-void add_matrix(PoseSeries& series, const NumberFile& file, size_t first, RepairLog& log) {
-  const double* v = file.values().data() + first;
-  Eigen::Matrix3d r;
-  r << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
-  check_rotation(r, file.path(), file.line(), log);
-  const Eigen::Vector3d p(v[3], v[7], v[11]);
-  check_position(p, file.path(), file.line());
-  series.add(r, p);
-}
-
-void sort_and_unite(PoseSeries& series, PoseSeries* truth, RepairLog& log) {
-  if (!series.stamps_s.empty()) {
-    sort_by(std::vector<double>(series.stamps_s), series, truth, "time stamp", log);
-  } else if (!series.frames.empty()) {
-    sort_by(std::vector<int>(series.frames), series, truth, "frame number", log);
-  }
-}
-
-void check_order(const PoseSeries& series, const std::string& path) {
-  if (!series.stamps_s.empty())
-    check_rising(series.stamps_s, series.lines, "time stamp", path);
-  else if (!series.frames.empty())
-    check_rising(series.frames, series.lines, "frame number", path);
-}
-
-void note_cut(const NumberFile& file, RepairLog& log) {
-  if (file.is_cut()) log.note("its last line is incomplete and was left out", 0);
-}
-
-namespace {
-
 constexpr double largest_asymmetry = 1e-6;  // relative to the square root of the product of the variances
 constexpr double least_eigenvalue = -1e-9;  // of the correlation matrix
 constexpr double singular = 1e-12;          // eigenvalue of the correlation matrix
@@ -260,6 +155,105 @@ PoseCovariance in_world(const PoseCovariance& P, const Eigen::Matrix3d& R, Covar
 }
 
 }  // namespace
+
+void RepairLog::note(const std::string& what, int64_t line) {
+  Seen& seen = seen_[what];
+  if (seen.n++ == 0) seen.line = line;
+}
+
+void RepairLog::add(const RepairLog& other) {
+  for (const auto& [what, theirs] : other.seen_) {
+    Seen& seen = seen_[what];
+    if (seen.n == 0 || theirs.line < seen.line) seen.line = theirs.line;
+    seen.n += theirs.n;
+  }
+}
+
+std::vector<std::string> RepairLog::warnings(const std::string& path) const {
+  std::vector<std::string> lines;
+  for (const auto& [what, seen] : seen_) {
+    lines.push_back(seen.line > 0 ? fmt::format("{}:{}: {} ({} {})", path, seen.line, what, seen.n,
+                                                seen.n == 1 ? "pose" : "poses")
+                                  : fmt::format("{}: {}", path, what));
+  }
+  return lines;
+}
+
+void check_position(const Eigen::Vector3d& p, const std::string& path, int64_t number) {
+  if (!(p.cwiseAbs().maxCoeff() <= farthest_m) || !p.allFinite())
+    fail("{}:{}: position {} {} {} is not finite or beyond {} m: expected metres", path, number, p[0], p[1],
+         p[2], farthest_m);
+}
+
+Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string& path, int64_t number,
+                                 RepairLog& log) {
+  const double off = std::abs(q.norm() - 1);
+  if (!(off <= norm_limit)) {
+    fail(
+        "{}:{}: quaternion x {} y {} z {} w {} has norm {:.4g}, "
+        "expected 1 within {}: are the values in the right order?",
+        path, number, q.x(), q.y(), q.z(), q.w(), q.norm(), norm_limit);
+  }
+  if (off > norm_silent)
+    log.note(fmt::format("quaternions whose norm differs from 1 by more than {}: normalised", norm_silent),
+             number);
+  return q.normalized().toRotationMatrix();
+}
+
+Eigen::Vector3d position_at(const NumberFile& file, size_t first) {
+  const std::span<const double> v = file.values();
+  const Eigen::Vector3d p(v[first], v[first + 1], v[first + 2]);
+  check_position(p, file.path(), file.line());
+  return p;
+}
+
+Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, RepairLog& log) {
+  const double* v = file.values().data() + first;
+  return checked_rotation({v[3], v[0], v[1], v[2]}, file.path(), file.line(), log);
+}
+
+void check_rotation(const Eigen::Matrix3d& rotation, const std::string& path, int64_t line, RepairLog& log) {
+  const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(off <= matrix_limit)) {
+    fail("{}:{}: expected a rotation matrix, but R R' is off the identity by {:.3g} (limit {})", path, line,
+         off, matrix_limit);
+  }
+  if (rotation.determinant() < 0)
+    fail("{}:{}: expected a rotation matrix, got a reflection (det R = -1)", path, line);
+  if (off > matrix_silent)
+    log.note(fmt::format("rotation matrices that are not orthonormal by more than {}: used unchanged",
+                         matrix_silent),
+             line);
+}
+
+void add_matrix(PoseSeries& series, const NumberFile& file, size_t first, RepairLog& log) {
+  const double* v = file.values().data() + first;
+  Eigen::Matrix3d r;
+  r << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
+  check_rotation(r, file.path(), file.line(), log);
+  const Eigen::Vector3d p(v[3], v[7], v[11]);
+  check_position(p, file.path(), file.line());
+  series.add(r, p);
+}
+
+void sort_and_unite(PoseSeries& series, PoseSeries* truth, RepairLog& log) {
+  if (!series.stamps_s.empty()) {
+    sort_by(std::vector<double>(series.stamps_s), series, truth, "time stamp", log);
+  } else if (!series.frames.empty()) {
+    sort_by(std::vector<int>(series.frames), series, truth, "frame number", log);
+  }
+}
+
+void check_order(const PoseSeries& series, const std::string& path) {
+  if (!series.stamps_s.empty())
+    check_rising(series.stamps_s, series.lines, "time stamp", path);
+  else if (!series.frames.empty())
+    check_rising(series.frames, series.lines, "frame number", path);
+}
+
+void note_cut(const NumberFile& file, RepairLog& log) {
+  if (file.is_cut()) log.note("its last line is incomplete and was left out", 0);
+}
 
 bool is_covariance_size(size_t n) { return n == 12 || n == 21 || n == 36; }
 

@@ -44,8 +44,8 @@ Eigen::Matrix3d checked_rotation(const Eigen::Quaterniond& q, const std::string&
 
 /// Returns the position in the three values from `first` on; throws Error like check_position().
 Eigen::Vector3d position_at(const NumberFile& file, size_t first);
-/// Returns the rotation of four values from `first` on; `w_first`: w x y z, otherwise x y z w.
-Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, bool w_first, RepairLog& log);
+/// Returns the rotation of the quaternion x y z w in the four values from `first` on.
+Eigen::Matrix3d quaternion_at(const NumberFile& file, size_t first, RepairLog& log);
 /// Adds the pose of a 3x4 matrix, stored row by row from `first` on.
 void add_matrix(PoseSeries& series, const NumberFile& file, size_t first, RepairLog& log);
 /// Throws Error "PATH:LINE: ..." if an element of R R' - I exceeds 1e-2, or if R is a reflection; notes

@@ -9,7 +9,6 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/names.h"
-#include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 #include "sextant/eval/logs/trajectory_message.h"
@@ -213,7 +212,7 @@ TrajectoryFile read_tartanair(const std::string& path, const ReadRules& rules) {
           [](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
             if (out.poses.empty() && header_reorders(file.column_names(), columns))
               file.fail_here("the header has the columns in another order than {}: reorder them", columns);
-            out.poses.add(quaternion_at(file, 3, false, log), position_at(file, 0));
+            out.poses.add(quaternion_at(file, 3, log), position_at(file, 0));
           });
 }
 
@@ -246,7 +245,7 @@ TrajectoryFile read_dynosam(const std::string& path, const ReadRules& rules) {
             for (PoseSeries* series : {&out.poses, &*out.truth}) {
               const size_t first = series == &out.poses ? 1 : 8;
               series->frames.push_back(file.whole(0));
-              series->add(quaternion_at(file, first + 3, false, log), position_at(file, first));
+              series->add(quaternion_at(file, first + 3, log), position_at(file, first));
             }
           });
 }
@@ -292,12 +291,6 @@ const std::vector<TrajectoryFormat>& table() {
   return formats;
 }
 
-}  // namespace
-
-std::span<const TrajectoryFormat> trajectory_formats() { return table(); }
-
-namespace {
-
 /// Returns the text formats that fit the first record of a file and the names of its columns.
 FittingFormats formats_of_record(const NumberFile& file) {
   const size_t n = file.values().size();
@@ -326,6 +319,8 @@ FittingFormats formats_of_record(const NumberFile& file) {
 }
 
 }  // namespace
+
+std::span<const TrajectoryFormat> trajectory_formats() { return table(); }
 
 FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) {
   const TopicPath split = split_topic(path);

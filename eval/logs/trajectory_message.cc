@@ -6,7 +6,6 @@
 #include <filesystem>
 
 #include "sextant/base/json.h"
-#include "sextant/eval/logs/pose_collector.h"
 #include "sextant/eval/logs/trajectory_bytes.h"
 
 namespace sextant {
@@ -104,6 +103,38 @@ class MessageReader {
   size_t largest_alignment_ = 1, at_ = 0;
 };
 
+double read_stamp(MessageReader& reader, bool cdr, const std::string& where) {
+  if (!cdr) reader.number<uint32_t>();  // sequence number
+  const double seconds = cdr ? reader.number<int32_t>() : reader.number<uint32_t>();
+  const auto nanoseconds = reader.number<uint32_t>();
+  if (nanoseconds > 999'999'999) {
+    fail("{}: the stamp has {} nanoseconds, expected fewer than 1e9: the message is damaged", where,
+         nanoseconds);
+  }
+  return seconds + nanoseconds / 1e9;
+}
+
+/// Pose in a message, with its time stamp and frame ids.
+struct StampedPose {
+  double stamp_s = 0;
+  std::string frame_ids;
+  double v[7] = {};  ///< position x y z (m), quaternion x y z w
+};
+
+StampedPose read_json_pose(std::string_view message, const std::string& where) {
+  const Json json = parse_json(message, where);
+  const Json stamp = json_object(json, "timestamp", where), pose = json_object(json, "pose", where);
+  StampedPose read;
+  read.stamp_s = json_member<double>(stamp, "sec", where) + json_member<double>(stamp, "nsec", where) / 1e9;
+  read.frame_ids = json_member<std::string>(json, "frame_id", where);
+  size_t i = 0;
+  const Json position = json_object(pose, "position", where),
+             rotation = json_object(pose, "orientation", where);
+  for (const char* key : {"x", "y", "z"}) read.v[i++] = json_member<double>(position, key, where);
+  for (const char* key : {"x", "y", "z", "w"}) read.v[i++] = json_member<double>(rotation, key, where);
+  return read;
+}
+
 }  // namespace
 
 TopicPath split_topic(const std::string& path) {
@@ -156,42 +187,6 @@ void TopicPoses::add(const std::string& topic, std::string_view message) {
     add_pose(t, path, message);
   }
 }
-
-namespace {
-
-double read_stamp(MessageReader& reader, bool cdr, const std::string& where) {
-  if (!cdr) reader.number<uint32_t>();  // sequence number
-  const double seconds = cdr ? reader.number<int32_t>() : reader.number<uint32_t>();
-  const auto nanoseconds = reader.number<uint32_t>();
-  if (nanoseconds > 999'999'999) {
-    fail("{}: the stamp has {} nanoseconds, expected fewer than 1e9: the message is damaged", where,
-         nanoseconds);
-  }
-  return seconds + nanoseconds / 1e9;
-}
-
-/// Pose in a message, with its time stamp and frame ids.
-struct StampedPose {
-  double stamp_s = 0;
-  std::string frame_ids;
-  double v[7] = {};  ///< position x y z (m), quaternion x y z w
-};
-
-StampedPose read_json_pose(std::string_view message, const std::string& where) {
-  const Json json = parse_json(message, where);
-  const Json stamp = json_object(json, "timestamp", where), pose = json_object(json, "pose", where);
-  StampedPose read;
-  read.stamp_s = json_member<double>(stamp, "sec", where) + json_member<double>(stamp, "nsec", where) / 1e9;
-  read.frame_ids = json_member<std::string>(json, "frame_id", where);
-  size_t i = 0;
-  const Json position = json_object(pose, "position", where),
-             rotation = json_object(pose, "orientation", where);
-  for (const char* key : {"x", "y", "z"}) read.v[i++] = json_member<double>(position, key, where);
-  for (const char* key : {"x", "y", "z", "w"}) read.v[i++] = json_member<double>(rotation, key, where);
-  return read;
-}
-
-}  // namespace
 
 void TopicPoses::add_pose(Topic& t, const std::string& path, std::string_view message) {
   const auto number = static_cast<int64_t>(t.poses.size()) + 1;

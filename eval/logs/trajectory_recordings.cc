@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::string_view bag_magic = "#ROSBAG V2.0\n";
 constexpr uint32_t longest_header = uint32_t{1} << 20;
+constexpr const char* repair_bag = "the bag is damaged; `rosbag reindex` may repair it";
+constexpr const char* repair_mcap = "the file is damaged; `mcap recover` may repair it";
 
 enum BagOp : uint8_t { op_message = 0x02, op_bag_header = 0x03, op_chunk = 0x05, op_connection = 0x07 };
 
@@ -110,20 +112,13 @@ class BagReader {
       }
       case op_message: {
         const auto connection = topics_.find(header.number<uint32_t>("conn"));
-        if (connection == topics_.end()) {
-          fail(
-              "{}: a message precedes the record of its connection: the bag is damaged; `rosbag reindex` may "
-              "repair it",
-              where);
-        }
+        if (connection == topics_.end())
+          fail("{}: a message precedes the record of its connection: {}", where, repair_bag);
         if (connection->second) poses_.add(*connection->second, bytes.view(at, n));
         break;
       }
       case op_chunk: {
-        if (in_chunk) {
-          fail("{}: a chunk contains another chunk: the bag is damaged; `rosbag reindex` may repair it",
-               where);
-        }
+        if (in_chunk) fail("{}: a chunk contains another chunk: {}", where, repair_bag);
         const std::string compression = header.text("compression");
         const auto size = header.number<uint32_t>("size");
         if (compression == "none") {
@@ -220,17 +215,12 @@ class McapReader {
       add_channel(cursor, where);
     } else if (op == McapOp::message) {
       const auto channel = channels_.find(cursor.number<uint16_t>());
-      if (channel == channels_.end()) {
-        fail(
-            "{}: a message precedes the record of its channel: the file is damaged; `mcap recover` may "
-            "repair it",
-            where);
-      }
+      if (channel == channels_.end())
+        fail("{}: a message precedes the record of its channel: {}", where, repair_mcap);
       cursor.take(4 + 8 + 8);  // sequence number, time of recording, time of publication
       if (channel->second) poses_.add(*channel->second, cursor.take(cursor.remaining()));
     } else {
-      if (in_chunk)
-        fail("{}: a chunk contains another chunk: the file is damaged; `mcap recover` may repair it", where);
+      if (in_chunk) fail("{}: a chunk contains another chunk: {}", where, repair_mcap);
       read_chunk(cursor, where);
     }
   }
@@ -240,12 +230,8 @@ class McapReader {
     const auto schema_id = cursor.number<uint16_t>();
     const std::string topic(cursor.text()), encoding(cursor.text());
     const auto schema = schemas_.find(schema_id);
-    if (schema == schemas_.end() && schema_id != 0) {
-      fail(
-          "{}: a channel refers to a schema that does not precede it: the file is damaged; `mcap recover` "
-          "may repair it",
-          where);
-    }
+    if (schema == schemas_.end() && schema_id != 0)
+      fail("{}: a channel refers to a schema that does not precede it: {}", where, repair_mcap);
     const bool wanted = poses_.announce(topic, schema_id == 0 ? "no schema" : schema->second, encoding);
     const auto known = channels_.try_emplace(id, wanted ? std::optional(topic) : std::nullopt);
     if (wanted && known.first->second != topic)
