@@ -1,4 +1,3 @@
-#include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/benchmark/benchmark_run.h"
@@ -111,14 +110,13 @@ void compare(const CardFlags& flags) {
 }
 
 /// Adds a subcommand that takes folders of estimators and runs `part`.
-CLI::App* add_part(CLI::App& benchmark, const std::string& name, const std::string& help,
-                   const std::string& folders, const std::shared_ptr<CardFlags>& flags,
-                   void (*part)(const CardFlags&)) {
-  CLI::App* command = benchmark.add_subcommand(name, help);
-  add_value(*command, "dir", flags->folders, folders, "Folders of estimators: OUT/ESTIMATOR of a benchmark")
+FlaggedCommand<CardFlags> add_part(CLI::App& benchmark, const std::string& name, const std::string& help,
+                                   const std::string& folders, void (*part)(const CardFlags&)) {
+  const auto added = add_command<CardFlags>(benchmark, name, help, part);
+  add_value(added.command, "dir", added.flags.folders, folders,
+            "Folders of estimators: OUT/ESTIMATOR of a benchmark")
       ->required();
-  command->callback([flags, part] { part(*flags); });
-  return command;
+  return added;
 }
 
 void add_suite_flag(CLI::App& command, std::string& suite) {
@@ -126,92 +124,95 @@ void add_suite_flag(CLI::App& command, std::string& suite) {
       ->capture_default_str();
 }
 
-void add_benchmark_parts(CLI::App& benchmark) {
-  auto flags = std::make_shared<CardFlags>();
-  CLI::App* part =
-      add_part(benchmark, "card", "Write the card of finished sweeps again", "DIR", flags, make_cards);
-  add_suite_flag(*part, flags->suite);
-  add_jobs_flag(*part, *flags);
-  part->footer("Example:\n  sextant benchmark card out/joint_flow");
+void add_card_command(CLI::App& benchmark) {
+  auto [command, flags] =
+      add_part(benchmark, "card", "Write the card of finished sweeps again", "DIR", make_cards);
+  add_suite_flag(command, flags.suite);
+  add_jobs_flag(command, flags);
+  command.footer("Example:\n  sextant benchmark card out/joint_flow");
+}
 
-  flags = std::make_shared<CardFlags>();
-  part = add_part(benchmark, "merge", "Join the shards of a benchmark, and write the cards", "SHARD", flags,
-                  merge);
-  add_suite_flag(*part, flags->suite);
-  add_value(*part, "--out", flags->out, "DIR", "Folder for the results")->required();
-  part->add_flag("--allow-mixed", flags->allow_mixed,
-                 "Join shards of different versions; run.json names them");
-  add_jobs_flag(*part, *flags);
-  part->add_flag("--quiet", flags->quiet, "No summary");
-  part->footer("Example:\n  sextant benchmark merge shard1 shard2 --out out");
+void add_benchmark_merge_command(CLI::App& benchmark) {
+  auto [command, flags] =
+      add_part(benchmark, "merge", "Join the shards of a benchmark, and write the cards", "SHARD", merge);
+  add_suite_flag(command, flags.suite);
+  add_value(command, "--out", flags.out, "DIR", "Folder for the results")->required();
+  command.add_flag("--allow-mixed", flags.allow_mixed,
+                   "Join shards of different versions; run.json names them");
+  add_jobs_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No summary");
+  command.footer("Example:\n  sextant benchmark merge shard1 shard2 --out out");
+}
 
-  flags = std::make_shared<CardFlags>();
-  part = add_part(benchmark, "page", "One page of several cards", "CARD", flags, make_page);
-  add_value(*part, "--out", flags->out, "DIR", "Folder for index.html")->required();
-  add_jobs_flag(*part, *flags);
-  part->footer("Example:\n  sextant benchmark page out/joint_flow out/my_estimator --out site");
+void add_page_command(CLI::App& benchmark) {
+  auto [command, flags] = add_part(benchmark, "page", "One page of several cards", "CARD", make_page);
+  add_value(command, "--out", flags.out, "DIR", "Folder for index.html")->required();
+  add_jobs_flag(command, flags);
+  command.footer("Example:\n  sextant benchmark page out/joint_flow out/my_estimator --out site");
+}
 
-  flags = std::make_shared<CardFlags>();
-  part = add_part(benchmark, "verify",
-                  "Check a submitted card against its records, and run a sample of its cases again", "DIR",
-                  flags, verify);
-  flags->suite.clear();
-  add_value(*part, "--suite", flags->suite, "NAME.json",
+void add_verify_command(CLI::App& benchmark) {
+  auto [command, flags] = add_part(
+      benchmark, "verify", "Check a submitted card against its records, and run a sample of its cases again",
+      "DIR", verify);
+  flags.suite.clear();
+  add_value(command, "--suite", flags.suite, "NAME.json",
             "The suite, where it does not come with this program");
-  part->add_flag(
-      "--run-external", flags->run_external,
+  command.add_flag(
+      "--run-external", flags.run_external,
       "Also run cases of external programs again: starts the command of the recorded configuration");
-  add_cache_flag(*part, flags->cache);
-  add_data_flag(*part, *flags);
-  add_jobs_flag(*part, *flags);
-  part->footer("Example:\n  sextant benchmark verify out/my_estimator");
+  add_cache_flag(command, flags.cache);
+  add_data_flag(command, flags);
+  add_jobs_flag(command, flags);
+  command.footer("Example:\n  sextant benchmark verify out/my_estimator");
+}
 
-  flags = std::make_shared<CardFlags>();
-  part = add_part(benchmark, "compare", "Paired tests of one estimator against another, track by track",
-                  "DIR", flags, compare);
-  part->get_option("dir")->expected(2);
-  add_suite_flag(*part, flags->suite);
-  part->add_flag("--json", flags->json, "Print as JSON");
-  part->footer("Example:\n  sextant benchmark compare out/my_estimator results/benchmark/joint_flow");
+void add_benchmark_compare_command(CLI::App& benchmark) {
+  auto [command, flags] = add_part(
+      benchmark, "compare", "Paired tests of one estimator against another, track by track", "DIR", compare);
+  command.get_option("dir")->expected(2);
+  add_suite_flag(command, flags.suite);
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer("Example:\n  sextant benchmark compare out/my_estimator results/benchmark/joint_flow");
 }
 
 }  // namespace
 
 void add_benchmark_command(CLI::App& app) {
-  const auto flags = std::make_shared<BenchmarkFlags>();
-  CLI::App* command = app.add_subcommand(
-      "benchmark",
-      "Run a standard suite of noise, outliers and motion through estimators, and write a card of each");
-  BenchmarkRequest& request = flags->request;
-  add_value(*command, "estimator", request.estimators, "ESTIMATOR",
+  auto [command, flags] = add_command<BenchmarkFlags>(
+      app, "benchmark",
+      "Run a standard suite of noise, outliers and motion through estimators, and write a card of each",
+      [](BenchmarkFlags& given, const CLI::App& given_command) {
+        if (given_command.get_subcommands().empty()) benchmark(given);
+      });
+  BenchmarkRequest& request = flags.request;
+  add_value(command, "estimator", request.estimators, "ESTIMATOR",
             "joint_flow, external:CONFIG.json, ... (sextant options lists them)");
-  add_suite_flag(*command, request.suite);
-  add_value(*command, "--tracks", request.tracks, "A,B,...", "Only these tracks of the suite")
-      ->delimiter(',');
-  command->add_flag("--quick", request.quick,
-                    "Only the first seed and few levels: minutes, not for publication");
-  add_value(*command, "--out", flags->out, "DIR",
+  add_suite_flag(command, request.suite);
+  add_value(command, "--tracks", request.tracks, "A,B,...", "Only these tracks of the suite")->delimiter(',');
+  command.add_flag("--quick", request.quick,
+                   "Only the first seed and few levels: minutes, not for publication");
+  add_value(command, "--out", flags.out, "DIR",
             "Folder for the results; an unfinished benchmark in it is resumed");
-  add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares of every sweep")
+  add_value(command, "--shard", flags.shard, "I/N", "Only the I-th of N equal shares of every sweep")
       ->capture_default_str();
-  command->add_flag("--dry-run", flags->dry_run, "Print how many cases there are; runs and writes nothing");
-  add_value(*command, "--plans", flags->plans, "DIR",
+  command.add_flag("--dry-run", flags.dry_run, "Print how many cases there are; runs and writes nothing");
+  add_value(command, "--plans", flags.plans, "DIR",
             "Only write the plan of each sweep there, for `sextant sweep` and scripts/slurm_sweep");
-  add_cache_flag(*command, flags->cache);
-  command->add_flag("--reuse-stale", request.sweep.reuse_stale,
-                    "Keep finished cases of another version of an external or Python estimator");
-  command->add_flag("--force", request.sweep.force, "Start over: first remove the sweeps that --out holds");
-  add_jobs_flag(*command, *flags);
-  add_data_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "No progress and no summary");
-  command->footer(
+  add_cache_flag(command, flags.cache);
+  command.add_flag("--reuse-stale", request.sweep.reuse_stale,
+                   "Keep finished cases of another version of an external or Python estimator");
+  command.add_flag("--force", request.sweep.force, "Start over: first remove the sweeps that --out holds");
+  add_jobs_flag(command, flags);
+  add_data_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No progress and no summary");
+  command.footer(
       "Ctrl-C or a crash loses no finished case: give the same command again.\n"
       "Examples:\n  sextant benchmark joint_flow --quick --out out\n"
       "  sextant benchmark external:my_estimator.json --out out");
-  add_benchmark_parts(*command);
-  command->callback([flags, command] {
-    if (command->get_subcommands().empty()) benchmark(*flags);
-  });
+  for (auto* const add : {add_card_command, add_benchmark_merge_command, add_page_command, add_verify_command,
+                          add_benchmark_compare_command})
+    add(command);
 }
 
 }  // namespace sextant

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -39,7 +38,7 @@ Policy policy_of(const CompareFlags& flags) {
 
 void print_policy(const Policy& policy, bool json) {
   if (json) {
-    fmt::print("{}", json_text(write_options(policy)));
+    print_json(write_options(policy));
     return;
   }
   Table table;
@@ -68,7 +67,7 @@ void run_compare(const CompareFlags& flags) {
     write_output_folder(flags.out, files);
   }
   if (flags.json) {
-    fmt::print("{}", json_text(comparison_json(comparison, policy)));
+    print_json(comparison_json(comparison, policy));
   } else if (!flags.quiet) {
     if (const std::string largest = largest_change(comparison); !largest.empty())
       fmt::print("{}\n\n", largest);
@@ -88,39 +87,6 @@ void run_compare(const CompareFlags& flags) {
   }
   throw Finished{exit_code(comparison.verdict)};
 }
-
-}  // namespace
-
-void add_compare_command(CLI::App& app) {
-  const auto flags = std::make_shared<CompareFlags>();
-  CLI::App* command = app.add_subcommand(
-      "compare", "Compare the errors and times of NEW with those of BASE: has NEW regressed?");
-  add_value(*command, "base", flags->base, "BASE", "Folder of a run or sweep, or JSON of Google Benchmark");
-  add_value(*command, "new", flags->fresh, "NEW", "The result to judge, in the same form as BASE");
-  add_value(*command, "--policy", flags->policy, "FILE", "What counts as a change; see --show-policy");
-  command->add_flag("--show-policy", flags->show_policy, "Print every rule with its value and meaning");
-  add_value(*command, "--only", flags->only, "accuracy|speed", "Judge only errors, or only times")
-      ->check(CLI::IsMember({"accuracy", "speed"}));
-  add_value(
-      *command, "--allow", flags->allowed, "WHAT",
-      "Report a difference of this kind without refusing to compare: cases, new_cases, data, configuration, "
-      "definitions, machine")
-      ->expected(1)
-      ->take_all()
-      ->check(CLI::IsMember({"cases", "new_cases", "data", "configuration", "definitions", "machine"}));
-  add_value(*command, "--out", flags->out, "DIR",
-            "Folder for report.html, comparison.md, .json, junit.xml, bmf.json, github.json");
-  add_jobs_flag(*command, *flags);
-  command->add_flag("--all", flags->all, "Also print rows whose verdict is ok");
-  command->add_flag("--quiet", flags->quiet, "Print nothing");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer(
-      "Exit codes: 0 ok or improved, 1 regressed, 2 invalid (bad input, or not comparable), 3 inconclusive.\n"
-      "Example:\n  sextant compare results/baseline out --only accuracy");
-  command->callback([flags] { run_compare(*flags); });
-}
-
-namespace {
 
 struct BaselineFlags : CommonFlags {
   std::string fresh;
@@ -162,30 +128,6 @@ void run_update(const BaselineFlags& flags) {
   fmt::print("Baseline: {}\n", flags.baseline);
 }
 
-}  // namespace
-
-void add_baseline_command(CLI::App& app) {
-  const auto flags = std::make_shared<BaselineFlags>();
-  CLI::App* command = app.add_subcommand("baseline", "The result that `compare` is given as BASE");
-  command->require_subcommand(1);
-  command->footer(
-      "Examples:\n  sextant baseline update out --baseline baseline          (look)\n"
-      "  sextant baseline update out --baseline baseline --yes");
-  CLI::App* update =
-      command->add_subcommand("update", "Show what accepting NEW changes; with --yes accept it");
-  add_value(*update, "new", flags->fresh, "NEW", "Folder of a run or sweep")->required();
-  add_value(*update, "--baseline", flags->baseline, "DIR", "Folder of the baseline")->capture_default_str();
-  add_value(*update, "--policy", flags->policy, "FILE", "What is shown as a change; see `sextant compare`");
-  update->add_flag("--yes", flags->yes, "Make NEW the baseline");
-  add_jobs_flag(*update, *flags);
-  update->add_flag("--quiet", flags->quiet, "Do not show the changes");
-  update->footer(
-      "Examples:\n  sextant baseline update out          (look)\n  sextant baseline update out --yes");
-  update->callback([flags] { run_update(*flags); });
-}
-
-namespace {
-
 struct TrendFlags : CommonFlags {
   std::vector<std::string> folders;
   std::string out;
@@ -198,7 +140,7 @@ void run_trend(const TrendFlags& flags) {
   for (const std::string& warning : document.warnings) print_message("warning", warning);
   if (!flags.out.empty()) write_file(flags.out, report_page(document, flags.jobs));
   if (flags.json) {
-    fmt::print("{}", json_text(history_json(history)));
+    print_json(history_json(history));
     return;
   }
   if (flags.quiet) return;
@@ -209,19 +151,64 @@ void run_trend(const TrendFlags& flags) {
 
 }  // namespace
 
+void add_compare_command(CLI::App& app) {
+  auto [command, flags] = add_command<CompareFlags>(
+      app, "compare", "Compare the errors and times of NEW with those of BASE: has NEW regressed?",
+      run_compare);
+  add_value(command, "base", flags.base, "BASE", "Folder of a run or sweep, or JSON of Google Benchmark");
+  add_value(command, "new", flags.fresh, "NEW", "The result to judge, in the same form as BASE");
+  add_value(command, "--policy", flags.policy, "FILE", "What counts as a change; see --show-policy");
+  command.add_flag("--show-policy", flags.show_policy, "Print every rule with its value and meaning");
+  add_value(command, "--only", flags.only, "accuracy|speed", "Judge only errors, or only times")
+      ->check(CLI::IsMember({"accuracy", "speed"}));
+  add_value(
+      command, "--allow", flags.allowed, "WHAT",
+      "Report a difference of this kind without refusing to compare: cases, new_cases, data, configuration, "
+      "definitions, machine")
+      ->expected(1)
+      ->take_all()
+      ->check(CLI::IsMember({"cases", "new_cases", "data", "configuration", "definitions", "machine"}));
+  add_value(command, "--out", flags.out, "DIR",
+            "Folder for report.html, comparison.md, .json, junit.xml, bmf.json, github.json");
+  add_jobs_flag(command, flags);
+  command.add_flag("--all", flags.all, "Also print rows whose verdict is ok");
+  command.add_flag("--quiet", flags.quiet, "Print nothing");
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer(
+      "Exit codes: 0 ok or improved, 1 regressed, 2 invalid (bad input, or not comparable), 3 inconclusive.\n"
+      "Example:\n  sextant compare results/baseline out --only accuracy");
+}
+
+void add_baseline_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("baseline", "The result that `compare` is given as BASE");
+  command->require_subcommand(1);
+  command->footer(
+      "Examples:\n  sextant baseline update out --baseline baseline          (look)\n"
+      "  sextant baseline update out --baseline baseline --yes");
+  auto [update, flags] = add_command<BaselineFlags>(
+      *command, "update", "Show what accepting NEW changes; with --yes accept it", run_update);
+  add_value(update, "new", flags.fresh, "NEW", "Folder of a run or sweep")->required();
+  add_value(update, "--baseline", flags.baseline, "DIR", "Folder of the baseline")->capture_default_str();
+  add_value(update, "--policy", flags.policy, "FILE", "What is shown as a change; see `sextant compare`");
+  update.add_flag("--yes", flags.yes, "Make NEW the baseline");
+  add_jobs_flag(update, flags);
+  update.add_flag("--quiet", flags.quiet, "Do not show the changes");
+  update.footer(
+      "Examples:\n  sextant baseline update out          (look)\n  sextant baseline update out --yes");
+}
+
 void add_trend_command(CLI::App& app) {
-  const auto flags = std::make_shared<TrendFlags>();
-  CLI::App* command = app.add_subcommand("trend", "Past results as series over time, with changes of level");
-  add_value(*command, "dir", flags->folders, "DIR",
+  auto [command, flags] = add_command<TrendFlags>(
+      app, "trend", "Past results as series over time, with changes of level", run_trend);
+  add_value(command, "dir", flags.folders, "DIR",
             "Results, oldest first, or folders of results, which are taken in order of their names")
       ->required();
-  add_value(*command, "--out", flags->out, "FILE.html", "Self-contained page");
-  add_value(*command, "--policy", flags->policy, "FILE", "Smallest step that counts; see `sextant compare`");
-  add_jobs_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "Print nothing");
-  command->add_flag("--json", flags->json, "Print the series as JSON");
-  command->footer("Example:\n  sextant trend past-runs --out trend.html");
-  command->callback([flags] { run_trend(*flags); });
+  add_value(command, "--out", flags.out, "FILE.html", "Self-contained page");
+  add_value(command, "--policy", flags.policy, "FILE", "Smallest step that counts; see `sextant compare`");
+  add_jobs_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "Print nothing");
+  command.add_flag("--json", flags.json, "Print the series as JSON");
+  command.footer("Example:\n  sextant trend past-runs --out trend.html");
 }
 
 }  // namespace sextant

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
@@ -337,29 +336,26 @@ struct Shell {
 };
 constexpr Shell shells[] = {{"bash", bash_completion}, {"zsh", zsh_completion}, {"fish", fish_completion}};
 
+void print_completion(const std::string& shell, const CLI::App& command) {
+  const Shell& known = find_entry<Shell>(shells, shell, "shell");
+  fmt::print("{}", known.script(command_tree(*command.get_parent())));
+}
+
 }  // namespace
 
 void add_completion_command(CLI::App& app) {
-  const auto name = std::make_shared<std::string>();
-  CLI::App* command =
-      app.add_subcommand("completion", "Print what a shell needs to complete commands, flags and options");
+  auto [command, name] = add_command<std::string>(
+      app, "completion", "Print what a shell needs to complete commands, flags and options",
+      print_completion);
   std::string names;
   for (const Shell& shell : shells) names += fmt::format("{}{}", names.empty() ? "" : "|", shell.name);
-  add_value(*command, "shell", *name, names, "Which shell")->required();
-  command->footer(
+  add_value(command, "shell", name, names, "Which shell")->required();
+  command.footer(
       "A package of Sextant installs all three. By hand:\n"
       "Examples:\n"
       "  sextant completion bash > ~/.local/share/bash-completion/completions/sextant\n"
       "  sextant completion zsh > _sextant        (in a folder of $fpath)\n"
       "  sextant completion fish > ~/.config/fish/completions/sextant.fish");
-  command->callback([name, &app] {
-    std::vector<std::string> known;
-    for (const Shell& shell : shells) {
-      if (shell.name == *name) return fmt::print("{}", shell.script(command_tree(app)));
-      known.emplace_back(shell.name);
-    }
-    fail("unknown shell '{}': {}", *name, suggest(*name, known));
-  });
 }
 
 }  // namespace sextant

@@ -1,7 +1,5 @@
 #include <CLI/CLI.hpp>
 
-#include <memory>
-
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/interrupt.h"
@@ -17,8 +15,8 @@
 namespace sextant {
 namespace {
 
-void list_adapters(bool as_json) {
-  if (as_json) {
+void list_adapters(const CommonFlags& flags) {
+  if (flags.json) {
     Json json = Json::array();
     for (const Adapter& adapter : adapters()) {
       Json options = Json::array();
@@ -33,7 +31,7 @@ void list_adapters(bool as_json) {
                       {"example", adapter.example},
                       {"options", options}});
     }
-    fmt::print("{}", json_text(json));
+    print_json(json);
     return;
   }
   Table table;
@@ -43,38 +41,39 @@ void list_adapters(bool as_json) {
   fmt::print("{}", to_text(table));
 }
 
-void check(const std::string& source, const CommonFlags& flags, bool quick) {
-  const std::unique_ptr<Sequence> sequence = open_source(source_of(source, flags));
+struct CheckFlags : CommonFlags {
+  std::string source;
+  bool quick = false;
+};
+
+void check(const CheckFlags& flags) {
+  const std::unique_ptr<Sequence> sequence = open_source(source_of(flags.source, flags));
   const std::vector<SourceCheck> checks =
-      check_source(*sequence, {.jobs = flags.jobs, .quiet = flags.quiet, .quick = quick});
+      check_source(*sequence, {.jobs = flags.jobs, .quiet = flags.quiet, .quick = flags.quick});
   if (flags.json) {
-    fmt::print("{}", json_text(check_json(source, checks)));
+    print_json(check_json(flags.source, checks));
   } else if (!flags.quiet) {
-    fmt::print("{}", check_page(source, sequence->info(), checks));
+    fmt::print("{}", check_page(flags.source, sequence->info(), checks));
   }
   std::fflush(stdout);
-  refuse_failed(source, checks);
+  refuse_failed(flags.source, checks);
 }
 
 void add_data_check_command(CLI::App& data) {
-  const auto flags = std::make_shared<CommonFlags>();
-  const auto source = std::make_shared<std::string>();
-  const auto quick = std::make_shared<bool>(false);
-  CLI::App* command = data.add_subcommand(
-      "check", "Decode all data of a source and check that they are consistent with each other");
-  add_source_argument(*command, *source);
-  add_data_flag(*command, *flags);
-  add_option_flags(*command, *flags);
-  add_jobs_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "No progress and no table: only the exit code and errors");
-  command->add_flag("--quick", *quick, "Decode only the 24 frames that the convention checks look at");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer(
+  auto [command, flags] = add_command<CheckFlags>(
+      data, "check", "Decode all data of a source and check that they are consistent with each other", check);
+  add_source_argument(command, flags.source);
+  add_data_flag(command, flags);
+  add_option_flags(command, flags);
+  add_jobs_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No progress and no table: only the exit code and errors");
+  command.add_flag("--quick", flags.quick, "Decode only the 24 frames that the convention checks look at");
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer(
       "PASS, SUSPECT or FAIL per line with the likely cause, note for what cannot be checked; "
       "exit code 2 when\n"
       "one fails. docs/datasets.md explains every line.\n"
       "Example:\n  sextant data check vdo:kitti_03_demo@0-19");
-  command->callback([flags, source, quick] { check(*source, *flags, *quick); });
 }
 
 struct MakeFlags : CommonFlags {
@@ -111,7 +110,7 @@ void make(const MakeFlags& flags) {
   request.between_frames = check_interrupt;
   const std::string written = layout.write(*sequence, request);
   if (flags.json) {
-    fmt::print("{}", json_text(Json{{"source", written}, {"layout", layout.name}}));
+    print_json(Json{{"source", written}, {"layout", layout.name}});
   } else {
     fmt::print("Written: {}\n", written);
     if (!flags.quiet) fmt::print("Next: sextant data check {}\n", written);
@@ -119,9 +118,9 @@ void make(const MakeFlags& flags) {
 }
 
 void add_data_make_command(CLI::App& data) {
-  const auto flags = std::make_shared<MakeFlags>();
-  CLI::App* command = data.add_subcommand("make", "Write a scenario, or any source, in a data set's layout");
-  add_value(*command, "source", flags->source, "SCENARIO",
+  auto [command, flags] =
+      add_command<MakeFlags>(data, "make", "Write a scenario, or any source, in a data set's layout", make);
+  add_value(command, "source", flags.source, "SCENARIO",
             "A scenario (s18, city, ...) or adapter:path[#sequence][@first-last]")
       ->required();
   std::string names;
@@ -134,20 +133,19 @@ void add_data_make_command(CLI::App& data) {
                            option.meaning);
     }
   }
-  add_value(*command, "--layout", flags->layout, names, "Layout to write")->required();
-  add_value(*command, "--out", flags->out, "DIR", "Root folder of the data set; made if it does not exist")
+  add_value(command, "--layout", flags.layout, names, "Layout to write")->required();
+  add_value(command, "--out", flags.out, "DIR", "Root folder of the data set; made if it does not exist")
       ->required();
-  add_value(*command, "--sequence", flags->sequence, "NAME", "Name of the written sequence, e.g. 0018/clone");
-  add_option_flags(*command, *flags);
-  add_data_flag(*command, *flags);
-  add_jobs_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "No progress; only the SOURCE that was written");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer(fmt::format(
+  add_value(command, "--sequence", flags.sequence, "NAME", "Name of the written sequence, e.g. 0018/clone");
+  add_option_flags(command, flags);
+  add_data_flag(command, flags);
+  add_jobs_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No progress; only the SOURCE that was written");
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer(fmt::format(
       "Layouts:\n{}Example:\n"
       "  sextant data make s18 --layout vkitti1 --out D && sextant run vkitti1:D#0018/clone --out results",
       lines));
-  command->callback([flags] { make(*flags); });
 }
 
 struct StripFlags : CommonFlags {
@@ -157,27 +155,27 @@ struct StripFlags : CommonFlags {
   int tile_px = 414;
 };
 
+void draw_frames(const StripFlags& flags) {
+  write_file(flags.out,
+             draw_strip(*open_source(source_of(flags.source, flags)), flags.n_frames, flags.tile_px));
+  if (!flags.quiet) fmt::print("Picture: {}\n", flags.out);
+}
+
 void add_data_strip_command(CLI::App& data) {
-  const auto flags = std::make_shared<StripFlags>();
-  CLI::App* command =
-      data.add_subcommand("strip", "Draw some frames of a source: image, depth, flow and masks");
-  add_source_argument(*command, flags->source);
-  add_value(*command, "--out", flags->out, "FILE.png", "PNG file")->required();
-  command->add_option("--frames", flags->n_frames, "How many frames, evenly spread")
+  auto [command, flags] = add_command<StripFlags>(
+      data, "strip", "Draw some frames of a source: image, depth, flow and masks", draw_frames);
+  add_source_argument(command, flags.source);
+  add_value(command, "--out", flags.out, "FILE.png", "PNG file")->required();
+  command.add_option("--frames", flags.n_frames, "How many frames, evenly spread")
       ->check(CLI::Range(1, 50))
       ->capture_default_str();
-  command->add_option("--tile", flags->tile_px, "Width of one tile in px")
+  command.add_option("--tile", flags.tile_px, "Width of one tile in px")
       ->check(CLI::Range(16, 4096))
       ->capture_default_str();
-  add_option_flags(*command, *flags);
-  add_data_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "No output");
-  command->footer("Example:\n  sextant data strip synthetic:s18 --out s18.png");
-  command->callback([flags] {
-    write_file(flags->out,
-               draw_strip(*open_source(source_of(flags->source, *flags)), flags->n_frames, flags->tile_px));
-    if (!flags->quiet) fmt::print("Picture: {}\n", flags->out);
-  });
+  add_option_flags(command, flags);
+  add_data_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No output");
+  command.footer("Example:\n  sextant data strip synthetic:s18 --out s18.png");
 }
 
 struct CacheFlags : CommonFlags {
@@ -199,10 +197,14 @@ void list_packs(const CacheFlags& flags) {
                    std::string(entry.valid ? "valid" : "outdated"), entry.file.filename().string()});
   }
   if (flags.json) {
-    fmt::print("{}", json_text(Json{{"folder", cache.folder().string()}, {"packs", rows_to_json(table)}}));
+    print_json(Json{{"folder", cache.folder().string()}, {"packs", rows_to_json(table)}});
   } else {
     fmt::print("{}", to_text(table));
   }
+}
+
+void prune_packs(const CacheFlags& flags) {
+  fmt::print("{:.2f} MB freed\n", megabytes(pack_cache(flags.folder).prune(flags.all)));
 }
 
 void pack(const CacheFlags& flags) {
@@ -211,10 +213,10 @@ void pack(const CacheFlags& flags) {
                   options_tree(flags.options, flags.sets), flags.jobs, flags.quiet);
   const double size = megabytes(std::filesystem::file_size(packed.file));
   if (flags.json) {
-    fmt::print("{}", json_text(Json{{"file", packed.file.string()},
-                                    {"pairs", packed.pairs.size()},
-                                    {"megabytes", size},
-                                    {"was_there", packed.was_there}}));
+    print_json(Json{{"file", packed.file.string()},
+                    {"pairs", packed.pairs.size()},
+                    {"megabytes", size},
+                    {"was_there", packed.was_there}});
     return;
   }
   fmt::print("{}: {} pairs, {:.2f} MB{}\n", packed.file.string(), packed.pairs.size(), size,
@@ -222,60 +224,17 @@ void pack(const CacheFlags& flags) {
 }
 
 void add_data_pack_command(CLI::App& data) {
-  const auto flags = std::make_shared<CacheFlags>();
-  CLI::App* command =
-      data.add_subcommand("pack", "Decode a source into the correspondence cache that sweeps run from");
-  add_source_argument(*command, flags->source);
-  add_cache_flag(*command, flags->folder);
-  add_option_flags(*command, *flags);
-  add_data_flag(*command, *flags);
-  add_jobs_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "No progress");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer("Example:\n  sextant data pack synthetic:s18");
-  command->callback([flags] { pack(*flags); });
+  auto [command, flags] = add_command<CacheFlags>(
+      data, "pack", "Decode a source into the correspondence cache that sweeps run from", pack);
+  add_source_argument(command, flags.source);
+  add_cache_flag(command, flags.folder);
+  add_option_flags(command, flags);
+  add_data_flag(command, flags);
+  add_jobs_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No progress");
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer("Example:\n  sextant data pack synthetic:s18");
 }
-
-}  // namespace
-
-void add_data_command(CLI::App& app) {
-  CLI::App* data =
-      app.add_subcommand("data", "Data sets: what can be read, and whether a source is complete");
-  data->require_subcommand(1);
-  data->footer("Example:\n  sextant data check vdo:kitti_03_demo@0-19");
-
-  const auto flags = std::make_shared<CommonFlags>();
-  CLI::App* list = data->add_subcommand("list", "List the adapters");
-  list->add_flag("--json", flags->json, "Print as JSON, with each adapter's options");
-  list->footer("Example:\n  sextant data list");
-  list->callback([flags] { list_adapters(flags->json); });
-
-  add_data_check_command(*data);
-  add_data_make_command(*data);
-  add_data_pack_command(*data);
-  add_data_strip_command(*data);
-}
-
-void add_cache_command(CLI::App& app) {
-  const auto flags = std::make_shared<CacheFlags>();
-  CLI::App* cache = app.add_subcommand("cache", "The correspondence caches that sweeps run from");
-  cache->require_subcommand(1);
-  cache->footer("Example:\n  sextant cache ls");
-  CLI::App* list =
-      cache->add_subcommand("ls", "List the caches, and whether their sources have changed since");
-  add_cache_flag(*list, flags->folder);
-  list->add_flag("--json", flags->json, "Print as JSON");
-  list->footer("Example:\n  sextant cache ls");
-  list->callback([flags] { list_packs(*flags); });
-  CLI::App* prune = cache->add_subcommand("prune", "Remove caches that are outdated, damaged or incomplete");
-  add_cache_flag(*prune, flags->folder);
-  prune->add_flag("--all", flags->all, "Remove all of them");
-  prune->footer("Example:\n  sextant cache prune --all");
-  prune->callback(
-      [flags] { fmt::print("{:.2f} MB freed\n", megabytes(pack_cache(flags->folder).prune(flags->all))); });
-}
-
-namespace {
 
 struct FitFlags : CommonFlags {
   std::string source, out, noise = "none", depth = "auto", figure;
@@ -295,7 +254,7 @@ void fit(FitFlags& flags) {
       print_message("warning", failure + "; the profile may describe this mistake instead of noise");
   }
   if (flags.json) {
-    fmt::print("{}", json_text(profile.json()));
+    print_json(profile.json());
   } else if (!flags.quiet) {
     fmt::print("{}\nnoise: {}\n", to_text(profile_table(profile)), profile.noise().dump());
   }
@@ -303,47 +262,77 @@ void fit(FitFlags& flags) {
 
 }  // namespace
 
+void add_data_command(CLI::App& app) {
+  CLI::App* data =
+      app.add_subcommand("data", "Data sets: what can be read, and whether a source is complete");
+  data->require_subcommand(1);
+  data->footer("Example:\n  sextant data check vdo:kitti_03_demo@0-19");
+
+  auto [list, flags] = add_command<CommonFlags>(*data, "list", "List the adapters", list_adapters);
+  list.add_flag("--json", flags.json, "Print as JSON, with each adapter's options");
+  list.footer("Example:\n  sextant data list");
+
+  add_data_check_command(*data);
+  add_data_make_command(*data);
+  add_data_pack_command(*data);
+  add_data_strip_command(*data);
+}
+
+void add_cache_command(CLI::App& app) {
+  CLI::App* cache = app.add_subcommand("cache", "The correspondence caches that sweeps run from");
+  cache->require_subcommand(1);
+  cache->footer("Example:\n  sextant cache ls");
+  auto [list, listed] = add_command<CacheFlags>(
+      *cache, "ls", "List the caches, and whether their sources have changed since", list_packs);
+  add_cache_flag(list, listed.folder);
+  list.add_flag("--json", listed.json, "Print as JSON");
+  list.footer("Example:\n  sextant cache ls");
+  auto [prune, pruned] = add_command<CacheFlags>(
+      *cache, "prune", "Remove caches that are outdated, damaged or incomplete", prune_packs);
+  add_cache_flag(prune, pruned.folder);
+  prune.add_flag("--all", pruned.all, "Remove all of them");
+  prune.footer("Example:\n  sextant cache prune --all");
+}
+
 void add_noise_command(CLI::App& app) {
   CLI::App* noise =
       app.add_subcommand("noise", "Measure the errors of real flow and depth, to inject noise like them");
   noise->require_subcommand(1);
   noise->footer("Example:\n  sextant noise fit vdo:kitti_03_demo@0-19 --out pwc_net_kitti03.json");
 
-  const auto flags = std::make_shared<FitFlags>();
-  CLI::App* command = noise->add_subcommand(
-      "fit",
-      "Measure size, tails and spatial correlation of a source's flow and depth errors; write a profile");
-  add_source_argument(*command, flags->source);
-  add_data_flag(*command, *flags);
-  add_option_flags(*command, *flags);
-  add_jobs_flag(*command, *flags);
-  add_value(*command, "--out", flags->out, "FILE.json", "The profile, NAME.json")->required();
-  add_value(*command, "--name", flags->profile.name, "NAME", "Name in the profile; default: NAME of --out");
-  add_value(*command, "--noise", flags->noise, "JSON",
-            "Noise that is added to the source first: none or JSON")
+  auto [command, flags] = add_command<FitFlags>(
+      *noise, "fit",
+      "Measure size, tails and spatial correlation of a source's flow and depth errors; write a profile",
+      fit);
+  add_source_argument(command, flags.source);
+  add_data_flag(command, flags);
+  add_option_flags(command, flags);
+  add_jobs_flag(command, flags);
+  add_value(command, "--out", flags.out, "FILE.json", "The profile, NAME.json")->required();
+  add_value(command, "--name", flags.profile.name, "NAME", "Name in the profile; default: NAME of --out");
+  add_value(command, "--noise", flags.noise, "JSON", "Noise that is added to the source first: none or JSON")
       ->capture_default_str();
-  command->add_option("--seed", flags->profile.seed, "Seed of that noise")->capture_default_str();
+  command.add_option("--seed", flags.profile.seed, "Seed of that noise")->capture_default_str();
   command
-      ->add_option(
-          "--depth-reference", flags->depth,
+      .add_option(
+          "--depth-reference", flags.depth,
           "Reference for the disparities: auto (the data set's truth, else the next frame), next_frame, "
           "left_right (images of both cameras)")
       ->type_name("auto|next_frame|left_right")
       ->capture_default_str();
   command
-      ->add_option("--max-frames", flags->profile.max_frames,
-                   "Number of frames that are measured, evenly spread")
+      .add_option("--max-frames", flags.profile.max_frames,
+                  "Number of frames that are measured, evenly spread")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  add_value(*command, "--figure", flags->figure, "DIR",
+  add_value(command, "--figure", flags.figure, "DIR",
             "Folder for the figure: measured and injected correlation");
-  command->add_flag("--quiet", flags->quiet, "No table");
-  command->add_flag("--json", flags->json, "Print the profile");
-  command->footer(
+  command.add_flag("--quiet", flags.quiet, "No table");
+  command.add_flag("--json", flags.json, "Print the profile");
+  command.footer(
       "docs/noise.md explains the numbers. `--noise '{\"profile\": \"NAME\", \"scale\": 1}'` injects a "
       "profile.\n"
       "Example:\n  sextant noise fit vdo:kitti_03_demo@0-19 --out pwc_net_kitti03.json");
-  command->callback([flags] { fit(*flags); });
 }
 
 }  // namespace sextant

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
-#include <memory>
 
 #include <CLI/CLI.hpp>
 
@@ -83,7 +82,7 @@ EgoOptions options_of(const EgoFlags& flags) {
 void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& flags) {
   const auto& [reference, runs] = scores;
   if (flags.json) {
-    fmt::print("{}", json_text(ego_json(runs, reference, options)));
+    print_json(ego_json(runs, reference, options));
     return;
   }
   if (flags.quiet) return;
@@ -108,7 +107,7 @@ void print_report_path(const std::string& out, const CommonFlags& flags) {
     fmt::print("\nReport: {}\n", (std::filesystem::path(out) / "report.html").string());
 }
 
-void evaluate(EgoFlags& flags) {
+void evaluate_ego_with(EgoFlags& flags) {
   const EgoOptions options = options_of(flags);
   flags.files.data_root = flags.data_root;
   flags.files.source_options = options_tree(flags.CommonFlags::options, flags.sets);
@@ -182,58 +181,56 @@ void add_frame_flags(CLI::App& command, EgoFlags& flags) {
 }
 
 void add_evaluate_ego_command(CLI::App& evaluate_app) {
-  const auto flags = std::make_shared<EgoFlags>();
-  CLI::App* command =
-      evaluate_app.add_subcommand("ego", "Camera trajectories: absolute and relative pose errors");
+  auto [command, flags] = add_command<EgoFlags>(
+      evaluate_app, "ego", "Camera trajectories: absolute and relative pose errors", evaluate_ego_with);
   std::string formats;
   for (const TrajectoryFormat& f : trajectory_formats())
     formats += fmt::format("  {:<9} {}\n", f.name, f.description);
-  command->add_option("GT", flags->files.reference, "Reference: a file, or a SOURCE with true poses")
+  command.add_option("GT", flags.files.reference, "Reference: a file, or a SOURCE with true poses")
       ->required();
-  command->add_option(
-      "EST", flags->files.estimates,
+  command.add_option(
+      "EST", flags.files.estimates,
       "Estimates, each FILE, a system of its own, or SYSTEM=FILE, a run of it; none: those that the log GT "
       "holds beside its truth");
-  add_value(*command, "--format", flags->files.format, "FORMAT",
+  add_value(command, "--format", flags.files.format, "FORMAT",
             "Format of both; auto: named by the header, or the only format that fits the first record")
       ->capture_default_str();
-  add_value(*command, "--ref-format", flags->files.reference_format, "FORMAT",
+  add_value(command, "--ref-format", flags.files.reference_format, "FORMAT",
             "Format of the reference, if it differs from --format");
-  add_value(*command, "--est-format", flags->files.estimate_format, "FORMAT",
+  add_value(command, "--est-format", flags.files.estimate_format, "FORMAT",
             "Format of the estimates, if it differs from --format");
-  command->add_option("--rate", flags->files.rate_hz,
-                      "Frames per second of files without time stamps: frame k, or row k, is at k / rate");
-  add_metric_flags(*command, *flags);
-  add_association_flags(*command, *flags);
-  add_frame_flags(*command, *flags);
-  add_data_flag(*command, *flags);
-  add_option_flags(*command, *flags);
+  command.add_option("--rate", flags.files.rate_hz,
+                     "Frames per second of files without time stamps: frame k, or row k, is at k / rate");
+  add_metric_flags(command, flags);
+  add_association_flags(command, flags);
+  add_frame_flags(command, flags);
+  add_data_flag(command, flags);
+  add_option_flags(command, flags);
   add_value(
-      *command, "--covariance", flags->covariance, "CONVENTION",
+      command, "--covariance", flags.covariance, "CONVENTION",
       "Convention of covariances behind TUM lines: ros (position first, world axes), openvins (rotation "
       "first, in the body) or gtsam (rotation first, both in the body); without it openvins for 12 numbers, "
       "ros for 21 or 36");
   command
-      ->add_option("--max-speed", flags->options.max_speed_m_s,
-                   "A true step that is faster is an error, m/s (without time stamps: 50 m a frame)")
+      .add_option("--max-speed", flags.options.max_speed_m_s,
+                  "A true step that is faster is an error, m/s (without time stamps: 50 m a frame)")
       ->capture_default_str();
   command
-      ->add_option("--columns", flags->columns,
-                   "main: one table; all: also columns and tables for specialists")
+      .add_option("--columns", flags.columns, "main: one table; all: also columns and tables for specialists")
       ->check(CLI::IsMember({"main", "all"}))
       ->capture_default_str();
-  add_value(*command, "--save-zip", flags->output.zip, "FILE",
+  add_value(command, "--save-zip", flags.output.zip, "FILE",
             "Write the result as evo does (evo_res reads it)");
-  add_value(*command, "--save-tum", flags->output.tum, "DIR",
+  add_value(command, "--save-tum", flags.output.tum, "DIR",
             "Write the matched, aligned trajectories as TUM files");
   add_value(
-      *command, "--out", flags->output.out, "DIR",
+      command, "--out", flags.output.out, "DIR",
       "Write report.html with paths and errors along them, tables, figures and every curve as CSV here");
-  add_choice(*command, "--plane", flags->output.plane,
+  add_choice(command, "--plane", flags.output.plane,
              "Axes of the paths from above; extent: leaves out --up, or the axis of least extent");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
-  command->footer(
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.add_flag("--quiet", flags.quiet, "Print nothing but errors");
+  command.footer(
       "Formats:\n" + formats +
       "Examples:\n"
       "  sextant evaluate ego --format kitti gt.txt estimate.txt --align se3\n"
@@ -248,7 +245,6 @@ void add_evaluate_ego_command(CLI::App& evaluate_app) {
       "Frames: T_world_camera = C T_world_body T_body_camera, "
       "C from --axes to opencv axes (docs/evaluate.md).\n"
       "Exit codes: 0 done, also with warnings; 2 bad input.");
-  command->callback([flags] { evaluate(*flags); });
 }
 
 struct ObjectFlags : CommonFlags {
@@ -278,7 +274,7 @@ void print(const ObjectScores& scores, const ObjectFlags& flags) {
   if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
 }
 
-void evaluate(ObjectFlags& flags) {
+void evaluate_objects_with(ObjectFlags& flags) {
   std::span<const MetricPreset> presets = metric_presets();
   if (!flags.preset.empty() && flags.preset != "all") presets = {&find_preset(flags.preset), 1};
   if (!flags.covariance.empty())
@@ -287,7 +283,7 @@ void evaluate(ObjectFlags& flags) {
   flags.files.source_options = options_tree(flags.options, flags.sets);
   const ObjectScores scores = evaluate_objects_into(flags.files, presets, flags.out);
   if (flags.json) {
-    fmt::print("{}", json_text(object_json(scores, presets)));
+    print_json(object_json(scores, presets));
   } else if (!flags.quiet) {
     print(scores, flags);
   }
@@ -295,51 +291,50 @@ void evaluate(ObjectFlags& flags) {
 }
 
 void add_evaluate_objects_command(CLI::App& evaluate_app) {
-  const auto flags = std::make_shared<ObjectFlags>();
-  CLI::App* command = evaluate_app.add_subcommand(
-      "objects", "Logged motions and poses of objects, of DynOSAM, VDO-SLAM or plain files");
+  auto [command, flags] = add_command<ObjectFlags>(
+      evaluate_app, "objects", "Logged motions and poses of objects, of DynOSAM, VDO-SLAM or plain files",
+      evaluate_objects_with);
   command
-      ->add_option("DIR", flags->files.folders,
-                   "Folders of logs, each DIR or SYSTEM=DIR, one run of that system")
+      .add_option("DIR", flags.files.folders,
+                  "Folders of logs, each DIR or SYSTEM=DIR, one run of that system")
       ->required();
-  add_choice(*command, "--format", flags->files.format,
+  add_choice(command, "--format", flags.files.format,
              "Format of the logs; motions, poses: one file per object")
       ->required();
-  add_choice(*command, "--stage", flags->files.stage,
+  add_choice(command, "--stage", flags.files.stage,
              "vdo: the front end's (obj_mot_*) or the batch optimisation's (obj_mot_*_rf*)");
-  add_value(*command, "--preset", flags->preset, "NAME",
+  add_value(command, "--preset", flags.preset, "NAME",
             "One metric preset, or all; default: all that the log allows, of which the first is printed");
-  add_value(*command, "--truth", flags->files.truth, "SOURCE",
+  add_value(command, "--truth", flags.files.truth, "SOURCE",
             "SOURCE whose true objects replace the log's; ids are matched by overlap");
   command
-      ->add_option(
-          "--rate", flags->files.rate_hz,
+      .add_option(
+          "--rate", flags.files.rate_hz,
           "Frame rate, Hz, for velocities; default: of --truth, else of the log's time stamps, else 10")
       ->check(finite_number());
-  add_choice(*command, "--frame", "The frame of the logged motions; format: body for vdo, else world",
-             {"format", "world", "body", "camera"}, "format", [flags](const std::string& text) {
-               if (text != "format") flags->files.frame = from_name<MotionFrame>(text, "frame");
+  add_choice(command, "--frame", "The frame of the logged motions; format: body for vdo, else world",
+             {"format", "world", "body", "camera"}, "format",
+             [&frame = flags.files.frame](const std::string& text) {
+               if (text != "format") frame = from_name<MotionFrame>(text, "frame");
              });
-  add_choice(*command, "--identity", flags->files.identity,
+  add_choice(command, "--identity", flags.files.identity,
              "Exact identities as estimates of an object that moves: count them as estimates or as lost");
   add_value(
-      *command, "--covariance", flags->covariance, "CONVENTION",
+      command, "--covariance", flags.covariance, "CONVENTION",
       "motions, poses: convention of covariances behind TUM rows: ros, openvins or gtsam, as in evaluate "
       "ego");
-  add_data_flag(*command, *flags);
-  add_option_flags(*command, *flags);
-  add_value(*command, "--save-tum", flags->files.tum, "DIR",
+  add_data_flag(command, flags);
+  add_option_flags(command, flags);
+  add_value(command, "--save-tum", flags.files.tum, "DIR",
             "Write obj_<id>.tum and obj_<id>_gt.tum per object");
-  add_value(*command, "--out", flags->out, "DIR",
-            "Write report.html, tables, figures and records.jsonl here");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
-  command->footer(
+  add_value(command, "--out", flags.out, "DIR", "Write report.html, tables, figures and records.jsonl here");
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.add_flag("--quiet", flags.quiet, "Print nothing but errors");
+  command.footer(
       "Examples:\n  sextant evaluate objects --format dynosam logs/\n"
       "  sextant evaluate objects --format vdo results/ --truth kitti:kitti_tracking#0003 --preset vdo_slam\n"
       "  sextant evaluate objects --format motions run/ --truth synthetic:s18\n"
       "  sextant evaluate objects --format dynosam a=run_1/ a=run_2/ b=other_1/ b=other_2/ --out report");
-  command->callback([flags] { evaluate(*flags); });
 }
 
 template <Named Format>
@@ -353,56 +348,58 @@ void print(const Table& table, const std::vector<std::string>& warnings, const C
     if (!flags.quiet) print_message("warning", text);
   }
   if (flags.json) {
-    fmt::print("{}", json_text(Json({{"schema", 1}, {"rows", rows_to_json(table)}, {"warnings", warnings}})));
+    print_json(Json({{"schema", 1}, {"rows", rows_to_json(table)}, {"warnings", warnings}}));
   } else if (!flags.quiet) {
     fmt::print("{}", to_text(table));
   }
 }
 
 template <Named Format>
-CLI::App* add_dense_command(CLI::App& evaluate, const char* name, const char* what,
-                            const std::shared_ptr<DenseFlags<Format>>& flags) {
-  CLI::App* command = evaluate.add_subcommand(name, what);
-  DenseFiles<Format>& o = flags->files;
-  command->add_option("EST", o.estimate, "Image, or folder of images")->required();
-  command->add_option("GT", o.truth, "Truth: image, or folder with the same names")->required();
-  add_choice(*command, "--est-format", o.estimate_format, "Format of the estimate");
-  add_choice(*command, "--gt-format", o.truth_format, "Format of the truth");
-  command->add_option("--mask", o.mask, "Label image (PNG) or folder of them: errors per label");
-  command->add_option("--noc", o.visible_truth,
-                      "Truth of the pixels visible in both images: errors inside and outside");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->add_flag("--quiet", flags->quiet, "Print nothing but errors");
-  return command;
+FlaggedCommand<DenseFlags<Format>> add_dense_command(CLI::App& evaluate, const char* name, const char* what,
+                                                     Format usual, void (*run)(const DenseFlags<Format>&)) {
+  auto [command, flags] = add_command<DenseFlags<Format>>(evaluate, name, what, run);
+  DenseFiles<Format>& o = flags.files;
+  o.estimate_format = o.truth_format = usual;
+  command.add_option("EST", o.estimate, "Image, or folder of images")->required();
+  command.add_option("GT", o.truth, "Truth: image, or folder with the same names")->required();
+  add_choice(command, "--est-format", o.estimate_format, "Format of the estimate");
+  add_choice(command, "--gt-format", o.truth_format, "Format of the truth");
+  command.add_option("--mask", o.mask, "Label image (PNG) or folder of them: errors per label");
+  command.add_option("--noc", o.visible_truth,
+                     "Truth of the pixels visible in both images: errors inside and outside");
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.add_flag("--quiet", flags.quiet, "Print nothing but errors");
+  return {command, flags};
+}
+
+void evaluate_flow_with(const DenseFlags<FlowFormat>& flags) {
+  std::vector<std::string> warnings;
+  const Table table = evaluate_flow(flags.files, &warnings);
+  print(table, warnings, flags);
 }
 
 void add_evaluate_flow_command(CLI::App& evaluate) {
-  const auto flags = std::make_shared<DenseFlags<FlowFormat>>();
-  CLI::App* command = add_dense_command(evaluate, "flow", "Optical flow of whole images", flags);
-  command->footer(
+  auto [command, flags] = add_dense_command(evaluate, "flow", "Optical flow of whole images",
+                                            FlowFormat::by_name, evaluate_flow_with);
+  command.footer(
       "Example:\n  sextant evaluate flow 000002_10.flo flow_occ/000002_10.png --gt-format kitti --noc "
       "flow_noc/000002_10.png");
-  command->callback([flags] {
-    std::vector<std::string> warnings;
-    const Table table = evaluate_flow(flags->files, &warnings);
-    print(table, warnings, *flags);
-  });
+}
+
+void evaluate_depth_with(const DenseFlags<DepthFormat>& flags) {
+  std::vector<std::string> warnings;
+  const Table table = evaluate_depth(flags.files, flags.bf, &warnings);
+  print(table, warnings, flags);
 }
 
 void add_evaluate_depth_command(CLI::App& evaluate) {
-  const auto flags = std::make_shared<DenseFlags<DepthFormat>>();
-  flags->files.estimate_format = flags->files.truth_format = DepthFormat::depth256;
-  CLI::App* command = add_dense_command(evaluate, "depth", "Depth of whole images", flags);
-  command->add_option("--bf", flags->bf, "Focal length times baseline, px m: for disparities and D1")
+  auto [command, flags] = add_dense_command(evaluate, "depth", "Depth of whole images", DepthFormat::depth256,
+                                            evaluate_depth_with);
+  command.add_option("--bf", flags.bf, "Focal length times baseline, px m: for disparities and D1")
       ->check(finite_number(0));
-  command->footer(
+  command.footer(
       "Example:\n  sextant evaluate depth sgbm/ disp_occ_0/ --est-format disparity256 --gt-format "
       "disparity256 --bf 387.57");
-  command->callback([flags] {
-    std::vector<std::string> warnings;
-    const Table table = evaluate_depth(flags->files, flags->bf, &warnings);
-    print(table, warnings, *flags);
-  });
 }
 
 }  // namespace

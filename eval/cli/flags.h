@@ -6,6 +6,7 @@
 #include <concepts>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -45,6 +46,30 @@ inline constexpr bool is_real = std::floating_point<T>;
 template <typename T>
 inline constexpr bool is_real<std::optional<T>> = std::floating_point<T>;
 }  // namespace internal
+
+/// A subcommand, and the flags that its callback receives.
+template <typename Flags>
+struct FlaggedCommand {
+  CLI::App& command;
+  Flags& flags;
+};
+
+/// Adds a subcommand that calls run(flags), or run(flags, command), with the flags that were given.
+template <typename Flags, typename Run>
+FlaggedCommand<Flags> add_command(CLI::App& app, const std::string& name, const std::string& description,
+                                  const Run& run) {
+  const auto flags = std::make_shared<Flags>();
+  CLI::App* const command = app.add_subcommand(name, description);
+  command->callback([flags, command, run] {
+    if constexpr (std::invocable<Run, Flags&>)
+      run(*flags);
+    else
+      run(*flags, *command);
+  });
+  return {*command, *flags};
+}
+
+inline void print_json(const Json& json) { fmt::print("{}", json_text(json)); }
 
 /// Adds a flag with a value. `type` stands for the value in the help, e.g. "DIR"; a choice is written
 /// "this|that" (command_tree.h).

@@ -2,7 +2,6 @@
 
 #include <sys/wait.h>
 #include <unistd.h>
-#include <memory>
 
 #include <cstdio>
 #include <set>
@@ -217,26 +216,11 @@ void write_pages(const CommandHelp& tree, const std::string& folder) {
   fmt::print("Man pages: {}\n", folder);
 }
 
-}  // namespace
-
-void add_man_command(CLI::App& app) {
-  const auto flags = std::make_shared<ManFlags>();
-  CLI::App* command = app.add_subcommand("man", "Show the man page of a command, or write all of them");
-  add_value(*command, "command", flags->words, "COMMAND",
-            "The command, e.g. evaluate ego; none: sextant itself");
-  add_value(*command, "--out", flags->out, "DIR", "Folder for all pages");
-  command->footer(
-      "Examples:\n  sextant man run\n  sextant man run > sextant-run.1\n  sextant man --out man1");
-  command->callback([flags, &app] {
-    const CommandHelp tree = command_tree(app);
-    if (!flags->words.empty() && !flags->out.empty()) fail("--out writes all pages: leave out the command");
-    flags->out.empty() ? print_page(tree, flags->words) : write_pages(tree, flags->out);
-  });
+void show_or_write(const ManFlags& flags, const CLI::App& command) {
+  const CommandHelp tree = command_tree(*command.get_parent());
+  if (!flags.words.empty() && !flags.out.empty()) fail("--out writes all pages: leave out the command");
+  flags.out.empty() ? print_page(tree, flags.words) : write_pages(tree, flags.out);
 }
-
-// ---- `sextant help [COMMAND]`: the text of `sextant COMMAND --help`.
-
-namespace {
 
 /// Finds the command below `app` that `words` name; throws Error that suggests the nearest command if there
 /// is none.
@@ -259,22 +243,11 @@ const CLI::App& find_command(const CLI::App& app, const std::vector<std::string>
   return *command;
 }
 
-}  // namespace
-
-void add_help_command(CLI::App& app) {
-  const auto words = std::make_shared<std::vector<std::string>>();
-  CLI::App* command = app.add_subcommand("help", "Print the help of a command");
-  add_value(*command, "command", *words, "COMMAND",
-            "Which command, e.g. evaluate ego; none: the list of commands");
-  command->footer("Examples:\n  sextant help\n  sextant help evaluate ego");
-  command->callback([words, &app] {
-    const CLI::App& asked = find_command(app, *words);
-    // CLI::App::help() would print the help of the command being run, which is `help`.
-    fmt::print("{}", asked.get_formatter()->make_help(&asked, words_of(asked), CLI::AppFormatMode::Normal));
-  });
+void print_help(const std::vector<std::string>& words, const CLI::App& command) {
+  const CLI::App& asked = find_command(*command.get_parent(), words);
+  // CLI::App::help() would print the help of the command being run, which is `help`.
+  fmt::print("{}", asked.get_formatter()->make_help(&asked, words_of(asked), CLI::AppFormatMode::Normal));
 }
-
-namespace {
 
 struct ExplainFlags : CommonFlags {
   std::string word;
@@ -294,27 +267,13 @@ void explain_words(const ExplainFlags& flags) {
     for (const Word* word : words)
       json.push_back(
           {{"word", word->word}, {"kind", word->kind}, {"meaning", word->meaning}, {"others", word->others}});
-    fmt::print("{}", json_text(json));
+    print_json(json);
     return;
   }
   for (const Word* word : words)
     fmt::print("{}\n", wrapped(fmt::format("{} ({}): {}.", word->word, word->kind, word->meaning), line_width,
                                "    "));
 }
-
-}  // namespace
-
-void add_explain_command(CLI::App& app) {
-  const auto flags = std::make_shared<ExplainFlags>();
-  CLI::App* command = app.add_subcommand("explain", "Explain a word of a table or report");
-  add_value(*command, "word", flags->word, "WORD",
-            "The word: coverage, gated, E_t, split_nees, ..; none: all of them");
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer("Example:\n  sextant explain coverage");
-  command->callback([flags] { explain_words(*flags); });
-}
-
-namespace {
 
 void add_rows(const std::vector<OptionHelp>& options, Table& table) {
   for (const OptionHelp& option : options) {
@@ -336,34 +295,62 @@ Table options_table(const std::string& estimator) {
   return table;
 }
 
+struct OptionsFlags : CommonFlags {
+  std::string estimator = RunConfig{}.estimator;
+};
+
+void list_options(const OptionsFlags& flags) {
+  const Table table = options_table(flags.estimator);
+  if (flags.json) {
+    Json json;
+    json["estimators"] = Json::array();
+    for (const EstimatorEntry& entry : all_estimators()) {
+      json["estimators"].push_back({{"name", entry.name}, {"description", entry.description}});
+    }
+    json["estimator"] = flags.estimator;
+    json["options"] = rows_to_json(table);
+    print_json(json);
+  } else {
+    fmt::print("Estimators\n{}\n{}", estimator_list(), to_text(table));
+  }
+}
+
 }  // namespace
 
+void add_man_command(CLI::App& app) {
+  auto [command, flags] = add_command<ManFlags>(
+      app, "man", "Show the man page of a command, or write all of them", show_or_write);
+  add_value(command, "command", flags.words, "COMMAND",
+            "The command, e.g. evaluate ego; none: sextant itself");
+  add_value(command, "--out", flags.out, "DIR", "Folder for all pages");
+  command.footer("Examples:\n  sextant man run\n  sextant man run > sextant-run.1\n  sextant man --out man1");
+}
+
+// ---- `sextant help [COMMAND]`: the text of `sextant COMMAND --help`.
+
+void add_help_command(CLI::App& app) {
+  auto [command, words] =
+      add_command<std::vector<std::string>>(app, "help", "Print the help of a command", print_help);
+  add_value(command, "command", words, "COMMAND",
+            "Which command, e.g. evaluate ego; none: the list of commands");
+  command.footer("Examples:\n  sextant help\n  sextant help evaluate ego");
+}
+
+void add_explain_command(CLI::App& app) {
+  auto [command, flags] =
+      add_command<ExplainFlags>(app, "explain", "Explain a word of a table or report", explain_words);
+  add_value(command, "word", flags.word, "WORD",
+            "The word: coverage, gated, E_t, split_nees, ..; none: all of them");
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer("Example:\n  sextant explain coverage");
+}
+
 void add_options_command(CLI::App& app) {
-  struct Flags {
-    std::string estimator = RunConfig{}.estimator;
-    bool json = false;
-  };
-  const auto flags = std::make_shared<Flags>();
-  CLI::App* command =
-      app.add_subcommand("options", "List estimators, and every option with default, unit and meaning");
-  add_value(*command, "--estimator", flags->estimator, "NAME", "Whose options")->capture_default_str();
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer("Example:\n  sextant options --estimator motion_only");
-  command->callback([flags] {
-    const Table table = options_table(flags->estimator);
-    if (flags->json) {
-      Json json;
-      json["estimators"] = Json::array();
-      for (const EstimatorEntry& entry : all_estimators()) {
-        json["estimators"].push_back({{"name", entry.name}, {"description", entry.description}});
-      }
-      json["estimator"] = flags->estimator;
-      json["options"] = rows_to_json(table);
-      fmt::print("{}", json_text(json));
-    } else {
-      fmt::print("Estimators\n{}\n{}", estimator_list(), to_text(table));
-    }
-  });
+  auto [command, flags] = add_command<OptionsFlags>(
+      app, "options", "List estimators, and every option with default, unit and meaning", list_options);
+  add_value(command, "--estimator", flags.estimator, "NAME", "Whose options")->capture_default_str();
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer("Example:\n  sextant options --estimator motion_only");
 }
 
 }  // namespace sextant

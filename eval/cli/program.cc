@@ -204,6 +204,15 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
   }
 }
 
+constexpr auto command_table = std::to_array<AddCommand>({
+    add_data_command,    add_run_command,       add_rescore_command,  add_sweep_command,
+    add_merge_command,   add_benchmark_command, add_report_command,   add_reproduce_command,
+    add_compare_command, add_trend_command,     add_baseline_command, add_evaluate_command,
+    add_overlay_command, add_noise_command,     add_view_command,     add_export_command,
+    add_explain_command, add_cache_command,     add_options_command,  add_completion_command,
+    add_man_command,     add_help_command,
+});
+
 }  // namespace
 
 std::string words_of(const CLI::App& command) {
@@ -232,19 +241,6 @@ int program(int argc, const char* const* argv, std::span<const AddCommand> comma
   previous_terminate = std::set_terminate(end_without_thread);
   return after_output(run(argc, argv, commands));
 }
-
-namespace {
-
-constexpr auto command_table = std::to_array<AddCommand>({
-    add_data_command,    add_run_command,       add_rescore_command,  add_sweep_command,
-    add_merge_command,   add_benchmark_command, add_report_command,   add_reproduce_command,
-    add_compare_command, add_trend_command,     add_baseline_command, add_evaluate_command,
-    add_overlay_command, add_noise_command,     add_view_command,     add_export_command,
-    add_explain_command, add_cache_command,     add_options_command,  add_completion_command,
-    add_man_command,     add_help_command,
-});
-
-}  // namespace
 
 int program(int argc, const char* const* argv) {
   add_external_estimators();

@@ -1,4 +1,3 @@
-#include <memory>
 
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
@@ -25,7 +24,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
   if (flags.json) {
     Json json = Json::object();
     for (const NamedTable* named : tables_of(document)) json[named->name] = rows_to_json(named->table);
-    fmt::print("{}", json_text(json));
+    print_json(json);
     return;
   }
   for (const NamedTable* named : tables_of(document)) {
@@ -50,27 +49,6 @@ void run_report(const ReportFlags& flags) {
   fmt::print("Report: {}\n", (std::filesystem::path(flags.out) / "report.html").string());
 }
 
-}  // namespace
-
-void add_report_command(CLI::App& app) {
-  const auto flags = std::make_shared<ReportFlags>();
-  CLI::App* command = app.add_subcommand(
-      "report", "Errors by noise level, their growth, estimators compared, figures; from records");
-  add_value(*command, "dir", flags->folders, "DIR", "Folders of runs or sweeps")->required();
-  add_value(*command, "--out", flags->out, "DIR", "Folder for report.html, report.md, tables and figures");
-  command->add_flag("--no-figures", flags->no_figures, "Tables only");
-  add_jobs_flag(*command, *flags);
-  add_value(*command, "--columns", flags->columns, "first|all",
-            "Columns that fit a terminal, or all columns and tables")
-      ->check(CLI::IsMember({"first", "all"}));
-  command->add_flag("--quiet", flags->quiet, "Print nothing");
-  command->add_flag("--json", flags->json, "Print as JSON: {\"noise_levels\": [..], \"trends\": [..], ..}");
-  command->footer("Example:\n  sextant report results/runs/depth --out results/runs/depth/report");
-  command->callback([flags] { run_report(*flags); });
-}
-
-namespace {
-
 struct ReproduceFlags : CommonFlags {
   std::string out;
   std::string cache;
@@ -84,7 +62,7 @@ void print_outcome(const ReproduceFlags& flags, const Reproduction& made) {
     for (const VerdictLine& line : document.verdicts) {
       verdicts.push_back({{"subject", line.subject}, {"verdict", line.verdict}, {"evidence", line.evidence}});
     }
-    fmt::print("{}", json_text(Json{{"report", made.report.string()}, {"verdicts", verdicts}}));
+    print_json(Json{{"report", made.report.string()}, {"verdicts", verdicts}});
     return;
   }
   if (!flags.quiet) {
@@ -109,26 +87,39 @@ void reproduce_with_flags(const ReproduceFlags& flags) {
 
 }  // namespace
 
+void add_report_command(CLI::App& app) {
+  auto [command, flags] = add_command<ReportFlags>(
+      app, "report", "Errors by noise level, their growth, estimators compared, figures; from records",
+      run_report);
+  add_value(command, "dir", flags.folders, "DIR", "Folders of runs or sweeps")->required();
+  add_value(command, "--out", flags.out, "DIR", "Folder for report.html, report.md, tables and figures");
+  command.add_flag("--no-figures", flags.no_figures, "Tables only");
+  add_jobs_flag(command, flags);
+  add_value(command, "--columns", flags.columns, "first|all",
+            "Columns that fit a terminal, or all columns and tables")
+      ->check(CLI::IsMember({"first", "all"}));
+  command.add_flag("--quiet", flags.quiet, "Print nothing");
+  command.add_flag("--json", flags.json, "Print as JSON: {\"noise_levels\": [..], \"trends\": [..], ..}");
+  command.footer("Example:\n  sextant report results/runs/depth --out results/runs/depth/report");
+}
+
 void add_reproduce_command(CLI::App& app) {
-  const auto flags = std::make_shared<ReproduceFlags>();
-  CLI::App* command =
-      app.add_subcommand("reproduce", "Every table, figure and claim of the paper, with a verdict");
-  add_value(*command, "--out", flags->out, "DIR",
-            "Folder for records and report; an unfinished one is resumed")
+  auto [command, flags] = add_command<ReproduceFlags>(
+      app, "reproduce", "Every table, figure and claim of the paper, with a verdict", reproduce_with_flags);
+  add_value(command, "--out", flags.out, "DIR", "Folder for records and report; an unfinished one is resumed")
       ->required();
-  command->add_flag("--report-only", flags->report_only,
-                    "Run nothing; write the report of the records that --out holds");
-  add_cache_flag(*command, flags->cache);
-  add_data_flag(*command, *flags);
-  add_jobs_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "No progress; only where the report is");
-  command->add_flag("--json", flags->json, "Print the verdicts as JSON");
-  command->footer(
+  command.add_flag("--report-only", flags.report_only,
+                   "Run nothing; write the report of the records that --out holds");
+  add_cache_flag(command, flags.cache);
+  add_data_flag(command, flags);
+  add_jobs_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No progress; only where the report is");
+  command.add_flag("--json", flags.json, "Print the verdicts as JSON");
+  command.footer(
       "Without data the embedded scenarios are measured; docs/reproduction.md lists the data of every "
       "experiment.\n"
       "Ctrl-C or a crash loses nothing: give the same command again.\n"
       "Example:\n  sextant reproduce --data $SEXTANT_DATA --out results/runs/reproduce");
-  command->callback([flags] { reproduce_with_flags(*flags); });
 }
 
 }  // namespace sextant

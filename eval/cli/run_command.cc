@@ -1,5 +1,4 @@
 #include <cstdlib>
-#include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -62,7 +61,7 @@ void print_run(const WrittenRun& folder, const OutputFlags& flags) {
   if (flags.json) {
     Json json = summary_json(result.records, preset);
     json["out"] = out;
-    fmt::print("{}", json_text(json));
+    print_json(json);
     return;
   }
   for (const SourceRun& source : result.sources) {
@@ -82,7 +81,8 @@ void print_run(const WrittenRun& folder, const OutputFlags& flags) {
   fmt::print("Results: {}\n", out);
 }
 
-void run_with_flags(RunFlags& flags) {
+void run_with_flags(RunFlags& flags, const CLI::App& command) {
+  if (command.count("--out") == 0) flags.output.out = new_run_folder();
   flags.take_common();
   RunRequest& request = flags.request;
   request.data_root = flags.data_root;
@@ -111,35 +111,34 @@ void rescore(RescoreFlags& flags) {
 }  // namespace
 
 void add_run_command(CLI::App& app) {
-  const auto flags = std::make_shared<RunFlags>();
-  RunRequest& request = flags->request;
-  CLI::App* command =
-      app.add_subcommand("run", "Estimate all motions of sources and compare with ground truth");
-  add_value(*command, "source", request.sources, "SOURCE",
+  auto [command, flags] = add_command<RunFlags>(
+      app, "run", "Estimate all motions of sources and compare with ground truth", run_with_flags);
+  RunRequest& request = flags.request;
+  add_value(command, "source", request.sources, "SOURCE",
             "adapter:path[#sequence][@first-last]; see `sextant data list`")
       ->required();
-  add_value(*command, "--estimator", request.estimator, "NAME", "Which estimator, or external:CONFIG.json")
+  add_value(command, "--estimator", request.estimator, "NAME", "Which estimator, or external:CONFIG.json")
       ->capture_default_str();
-  add_value(*command, "--procedure", request.procedure, "NAME",
+  add_value(command, "--procedure", request.procedure, "NAME",
             "Evaluate by the procedure of a publication or release; --options and --set come on top of it");
-  add_option_flags(*command, *flags);
-  add_value(*command, "--noise", request.noise, "JSON|procedure",
+  add_option_flags(command, flags);
+  add_value(command, "--noise", request.noise, "JSON|procedure",
             "Noise on the measurements as JSON (docs/noise.md), or \"procedure\": the noise of --procedure")
       ->capture_default_str();
-  command->add_flag(
+  command.add_flag(
       "--consistency", request.consistency,
       "Also estimate every body from each half of its points and record how well the two agree (split_nees)");
-  add_value(*command, "--level", request.level, "NUMBER", "Noise level that the records state")
+  add_value(command, "--level", request.level, "NUMBER", "Noise level that the records state")
       ->capture_default_str();
-  add_value(*command, "--seeds", request.n_seeds, "N", "Repeat with seeds 0..N-1 of the noise")
+  add_value(command, "--seeds", request.n_seeds, "N", "Repeat with seeds 0..N-1 of the noise")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
-  add_jobs_flag(*command, *flags);
-  add_data_flag(*command, *flags);
-  const CLI::Option* out = add_run_output_flags(
-      *command, *flags, "Folder for the results; made if it does not exist; default: a new folder run-N");
-  command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
-  command->add_flag("--json", flags->json, "Print the summary as JSON");
+  add_jobs_flag(command, flags);
+  add_data_flag(command, flags);
+  add_run_output_flags(command, flags,
+                       "Folder for the results; made if it does not exist; default: a new folder run-N");
+  command.add_flag("--quiet", flags.quiet, "No progress, warnings or table");
+  command.add_flag("--json", flags.json, "Print the summary as JSON");
   std::string presets;
   for (const MetricPreset& preset : metric_presets()) {
     presets += fmt::format("  {:<20} {}\n", preset.name, preset.description);
@@ -148,35 +147,30 @@ void add_run_command(CLI::App& app) {
   for (const std::string& name : procedure_names())
     procedures +=
         fmt::format("  {:<20} {}\n", name, find_procedure(name).at("description").get<std::string>());
-  command->footer(fmt::format(
+  command.footer(fmt::format(
       "Estimators (options: `sextant options`):\n{}Presets:\n{}Procedures (motion_only or joint_flow):\n"
       "{}Examples:\n  sextant run vdo:kitti_03_demo@0-19 --estimator joint_flow --out out\n"
       "  sextant run synthetic:s18 --procedure paper_release --noise procedure --seeds 5 --out release",
       estimator_list(), presets, procedures));
-  command->callback([flags, out] {
-    if (out->count() == 0) flags->output.out = new_run_folder();
-    run_with_flags(*flags);
-  });
 }
 
 void add_rescore_command(CLI::App& app) {
-  const auto flags = std::make_shared<RescoreFlags>();
-  CLI::App* command = app.add_subcommand(
-      "rescore", "Score again what external programs left in a run or sweep, without running them");
-  add_value(*command, "dir", flags->folder, "OUT", "Folder of a finished run or sweep; it is only read")
+  auto [command, flags] = add_command<RescoreFlags>(
+      app, "rescore", "Score again what external programs left in a run or sweep, without running them",
+      rescore);
+  add_value(command, "dir", flags.folder, "OUT", "Folder of a finished run or sweep; it is only read")
       ->required();
-  add_value(*command, "--config", flags->config, "CONFIG.json", "Configuration in place of the recorded one");
-  add_option_flags(*command, *flags);
-  add_cache_flag(*command, flags->cache);
-  add_jobs_flag(*command, *flags);
-  add_data_flag(*command, *flags);
-  add_run_output_flags(*command, *flags, "Folder for the results; made if it does not exist")->required();
-  command->add_flag("--quiet", flags->quiet, "No progress, warnings or table");
-  command->add_flag("--json", flags->json, "Print the summary as JSON");
-  command->footer(
+  add_value(command, "--config", flags.config, "CONFIG.json", "Configuration in place of the recorded one");
+  add_option_flags(command, flags);
+  add_cache_flag(command, flags.cache);
+  add_jobs_flag(command, flags);
+  add_data_flag(command, flags);
+  add_run_output_flags(command, flags, "Folder for the results; made if it does not exist")->required();
+  command.add_flag("--quiet", flags.quiet, "No progress, warnings or table");
+  command.add_flag("--json", flags.json, "Print the summary as JSON");
+  command.footer(
       "Examples:\n  sextant rescore out --set estimator.objects.stage=refined --out refined\n"
       "  sextant rescore sweep --config corrected.json --out corrected");
-  command->callback([flags] { rescore(*flags); });
 }
 
 }  // namespace sextant

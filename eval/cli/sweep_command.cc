@@ -1,5 +1,4 @@
 #include <charconv>
-#include <memory>
 
 #include "sextant/base/error.h"
 #include "sextant/eval/cli/command.h"
@@ -31,8 +30,7 @@ void run_sweep(SweepFlags& flags) {
   if (flags.dry_run) {
     const SweepSize size = size_of_sweep(config);
     if (flags.json) {
-      fmt::print("{}",
-                 json_text(Json{{"cases", size.n_cases}, {"pairs", size.n_pairs}, {"estimated_s", nullptr}}));
+      print_json(Json{{"cases", size.n_cases}, {"pairs", size.n_pairs}, {"estimated_s", nullptr}});
     } else {
       fmt::print("{} cases, {} frame pairs; nothing was run, so the time is unknown\n", size.n_cases,
                  size.n_pairs);
@@ -65,23 +63,20 @@ void print_status(const StatusFlags& flags) {
 }
 
 void add_sweep_status_command(CLI::App& sweep) {
-  const auto flags = std::make_shared<StatusFlags>();
-  CLI::App* command =
-      sweep.add_subcommand("status", "Show the progress of a sweep in shards, and its missing shards");
-  command->add_option("dir", flags->folder, "Folder with the shards' folders, or with shards/")
+  auto [command, flags] = add_command<StatusFlags>(
+      sweep, "status", "Show the progress of a sweep in shards, and its missing shards", print_status);
+  command.add_option("dir", flags.folder, "Folder with the shards' folders, or with shards/")
       ->required()
       ->type_name("DIR");
-  add_value(*command, "--shards", flags->n_shards, "N",
+  add_value(command, "--shards", flags.n_shards, "N",
             "Number of shards (default: as recorded by the shards that have begun)");
-  command->add_flag("--missing", flags->only_missing,
-                    "Print only missing and stopped shards, as sbatch --array takes them");
-  add_value(*command, "--except", flags->except, "I,J,...", "Shards to leave out of this list")
-      ->delimiter(',');
-  command->add_flag("--json", flags->json, "Print as JSON");
-  command->footer(
+  command.add_flag("--missing", flags.only_missing,
+                   "Print only missing and stopped shards, as sbatch --array takes them");
+  add_value(command, "--except", flags.except, "I,J,...", "Shards to leave out of this list")->delimiter(',');
+  command.add_flag("--json", flags.json, "Print as JSON");
+  command.footer(
       "Examples:\n  sextant sweep status out\n  sbatch --array=$(sextant sweep status out --missing) "
       "shard.sh");
-  command->callback([flags] { print_status(*flags); });
 }
 
 struct MergeFlags : CommonFlags {
@@ -123,7 +118,7 @@ void print_sweep(const SweepOutcome& outcome, const std::string& out, const Comm
   if (!flags.quiet) warn_of_problems(outcome.problems);
   const uint64_t n_now = outcome.n_cases - outcome.n_before;
   if (flags.json) {
-    fmt::print("{}", json_text(to_json(outcome, out)));
+    print_json(to_json(outcome, out));
     return;
   }
   if (!flags.quiet) {
@@ -135,49 +130,47 @@ void print_sweep(const SweepOutcome& outcome, const std::string& out, const Comm
 }
 
 void add_sweep_command(CLI::App& app) {
-  const auto flags = std::make_shared<SweepFlags>();
-  CLI::App* command = app.add_subcommand("sweep", "Run a plan: sources x estimators x noise levels x seeds");
-  add_value(*command, "plan", flags->plan, "PLAN.json", "JSON file; see docs/sweeps.md and eval/plans/");
-  add_value(*command, "--out", flags->out, "DIR",
+  auto [command, flags] =
+      add_command<SweepFlags>(app, "sweep", "Run a plan: sources x estimators x noise levels x seeds",
+                              [](SweepFlags& given, const CLI::App& given_command) {
+                                if (given_command.get_subcommands().empty()) run_sweep(given);
+                              });
+  add_value(command, "plan", flags.plan, "PLAN.json", "JSON file; see docs/sweeps.md and eval/plans/");
+  add_value(command, "--out", flags.out, "DIR",
             "Folder for the results; an unfinished sweep in it is resumed");
-  add_value(*command, "--shard", flags->shard, "I/N", "Only the I-th of N equal shares; a folder per shard")
+  add_value(command, "--shard", flags.shard, "I/N", "Only the I-th of N equal shares; a folder per shard")
       ->capture_default_str();
-  command->add_flag("--dry-run", flags->dry_run,
-                    "Print how many cases and frame pairs there are; runs and writes nothing");
-  command->add_flag("--packs-only", flags->packs_only, "Decode the sources into the cache and run no case");
-  add_cache_flag(*command, flags->cache);
-  command->add_flag("--allow-mixed", flags->config.allow_mixed,
-                    "Continue a sweep that another version of Sextant began; run.json names both");
-  command->add_flag(
-      "--reuse-stale", flags->config.reuse_stale,
+  command.add_flag("--dry-run", flags.dry_run,
+                   "Print how many cases and frame pairs there are; runs and writes nothing");
+  command.add_flag("--packs-only", flags.packs_only, "Decode the sources into the cache and run no case");
+  add_cache_flag(command, flags.cache);
+  command.add_flag("--allow-mixed", flags.config.allow_mixed,
+                   "Continue a sweep that another version of Sextant began; run.json names both");
+  command.add_flag(
+      "--reuse-stale", flags.config.reuse_stale,
       "Keep finished cases of another version of an external or Python estimator, instead of running them "
       "again");
-  command->add_flag("--force", flags->config.force, "Start over: first remove the sweep that --out holds");
-  command->add_flag("--no-packs", flags->no_packs, "Decode the source again for every case, for comparison");
-  add_jobs_flag(*command, *flags);
-  add_data_flag(*command, *flags);
-  command->add_flag("--quiet", flags->quiet, "No progress and no summary");
-  command->add_flag("--json", flags->json, "Print the summary as JSON");
-  command->footer(
+  command.add_flag("--force", flags.config.force, "Start over: first remove the sweep that --out holds");
+  command.add_flag("--no-packs", flags.no_packs, "Decode the source again for every case, for comparison");
+  add_jobs_flag(command, flags);
+  add_data_flag(command, flags);
+  command.add_flag("--quiet", flags.quiet, "No progress and no summary");
+  command.add_flag("--json", flags.json, "Print the summary as JSON");
+  command.footer(
       "Ctrl-C or a crash loses no finished case: give the same command again.\n"
       "Examples:\n  sextant sweep eval/plans/depth_s18.json --out out\n"
       "  sextant sweep eval/plans/depth_s18.json --shard 1/4 --out part1   (and 2/4 .. 4/4, then merge)");
-  add_sweep_status_command(*command);
-  command->callback([flags, command] {
-    if (command->get_subcommands().empty()) run_sweep(*flags);
-  });
+  add_sweep_status_command(command);
 }
 
 void add_merge_command(CLI::App& app) {
-  const auto flags = std::make_shared<MergeFlags>();
-  CLI::App* command = app.add_subcommand("merge", "Join the shards of a sweep");
-  add_value(*command, "dir", flags->folders, "DIR", "Folders of finished shards")->required();
-  add_value(*command, "--out", flags->out, "DIR", "Folder for the results")->required();
-  command->add_flag("--allow-mixed", flags->allow_mixed,
-                    "Join shards of different versions of Sextant or of an estimator; run.json names them");
-  command->add_flag("--quiet", flags->quiet, "No summary");
-  command->footer("Example:\n  sextant merge part1 part2 part3 part4 --out out");
-  command->callback([flags] { run_merge(*flags); });
+  auto [command, flags] = add_command<MergeFlags>(app, "merge", "Join the shards of a sweep", run_merge);
+  add_value(command, "dir", flags.folders, "DIR", "Folders of finished shards")->required();
+  add_value(command, "--out", flags.out, "DIR", "Folder for the results")->required();
+  command.add_flag("--allow-mixed", flags.allow_mixed,
+                   "Join shards of different versions of Sextant or of an estimator; run.json names them");
+  command.add_flag("--quiet", flags.quiet, "No summary");
+  command.footer("Example:\n  sextant merge part1 part2 part3 part4 --out out");
 }
 
 }  // namespace sextant
