@@ -18,7 +18,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/gate/side.h"
-#include "sextant/eval/gate/simulation.h"
+#include "simulated_gate.h"
 
 namespace sextant {
 namespace {

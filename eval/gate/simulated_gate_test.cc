@@ -1,6 +1,6 @@
 // The simulation of bench/gate_power, shortened to seconds, with generated records instead of recorded ones.
 
-#include "sextant/eval/gate/simulation.h"
+#include "simulated_gate.h"
 
 #include "sextant/base/testing.h"
 #include "sextant/eval/gate/testing.h"

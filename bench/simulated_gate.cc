@@ -1,4 +1,4 @@
-#include "sextant/eval/gate/simulation.h"
+#include "simulated_gate.h"
 
 #include <algorithm>
 #include <cmath>
