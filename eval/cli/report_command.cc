@@ -32,7 +32,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
     std::erase(keys, "records");
     const bool all = flags.columns == "all" || keys.empty();
     if (flags.columns == "first" && named->only_on_request) continue;
-    for_each_part(*named, [&](const Table& part) {
+    for_each_part(named->table, named->split_by, [&](const Table& part) {
       fmt::print("{}\n", to_text(all ? part : with_columns(part, keys)));
     });
   }

@@ -92,17 +92,6 @@ std::string joint_verdict(const std::vector<std::string>& verdicts) {
   return agree ? verdicts.front() : "partly";
 }
 
-void for_each_part(const NamedTable& named, const std::function<void(const Table& part)>& do_part) {
-  if (named.split_by.empty()) return do_part(named.table);
-  const std::vector<RowRange> ranges = row_ranges(named.table, named.split_by);
-  if (ranges.size() == 1) return do_part(named.table);
-  for (const RowRange& rows : ranges) do_part(rows_of(named.table, rows));
-}
-
-size_t n_parts(const NamedTable& named) {
-  return named.split_by.empty() ? 1 : row_ranges(named.table, named.split_by).size();
-}
-
 std::string part_anchor(const std::string& table, size_t i) { return fmt::format("{}-{}", table, i + 1); }
 
 std::string citation() {

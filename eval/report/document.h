@@ -83,8 +83,8 @@ std::string joint_verdict(const std::vector<std::string>& verdicts);
 struct NamedTable {
   std::string name;
   Table table;
-  /// Keys of columns. On pages a new table begins at each change of their values (split_rows); if the columns
-  /// are marked `fold`, each table states the values once. Files contain the whole table.
+  /// Keys of columns. On pages a new table begins at each change of their values (for_each_part()); if the
+  /// columns are marked `fold`, each table states the values once. Files contain the whole table.
   std::vector<std::string> split_by{};
   /// Keys of the most important columns, which fit a terminal and a page; the others are shown on request.
   /// Empty: all columns are shown.
@@ -92,10 +92,6 @@ struct NamedTable {
   bool only_on_request = false;  ///< too long for a terminal: shown there on request only
 };
 
-/// Calls do_part(part) for each part of a table that is split by split_by, or once for the whole table if
-/// split_by is empty. A part exists during the call only.
-void for_each_part(const NamedTable& named, const std::function<void(const Table& part)>& do_part);
-size_t n_parts(const NamedTable& named);
 /// Name of the anchor of the part with index `i`, if split_by is not empty.
 std::string part_anchor(const std::string& table, size_t i);
 

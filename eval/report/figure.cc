@@ -111,6 +111,12 @@ std::string plain_stem(const std::string& text) {
 
 }  // namespace
 
+Table figure_data(const std::vector<std::string>& keys) {
+  Table data{""};
+  for (const std::string& key : keys) data.columns.push_back(Column::text(key));
+  return data;
+}
+
 std::string file_stem(const std::string& text) {
   const std::string stem = plain_stem(text);
   if (stem.empty()) return "figure";

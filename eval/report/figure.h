@@ -26,6 +26,9 @@ struct Figure {
   double height_cm = 6.6;
 };
 
+/// Makes the data of a figure: columns with these keys, to which the caller adds rows.
+Table figure_data(const std::vector<std::string>& keys);
+
 /// Converts a text to a part of a file name: "s18/clone" -> "s18-clone".
 std::string file_stem(const std::string& text);
 

@@ -208,37 +208,33 @@ std::pair<ClusterSums, Moments> NoiseLevel::bounded(size_t error) const {
   return {cluster_sums(sample.values, sample.clusters), bounds_[error]};
 }
 
-bool NoiseLevel::has_error(size_t row) const {
-  return std::ranges::any_of(errors_, [&](const auto& column) { return !std::isnan(column[row]); });
-}
-
 size_t NoiseLevel::n_with_error() const {
   if (is_summed()) return *std::ranges::max_element(n_of_);
   size_t n = 0;
-  for (size_t row = 0; row < cases_.size(); ++row) n += has_error(row);
+  for (size_t row = 0; row < cases_.size(); ++row)
+    n += std::ranges::any_of(errors_, [&](const auto& column) { return !std::isnan(column[row]); });
   return n;
 }
 
-std::vector<std::pair<size_t, size_t>> NoiseLevel::pairs(const NoiseLevel& other) const {
-  std::vector<std::pair<size_t, size_t>> rows;
-  for_each_case(cases_, other.cases_, [&](std::optional<size_t> a, std::optional<size_t> b) {
-    if (a && b && has_error(*a) && other.has_error(*b)) rows.emplace_back(*a, *b);
-  });
-  return rows;
+Moments NoiseLevel::moments(size_t error, size_t row) const {
+  if (is_summed()) return sums_[error][row].error;
+  Moments of_record;
+  if (!std::isnan(errors_[error][row])) of_record.add(errors_[error][row]);
+  return of_record;
 }
 
-std::optional<std::vector<NoiseLevel::SeedSums>> NoiseLevel::paired_sums(const NoiseLevel& other,
-                                                                         size_t error) const {
-  std::vector<SeedSums> pairs;
+std::optional<std::vector<NoiseLevel::Common>> NoiseLevel::common(const NoiseLevel& other,
+                                                                  size_t error) const {
+  if (is_summed() != other.is_summed()) return std::nullopt;
+  std::vector<Common> all;
   bool same_pairs = true;
   for_each_case(cases_, other.cases_, [&](std::optional<size_t> a, std::optional<size_t> b) {
     if (!a || !b) return;
-    const Moments& of_first = sums_[error][*a].error;
-    const Moments& of_second = other.sums_[error][*b].error;
-    same_pairs = same_pairs && missed_[*a] == other.missed_[*b] && of_first.n == of_second.n;
-    if (of_first.n > 0) pairs.push_back({cases_.seeds[*a], of_first, of_second});
+    const Moments first = moments(error, *a), second = other.moments(error, *b);
+    if (is_summed()) same_pairs = same_pairs && missed_[*a] == other.missed_[*b] && first.n == second.n;
+    if (first.n > 0 && second.n > 0) all.push_back({cases_.seeds[*a], cases_.frames[*a], first, second});
   });
-  return same_pairs ? std::optional(pairs) : std::nullopt;
+  return same_pairs ? std::optional(std::move(all)) : std::nullopt;
 }
 
 NoiseLevel level_of(const RecordRefs& records) {
@@ -303,6 +299,14 @@ ClusterBy clusters_of(std::span<const NoiseLevelRef> levels) {
     }
   }
   return seeds.size() < 2 ? ClusterBy::frames : ClusterBy::seeds;
+}
+
+ClusterLevels sums_by_cluster(std::span<const NoiseLevelRef> curve, size_t error, ClusterBy by) {
+  ClusterLevels clusters;
+  for (const NoiseLevelRef& level : curve) {
+    for (const auto& [label, of] : level->sums(error, by)) clusters[label][level->key().level].add(of);
+  }
+  return clusters;
 }
 
 double mean_distance_m(std::span<const NoiseLevelRef> curve) {

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -91,19 +92,19 @@ class NoiseLevel {
   /// True distance of the records that have E_t.
   Moments distance_gt_m() const { return distance_gt_m_; }
 
-  /// Returns the rows of two levels that belong to the same case and both have a compared error. Both need
-  /// sort().
-  std::vector<std::pair<size_t, size_t>> pairs(const NoiseLevel& other) const;
   /// Returns the number of records that have a compared error.
   size_t n_with_error() const;
-  /// Sums of one error over one seed in two levels.
-  struct SeedSums {
+  /// One error of a frame pair in two levels or, in summaries, of the pairs of a seed.
+  struct Common {
     uint64_t seed;
+    int frame;
     Moments first, second;
   };
-  /// Returns the sums of an error for each seed that both levels of summaries have. Returns nullopt if the
-  /// sets of estimated frames differ for any of these seeds.
-  std::optional<std::vector<SeedSums>> paired_sums(const NoiseLevel& other, size_t error) const;
+  /// Returns what both levels have of an error, in order of case; both need sort(). Returns nullopt if only
+  /// one of them has summaries, which identify pairs by seed only, or if both have and the sets of estimated
+  /// frames differ for any seed.
+  std::optional<std::vector<Common>> common(const NoiseLevel& other, size_t error) const;
+  size_t n_rows() const { return cases_.size(); }
   SeedFrame case_of(size_t row) const { return cases_.case_of(row); }
   /// Returns the error of a row; NaN if the row has none.
   double error(size_t error, size_t row) const { return errors_[error][row]; }
@@ -114,7 +115,7 @@ class NoiseLevel {
     std::vector<uint64_t> clusters;
   };
   Sample select(size_t error, ClusterBy by, bool only_bounded) const;
-  bool has_error(size_t row) const;
+  Moments moments(size_t error, size_t row) const;
   [[noreturn]] void fail_mixed() const;
 
   NoiseLevelKey key_;
@@ -172,6 +173,10 @@ ClusterBy clusters_of(std::span<const NoiseLevelRef> levels);
 
 /// Groups levels that differ in level and noise only; `levels` must be in order of key.
 std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevelRef> levels);
+
+/// Sums of one error by cluster and level, for the levels that each cluster has.
+using ClusterLevels = std::map<uint64_t, std::map<double, Moments>>;
+ClusterLevels sums_by_cluster(std::span<const NoiseLevelRef> curve, size_t error, ClusterBy by);
 
 /// Mean true distance of a body over the levels of its curve, m.
 double mean_distance_m(std::span<const NoiseLevelRef> curve);

@@ -1,14 +1,14 @@
 #include "sextant/eval/report/noise_sweep.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
-#include <cmath>
-#include <compare>
-#include <cstdlib>
 #include <cstring>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -16,196 +16,210 @@
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/record_reading.h"
+#include "sextant/eval/report/swept_parameter.h"
 
 namespace sextant {
 namespace {
 
-/// Returns the numbers in a tree by dotted key.
-std::map<std::string, double> numbers_of(const Json& tree) {
-  std::map<std::string, double> numbers;
-  for (const auto& [key, value] : leaves_of(tree)) {
-    if (value.is_number()) numbers[key] = value.get<double>();
-  }
-  return numbers;
+constexpr const char* one_sample =
+    "their records would count as one sample; compare the folders (sextant compare), or report them apart";
+
+/// Returns the label of a plan for an estimator of records: LABEL, or LABEL.NAME of a program with several
+/// results. `labels` is a map by label.
+template <typename Map>
+typename Map::const_iterator find_label(const Map& labels, const std::string& estimator) {
+  auto found = labels.find(estimator);
+  for (size_t dot = estimator.rfind('.'); found == labels.end() && dot != std::string::npos && dot > 0;
+       dot = estimator.rfind('.', dot - 1))
+    found = labels.find(estimator.substr(0, dot));
+  return found;
 }
 
-/// A sweep of one parameter under the same other noise.
-struct Grid {
-  std::string parameter;  ///< dotted key; "" if nothing is swept
-  std::string others;     ///< options of the noise, in one line, with null in place of the parameter
-  std::string label;      ///< text of the other noise; "" if this version cannot read the options
-  auto operator<=>(const Grid&) const = default;
-};
-
-/// A noise level of the configuration in run.json.
-struct ConfiguredLevel {
-  double level = 0;
-  Json noise;                             ///< Noise::options()
-  std::string name;                       ///< text in records; "" if this version cannot read the options
-  std::map<std::string, double> numbers;  ///< of `noise`, by dotted key
-  Grid grid;
-};
-
-/// Sets the number at a dotted key; does nothing for a key that itself contains a dot.
-void set_number(const std::string& key, const Json& value, Json& noise) {
-  Json* number = &noise;
-  for (const std::string& part : split(key, '.')) {
-    if (!number->is_object()) return;
-    number = &(*number)[part];
-  }
-  *number = value;
-}
-
-/// Parameter of a grid over the `scale` of a noise profile. The options in run.json hold the profile's
-/// numbers times the level in place of `profile` and `scale`.
-constexpr const char* profile_scale = "scale";
-
-/// Returns true if `key` is one of the numbers that the scale of a profile multiplies.
-bool is_scaled_by_profile(const std::string& key) {
-  static const std::set<std::string> names = {"epe_px",     "epe_x_px", "epe_y_px",
-                                              "delta_d_px", "step_px",  "radius_px"};
-  return names.contains(key.substr(key.rfind('.') + 1));
-}
-
-/// Returns true if the noise of both levels is that of one profile times the level: numbers that differ are
-/// in the ratio of the levels, and all else is equal. At level 0 the noise has no size.
-bool are_of_profile(const ConfiguredLevel& a, const ConfiguredLevel& b) {
-  Json rest_a = a.noise, rest_b = b.noise;
-  bool has_size = false, is_empty = true;
-  for (const auto& [key, number] : a.numbers) {
-    if (!is_scaled_by_profile(key)) continue;
-    is_empty = is_empty && number == 0;
-    const auto other = b.numbers.find(key);
-    if (other == b.numbers.end() || number == other->second) continue;
-    const double scaled = number * b.level, expected = other->second * a.level;
-    if (std::abs(scaled - expected) > 1e-9 * expected) continue;  // remains in both and makes them differ
-    has_size = true;
-    set_number(key, nullptr, rest_a);
-    set_number(key, nullptr, rest_b);
-  }
-  if (a.level == 0) return is_empty;
-  return b.level == 0 ? are_of_profile(b, a) : has_size && rest_a == rest_b;
-}
-
-/// Returns the grid of a level whose noise is that of a profile times the level.
-Grid grid_of_profile(const ConfiguredLevel& level) {
-  Json profile = level.noise;
-  for (const auto& [key, number] : level.numbers) {
-    if (is_scaled_by_profile(key))
-      set_number(key, std::strtod(fmt::format("{:.6g}", number / level.level).c_str(), nullptr), profile);
-  }
-  return {profile_scale, json_line(profile), noise_name(profile)};
-}
-
-/// Returns the grid of a level whose noise is not none.
-Grid grid_of(const ConfiguredLevel& level, const std::string& parameter) {
-  if (parameter == profile_scale) return grid_of_profile(level);
-  Json others = level.noise, without = level.noise;
-  set_number(parameter, nullptr, others);
-  set_number(parameter, 0, without);
-  std::string label = noise_name(without);
-  const size_t correlation = level.name.find(" (");
-  if (label == "none" && correlation != std::string::npos) label += level.name.substr(correlation);
-  return {parameter, json_line(others), label};
-}
-
-/// Returns true if the number `key` is the level at both levels and their noise is otherwise equal. At level
-/// 0 the model of the number may be missing, because options list only models that have an effect.
-bool is_swept(const std::string& key, const ConfiguredLevel& a, const ConfiguredLevel& b) {
-  const std::string model = key.substr(0, key.find('.'));
-  const auto is_level = [&](const ConfiguredLevel& level) {
-    const auto it = level.numbers.find(key);
-    if (it != level.numbers.end()) return it->second == level.level;
-    return level.level == 0 && !level.noise.contains(model);
-  };
-  if (!is_level(a) || !is_level(b)) return false;
-  const bool has_model = a.noise.contains(model) && b.noise.contains(model);
-  const bool has_correlation = !a.noise.empty() && !b.noise.empty();
-  const auto rest = [&](Json noise) {
-    if (!has_correlation) noise.erase("correlation");
-    if (!has_model) {
-      noise.erase(model);
-      return noise;
+/// Checks of folders whose records are counted together in one report. Refuses folders whose records would
+/// count as one sample although they differ in more than the seed: equal names of an estimator or a noise
+/// stand for other options, another version of an external program ran, a source has other data or options,
+/// or an error is defined differently. What only one folder records is ignored, because another version of
+/// the program may not have it. Warns of missing shards, and of several versions of Sextant.
+class FolderChecks {
+ public:
+  /// Begins the next folder. `run`: content of its run.json.
+  void begin(const Json& run, const std::filesystem::path& folder) {
+    definitions_.check(run, folder);
+    Folder& now = folders_.emplace_back(Folder{.file = (folder / "run.json").string()});
+    last_.reset();
+    now.versions = fingerprints_in(run, now.file);
+    now.data = &*data_.insert(data_of(run)).first;
+    add_options(run, now);
+    if (const auto shard = shard_of(run))
+      given_shards_[{run.value("configuration", Json()).dump(), shard->second}].insert(shard->first);
+    Json programs = json_list(run, "programs", now.file);
+    if (programs.empty() && run.contains("version")) programs.push_back(run);  // of `sextant run`
+    for (const Json& program : programs) {
+      for (const char* key : {"version", "git_commit"}) json_member<std::string>(program, key, now.file, "");
+      folder_of_version_.emplace(program_text(Json::array({program})), folder.string());
     }
-    set_number(key, nullptr, noise);
-    return noise;
-  };
-  return rest(a.noise) == rest(b.noise);
-}
+  }
 
-/// Determines the grid of each level. A grid consists of successive levels of which one parameter is
-/// swept; it ends where no parameter fits the next level too. If a level 0 fits both the grid before it and
-/// the grid after it, it is assigned to the grid after it.
-void find_grids(std::vector<ConfiguredLevel>& levels) {
-  using Keys = std::set<std::string>;
-  const auto fits_profile = [&](size_t a, size_t b) {
-    // Level 0 does not show the profile: two others must.
-    if (levels[a].level > 0)
-      return (levels[b].level > 0 || b > a + 1) && are_of_profile(levels[a], levels[b]);
-    const size_t i = a + 1, j = std::max(b, a + 2);
-    return j < levels.size() && are_of_profile(levels[a], levels[i]) && levels[i].level > 0 &&
-           are_of_profile(levels[i], levels[j]);
-  };
-  const auto fitting = [&](const Keys& keys, size_t a, size_t b) {
-    Keys fit;
-    for (const std::string& key : keys) {
-      if (key == profile_scale ? fits_profile(a, b) : is_swept(key, levels[a], levels[b])) fit.insert(key);
+  /// Checks the labels of a record of the folder. Throws Error if an earlier folder holds records with the
+  /// same labels that differ. Programs, data and source options are compared for equal estimator, data set
+  /// and sequence, because a curve joins their noise levels.
+  void check(Interned estimator, Interned dataset, Interned sequence, Interned noise, double level) {
+    const Row row{estimator, dataset, sequence, noise, level};
+    if (row == last_) return;
+    last_ = row;
+    const Folder& now = folders_.back();
+    if (const Folder* first = earlier(row, of_row_)) {
+      const auto label = find_label(now.of_estimator, estimator.str());
+      if (label != now.of_estimator.end())
+        compare(*first, now, "estimator", label->first, label->first, &Folder::of_estimator);
+      compare(*first, now, "noise", noise.str(), std::pair(noise.str(), level), &Folder::of_noise);
     }
-    return fit;
-  };
-  const auto swept_by_two = [&](size_t a) {
-    Keys keys;
-    for (const size_t i : {a, a + 1}) {
-      for (const auto& [key, value] : levels[i].numbers) keys.insert(key);
+    if (const Folder* first = earlier(Curve{estimator, dataset, sequence}, of_curve_))
+      compare_origins(*first, now, estimator.str());
+  }
+
+  /// Returns a sentence for each sweep of which shards are missing, and one if there are several versions.
+  std::vector<std::string> warnings() const {
+    std::vector<std::string> sentences;
+    for (const auto& [sweep, given] : given_shards_) {
+      if (given.size() >= sweep.second) continue;
+      sentences.push_back(
+          fmt::format("{} {} of {} of a sweep, and not the others: seeds and levels that the others hold are "
+                      "missing, so estimators may not have the same cases",
+                      given.size() == 1 ? "the folders hold shard" : "the folders hold shards",
+                      fmt::join(given, ", "), sweep.second));
     }
-    const Keys fit = fitting(keys, a, a + 1);
-    return fit.empty() ? fitting({profile_scale}, a, a + 1) : fit;
+    if (folder_of_version_.size() < 2) return sentences;
+    std::vector<std::string> versions;
+    for (const auto& [version, folder] : folder_of_version_)
+      versions.push_back(fmt::format("{} ({})", version, folder));
+    sentences.push_back(
+        fmt::format("the records come from different versions of Sextant, which may explain differences "
+                    "between them: {}",
+                    fmt::join(versions, ", ")));
+    return sentences;
+  }
+
+ private:
+  using Leaves = std::map<std::string, Json>;
+  using Curve = std::tuple<Interned, Interned, Interned>;
+  using Row = std::tuple<Interned, Interned, Interned, Interned, double>;
+  struct Folder {
+    std::string file;
+    std::map<std::string, Leaves> of_estimator;                 ///< by label
+    std::map<std::pair<std::string, double>, Leaves> of_noise;  ///< by name and level
+    Fingerprints versions;                                      ///< by label
+    std::map<std::string, std::string> of_source;               ///< options, by source without its folder
+    const SourceData* data = nullptr;
   };
-  size_t first = 0;  // of the grid
-  Keys keys;         // parameters that fit the grid so far
-  for (size_t i = 1; i <= levels.size(); ++i) {
-    Keys longer;
-    if (i < levels.size()) longer = i == first + 1 ? swept_by_two(first) : fitting(keys, first, i);
-    const bool may_begin_next = i + 1 < levels.size() && levels[i].level == 0;
-    if (may_begin_next && fitting(longer, first, i + 1).empty() && !swept_by_two(i).empty()) longer.clear();
-    if (longer.empty()) {
-      if (!keys.empty()) {
-        const ConfiguredLevel& highest =
-            *std::max_element(&levels[first], &levels[i - 1] + 1,
-                              [](const auto& a, const auto& b) { return a.level < b.level; });
-        const Grid grid = grid_of(highest, *keys.begin());
-        for (size_t k = first; k < i; ++k) levels[k].grid = grid;
+  /// Folders with records of a row or curve, as indices.
+  struct Holders {
+    size_t first, last;
+  };
+
+  static void add_options(const Json& run, Folder& now) {
+    const Json configuration = json_object(run, "configuration", now.file);
+    const Json options = json_object(configuration, "options", now.file);
+    const auto add_estimator = [&](const std::string& label, const Json& own, const Json& pipeline) {
+      now.of_estimator[label] = leaves_of({{"estimator", own},
+                                           {"pipeline", pipeline},
+                                           {"extraction", json_object(options, "extraction", now.file)}});
+    };
+    const auto add_noise = [&](double level, const Json& noise) {
+      const std::string name = noise.is_object() ? noise_name(noise) : "";
+      if (!name.empty()) now.of_noise[{name, level}] = leaves_of(noise);
+    };
+    const Json pipeline = json_object(options, "pipeline", now.file);
+    if (configuration.contains("estimator") && configuration["estimator"].is_string()) {  // of `sextant run`
+      // The records of an external program have the label of its fingerprint.
+      add_estimator(
+          now.versions.empty() ? configuration["estimator"].get<std::string>() : now.versions.begin()->first,
+          json_object(options, "estimator", now.file), pipeline);
+    }
+    for (const Json& entry : json_list(configuration, "estimators", now.file)) {
+      if (!entry.is_object() || !entry.contains("label") || !entry["label"].is_string()) continue;
+      add_estimator(entry["label"], json_object(entry, "options", now.file),
+                    entry.contains("pipeline") ? json_object(entry, "pipeline", now.file) : pipeline);
+    }
+    for (const Json& source : json_list(configuration, "sources", now.file)) {
+      if (source.is_string()) {  // of `sextant run`
+        now.of_source[without_folder(source.get<std::string>())] =
+            json_line(json_object(options, "source", now.file));
+      } else if (source.is_object()) {
+        now.of_source[without_folder(json_member<std::string>(source, "source", now.file, ""))] =
+            json_line(json_object(source, "options", now.file));
       }
-      first = i;
     }
-    keys = std::move(longer);
+    const Json noise = configuration.value("noise", Json());
+    if (noise.is_object()) add_noise(json_member<double>(configuration, "level", now.file, 0), noise);
+    if (!noise.is_array()) return;
+    for (const Json& entry : noise) {
+      if (entry.is_object())
+        add_noise(json_member<double>(entry, "level", now.file, 0), json_object(entry, "noise", now.file));
+    }
   }
-}
 
-/// Returns the noise levels of a run.json's configuration, in their order; none where it lists no levels.
-std::vector<ConfiguredLevel> configured_levels(const Json& configuration) {
-  const Json list = configuration.value("noise", Json());
-  std::vector<ConfiguredLevel> levels;
-  for (size_t i = 0; list.is_array() && i < list.size(); ++i) {
-    const Json& entry = list[i];
-    if (!entry.is_object() || !entry.contains("noise") || !entry["noise"].is_object()) return {};
-    ConfiguredLevel level{.level = json_member<double>(entry, "level", "run.json: configuration.noise", 0),
-                          .noise = entry["noise"],
-                          .name = noise_name(entry["noise"])};
-    level.numbers = numbers_of(level.noise);
-    levels.push_back(std::move(level));
+  /// Returns the first folder that holds `key`; null if it is the present one, or was compared with it.
+  template <typename Key>
+  const Folder* earlier(const Key& key, std::map<Key, Holders>& holders) const {
+    const size_t at = folders_.size() - 1;
+    const auto [of_key, is_new] = holders.try_emplace(key, Holders{at, at});
+    if (is_new || of_key->second.last == at) return nullptr;
+    of_key->second.last = at;
+    return &folders_[of_key->second.first];
   }
-  find_grids(levels);
-  return levels;
-}
+
+  template <typename Key>
+  static void compare(const Folder& first, const Folder& now, const char* what, const std::string& label,
+                      const Key& key, std::map<Key, Leaves> Folder::*options) {
+    const Leaves *before = find_in(first.*options, key), *after = find_in(now.*options, key);
+    if (before == nullptr || after == nullptr) return;
+    for (const auto& [name, value] : *after) {
+      const Json* other = find_in(*before, name);
+      if (other == nullptr || *other == value) continue;
+      fail(
+          "{}: {} '{}' has {} = {}, but {} in {}: their records would count as one sample; report the "
+          "folders apart, or give the estimators of a plan different labels",
+          now.file, what, label, name, json_excerpt(value), json_excerpt(*other), first.file);
+    }
+  }
+
+  static void compare_origins(const Folder& first, const Folder& now, const std::string& estimator) {
+    const auto before = find_label(first.versions, estimator), after = find_label(now.versions, estimator);
+    if (before != first.versions.end() && after != now.versions.end() && before->second != after->second) {
+      std::vector<Fingerprint> versions = before->second;
+      for (const Fingerprint& version : after->second) add_distinct(version, versions);
+      fail("{}: another version of '{}' ran than in {} ({}): {}", now.file, after->first, first.file,
+           versions.size() > 1 ? difference(versions[0], versions[1]) : "", one_sample);
+    }
+    for (const auto& [source, options] : now.of_source) {
+      const std::string* other = find_in(first.of_source, source);
+      if (other == nullptr || *other == options) continue;
+      fail("{}: source '{}' has the options {}, but {} in {}: {}", now.file, source, options, *other,
+           first.file, one_sample);
+    }
+    if (now.data == first.data) return;
+    if (const std::string changed = changed_data(*first.data, *now.data); !changed.empty())
+      fail("{}: has other data than {} ({}): {}", now.file, first.file, changed, one_sample);
+  }
+
+  SameDefinitions definitions_;
+  std::vector<Folder> folders_;
+  std::set<SourceData> data_;  ///< the data of the folders, each once: shards of a sweep have the same
+  std::map<Row, Holders> of_row_;
+  std::map<Curve, Holders> of_curve_;
+  std::optional<Row> last_;                               ///< the row of the last record
+  std::map<std::string, std::string> folder_of_version_;  ///< the first folder, by version of Sextant
+  std::map<std::pair<std::string, size_t>, std::set<size_t>> given_shards_;  ///< by sweep and their number
+};
 
 /// Returns the grid of the first level that `is_level` accepts; otherwise that of level `position`, or none
 /// if there are fewer levels.
 template <typename IsLevel>
-Grid find_grid(const std::vector<ConfiguredLevel>& levels, IsLevel is_level, size_t position) {
+SweptGrid find_grid(const std::vector<ConfiguredLevel>& levels, IsLevel is_level, size_t position) {
   const auto it = std::ranges::find_if(levels, is_level);
   if (it != levels.end()) return it->grid;
-  return position < levels.size() ? levels[position].grid : Grid();
+  return position < levels.size() ? levels[position].grid : SweptGrid();
 }
 
 /// A sweep lists its noise by source and level; a run has one entry per source.
@@ -338,11 +352,8 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     NoiseLevels levels;
     std::vector<AchievedNoise> achieved;
   };
-  std::map<Grid, Content> by_grid;
-  SameDefinitions definitions;
-  SameLabels labels;
-  GivenShards shards;
-  SextantVersions versions;
+  std::map<SweptGrid, Content> by_grid;
+  FolderChecks checks;
   for (const std::filesystem::path& folder : folders) {
     const bool has_records = std::filesystem::exists(folder / "records.jsonl");
     if (!has_results(folder)) {
@@ -350,10 +361,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
            summary_file_name);
     }
     const Json run = std::filesystem::exists(folder / "run.json") ? read_run_json(folder) : Json::object();
-    definitions.check(run, folder);
-    labels.begin(run, folder);
-    shards.add(run);
-    versions.add(run, folder);
+    checks.begin(run, folder);
     const std::vector<ConfiguredLevel> levels = configured_levels(run.value("configuration", Json::object()));
     // A shard may lack levels of its plan, so levels are found by their noise. Where the noise is unknown,
     // the n-th kind of noise to appear is that of the n-th level, because cases are in the order of the
@@ -373,7 +381,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
       uint64_t n_records = 0;
       for_each_record(folder / "records.jsonl", [&](const Record& record) {
         ++n_records;
-        labels.check(record.estimator, record.dataset, record.sequence, record.noise, record.level);
+        checks.check(record.estimator, record.dataset, record.sequence, record.noise, record.level);
         add(record);
       });
       const std::string missing = missing_records(run, n_records, folder);
@@ -381,7 +389,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
     } else {
       for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) {
         for (const ResultSums& result : summary.results) {
-          labels.check(Interned(result.estimator), Interned(summary.dataset), Interned(summary.sequence),
+          checks.check(Interned(result.estimator), Interned(summary.dataset), Interned(summary.sequence),
                        Interned(summary.noise), summary.level);
         }
         add(summary);
@@ -397,10 +405,7 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
       content.achieved.push_back(std::move(achieved));
     }
   }
-  if (warnings != nullptr) {
-    std::ranges::copy(shards.warnings(), std::back_inserter(*warnings));
-    std::ranges::copy(versions.warnings(), std::back_inserter(*warnings));
-  }
+  if (warnings != nullptr) std::ranges::move(checks.warnings(), std::back_inserter(*warnings));
   std::vector<NoiseSweep> sweeps;
   for (auto& [grid, content] : by_grid) {
     int n_of_parameter = 0, n_of_label = 0;

@@ -56,7 +56,7 @@ void add_levels(const NoiseSweep& more, NoiseSweep& sweep);
 /// in order of parameter. Appends to `warnings`, unless null, where run.json states another number of
 /// records, where shards of a sweep are missing, and if several versions of Sextant made the folders. Throws
 /// Error on a folder without records.jsonl and summary.bin, on damaged files, if a case occurs twice, if
-/// folders define an error differently, and if records of one row differ in more than the seed (SameLabels).
+/// folders define an error differently, and if records of one row differ in more than the seed.
 std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::path>& folders,
                                           std::vector<std::string>* warnings = nullptr);
 

@@ -12,11 +12,6 @@ std::span<const EmbeddedFile> published_files();
 
 namespace {
 
-const Json& paper_data() {
-  static const Json data = published_json("zhang2020_data.json");
-  return data;
-}
-
 const Json& member(const Json& object, const std::string& key) {
   const auto at = object.find(key);
   if (at == object.end()) throw InternalError("zhang2020_data.json: no '" + key + "'");
@@ -40,18 +35,18 @@ bool RecordFilter::matches(const Record& record) const {
 }
 
 Paper::Paper(const Json& values, const Json& data)
-    : published(values), tables_(data.at("tables")), claims_(data.at("claims")), fetch_(data.at("fetch")) {
-  flow_error_set = data.at("flow_error_set").get<std::string>();
-  baseline = data.at("baseline").get<std::string>();
-  method = data.at("method").get<std::string>();
-  code_procedure = data.at("code_procedure").get<std::string>();
+    : published(values),
+      flow_error_set(data.at("flow_error_set").get<std::string>()),
+      baseline(data.at("baseline").get<std::string>()),
+      method(data.at("method").get<std::string>()),
+      code_procedure(data.at("code_procedure").get<std::string>()),
+      recorded_dataset(data.at("recorded").at("dataset").get<std::string>()),
+      recorded_title(data.at("recorded").at("title").get<std::string>()),
+      recorded_rate_hz(data.at("recorded").at("rate_hz").get<double>()),
+      stated(data.at("fig_4")),
+      data_(data) {
   const Json& system = data.at("reference");
   reference = {system.at("name"), system.at("column"), system.at("title"), "", 0};
-  const Json& recorded = data.at("recorded");
-  recorded_dataset = recorded.at("dataset").get<std::string>();
-  recorded_title = recorded.at("title").get<std::string>();
-  recorded_rate_hz = recorded.at("rate_hz").get<double>();
-  stated = data.at("fig_4");
   for (const Json& set : data.at("sets")) {
     RecordFilter filter{set.at("dataset"), set.at("sequence")};
     if (set.contains("frames")) {
@@ -67,8 +62,6 @@ Paper::Paper(const Json& values, const Json& data)
     if (s.contains("part_of"))
       parts_of_recorded.emplace_back(s.value("sequence", ""), s.value("part_of", ""));
   }
-  for (const Json& o : data.at("objects"))
-    objects_.push_back({o.at("sequence"), o.at("objects"), o.at("ids").get<std::set<int>>()});
 }
 
 std::optional<std::string> Paper::column_of(const std::string& estimator) const {
@@ -78,8 +71,9 @@ std::optional<std::string> Paper::column_of(const std::string& estimator) const 
 }
 
 std::set<int> Paper::ids_of(const std::string& sequence, const std::string& objects) const {
-  for (const Objects& group : objects_) {
-    if (group.sequence == sequence && group.objects == objects) return group.ids;
+  for (const Json& group : data_.at("objects")) {
+    if (group.at("sequence") == sequence && group.at("objects") == objects)
+      return group.at("ids").get<std::set<int>>();
   }
   return {};
 }
@@ -99,23 +93,23 @@ std::string Paper::recorded_sequence(const Record& record) const {
 }
 
 TableText Paper::table(const std::string& number) const {
-  const Json& entry = member(tables_, number);
-  const std::string data = entry.value("fetch", "");
+  const Json& entry = member(data_.at("tables"), number);
   return {entry.value("title", ""), entry.value("caption", ""), entry.value("data", ""),
-          data.empty() ? "" : fetch(data)};
+          fetch(entry.value("fetch", ""))};
 }
 
 Statement Paper::statement(const std::string& claim) const {
-  const Json& entry = member(claims_, claim);
-  const std::string data = entry.value("fetch", "");
+  const Json& entry = member(data_.at("claims"), claim);
   return {entry.value("statement", ""), entry.value("place", ""), entry.value("brief", ""),
-          data.empty() ? "" : fetch(data)};
+          fetch(entry.value("fetch", ""))};
 }
 
-std::string Paper::fetch(const std::string& data) const { return member(fetch_, data).get<std::string>(); }
+std::string Paper::fetch(const std::string& data) const {
+  return data.empty() ? "" : member(data_.at("fetch"), data).get<std::string>();
+}
 
 const Paper& paper() {
-  static const Paper paper(published_json("zhang2020.json"), paper_data());
+  static const Paper paper(published_json("zhang2020.json"), published_json("zhang2020_data.json"));
   return paper;
 }
 
@@ -127,7 +121,7 @@ std::optional<double> published_number(const Json& table, const std::string& key
 }
 
 std::string data_title(const std::string& dataset, const std::string& sequence) {
-  for (const Json& entry : paper_data().at("data_titles")) {
+  for (const Json& entry : paper().data("data_titles")) {
     if (entry.at("dataset") != dataset ||
         entry.value("sequence", "") != (entry.contains("sequence") ? sequence : ""))
       continue;

@@ -83,22 +83,20 @@ struct Paper {
   /// Returns the texts of the table `number`, e.g. "III". Throws InternalError if there is none.
   TableText table(const std::string& number) const;
   Statement statement(const std::string& claim) const;
-  /// Returns the command that fetches the data of that name. Throws InternalError for an unknown name.
+  /// Returns an entry of zhang2020_data.json.
+  const Json& data(const char* key) const { return data_.at(key); }
+  /// Returns the command that fetches the data of that name; "" for "". Throws InternalError for an unknown
+  /// name.
   std::string fetch(const std::string& data) const;
 
-  explicit Paper(const Json& published, const Json& data);
+  Paper(const Json& published, const Json& data);
 
  private:
   struct NamedSequence {
     std::string paper, dataset, sequence;  ///< a "*" at the end of a sequence matches any text
   };
-  struct Objects {
-    std::string sequence, objects;
-    std::set<int> ids;
-  };
   std::vector<NamedSequence> sequences_;
-  std::vector<Objects> objects_;
-  Json tables_, claims_, fetch_;
+  Json data_;  ///< zhang2020_data.json
 };
 
 /// Returns the reproduced paper, which is read once from the files that come with the program.

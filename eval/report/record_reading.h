@@ -4,19 +4,15 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <optional>
-#include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "sextant/base/json.h"
 #include "sextant/base/text.h"
-#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/report/table.h"
 #include "sextant/stats/clustered_sample.h"
@@ -76,6 +72,36 @@ void for_each_case(const CaseColumns& first, const CaseColumns& second, const Vi
     b += in_second;
   }
 }
+
+// ---- Records by their properties. `records` contains records or pointers to records, to which the results
+// point.
+
+inline const Record& as_record(const Record& record) { return record; }
+inline const Record& as_record(const Record* record) { return *record; }
+
+/// Returns the records for which `is_chosen(record)` is true, in order.
+template <typename Records, typename IsChosen>
+RecordRefs records_where(const Records& records, const IsChosen& is_chosen) {
+  RecordRefs chosen;
+  for (const auto& item : records) {
+    if (is_chosen(as_record(item))) chosen.push_back(&as_record(item));
+  }
+  return chosen;
+}
+
+/// Groups records by a member or a function of the record, in order of its values. The records of a group
+/// keep their order.
+template <typename Records, typename KeyOf>
+auto group_by(const Records& records, const KeyOf& key_of) {
+  std::map<std::decay_t<std::invoke_result_t<KeyOf, const Record&>>, RecordRefs> groups;
+  for (const auto& item : records) groups[std::invoke(key_of, as_record(item))].push_back(&as_record(item));
+  return groups;
+}
+
+/// Returns true for a record that has truth and was estimated.
+inline bool is_evaluated(const Record& record) { return has_truth(record) && record.status == Status::ok; }
+/// Returns body_order() of its body.
+inline int order_of(const Record& record) { return body_order(record.body); }
 
 // ---- Numbers of records.
 
@@ -141,7 +167,7 @@ Column metric_column(const MetricDefinition& metric);
 
 struct BodyRecords {
   std::string title;  ///< "camera", "Obj1"
-  std::vector<const Record*> records;
+  RecordRefs records;
 };
 
 struct RecordSet {
@@ -158,84 +184,6 @@ std::vector<RecordSet> record_sets(const std::vector<Record>& records);
 std::vector<std::string> estimators_of(const RecordSet& set);
 
 /// Selects the records of one estimator.
-std::vector<const Record*> of_estimator(const std::vector<const Record*>& records,
-                                        const std::string& estimator);
-
-// ---- Checks of folders whose records are counted together in one report: the labels of records stand for
-// the same options, programs and data; no shard of a sweep is missing; versions of Sextant are named.
-
-/// Options by dotted key; a list is one value.
-using Leaves = std::map<std::string, Json>;
-Leaves leaves_of(const Json& options);
-
-/// Returns the name in records of a noise with these options; "" if this version cannot read them.
-std::string noise_name(const Json& options);
-
-/// Refuses folders whose records would count as one sample although they differ in more than the seed: equal
-/// names of an estimator or a noise stand for other options, another version of an external program ran, or a
-/// source has other data or options. What only one folder records is ignored, because another version of the
-/// program may not have it.
-class SameLabels {
- public:
-  /// Begins the next folder. `run`: content of its run.json.
-  void begin(const Json& run, const std::filesystem::path& folder);
-  /// Checks the labels of a record of the folder. Throws Error if an earlier folder holds records with the
-  /// same labels that differ. Programs, data and source options are compared for equal estimator, data set
-  /// and sequence, because a curve joins their noise levels.
-  void check(Interned estimator, Interned dataset, Interned sequence, Interned noise, double level);
-
- private:
-  using Curve = std::tuple<Interned, Interned, Interned>;
-  using Row = std::tuple<Interned, Interned, Interned, Interned, double>;
-  struct Folder {
-    std::string file;
-    std::map<std::string, Leaves> of_estimator;                 ///< by label
-    std::map<std::pair<std::string, double>, Leaves> of_noise;  ///< by name and level
-    Fingerprints versions;                                      ///< by label
-    std::map<std::string, std::string> of_source;               ///< options, by source without its folder
-    const SourceData* data = nullptr;
-  };
-  /// Folders with records of a row or curve, as indices.
-  struct Holders {
-    size_t first, last;
-  };
-  /// Returns the first folder that holds `key`; null if it is the present one, or was compared with it.
-  template <typename Key>
-  const Folder* earlier(const Key& key, std::map<Key, Holders>& holders) const;
-  template <typename Key>
-  static void compare(const Folder& first, const Folder& now, const char* what, const std::string& label,
-                      const Key& key, std::map<Key, Leaves> Folder::*options);
-  static void compare_origins(const Folder& first, const Folder& now, const std::string& estimator);
-
-  std::vector<Folder> folders_;
-  std::set<SourceData> data_;  ///< the data of the folders, each once: shards of a sweep have the same
-  std::map<Row, Holders> of_row_;
-  std::map<Curve, Holders> of_curve_;
-  std::optional<Row> last_;  ///< the row of the last record
-};
-
-/// Collects the versions of Sextant that made the folders.
-class SextantVersions {
- public:
-  /// `run`: content of the run.json in `folder`.
-  void add(const Json& run, const std::filesystem::path& folder);
-  /// Returns a sentence if there are several versions.
-  std::vector<std::string> warnings() const;
-
- private:
-  std::map<std::string, std::string> folder_of_;  ///< the first folder, by version
-};
-
-/// Collects which shards of sweeps are among the folders.
-class GivenShards {
- public:
-  /// `run`: content of a run.json.
-  void add(const Json& run);
-  /// Returns a sentence for each sweep of which shards are missing.
-  std::vector<std::string> warnings() const;
-
- private:
-  std::map<std::pair<std::string, size_t>, std::set<size_t>> given_;  ///< by configuration and their number
-};
+RecordRefs of_estimator(const RecordRefs& records, const std::string& estimator);
 
 }  // namespace sextant

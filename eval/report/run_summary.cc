@@ -17,12 +17,8 @@ namespace {
 
 BodySummary summarize_body(const RecordRefs& records, const MetricPreset& preset) {
   BodySummary row{CurveKey::of("", NoiseLevelKey::of(*records.front())), static_cast<int>(records.size())};
-  RecordRefs estimated;
-  for (const Record* record : records) {
-    if (!has_truth(*record)) continue;
-    ++row.n_truth;
-    if (record->status == Status::ok) estimated.push_back(record);
-  }
+  const RecordRefs estimated = records_where(records, is_evaluated);
+  row.n_truth = static_cast<int>(records_where(records, has_truth).size());
   row.n_estimated = static_cast<int>(estimated.size());
   if (row.n_truth > 0) row.coverage = static_cast<double>(row.n_estimated) / row.n_truth;
   row.other = other_statuses(records);
@@ -32,13 +28,10 @@ BodySummary summarize_body(const RecordRefs& records, const MetricPreset& preset
   return row;
 }
 
-using BodyKey = std::tuple<std::string, std::string, std::string, int>;
-std::map<BodyKey, RecordRefs> by_body(const std::vector<Record>& records) {
-  std::map<BodyKey, RecordRefs> bodies;
-  for (const Record& record : records) {
-    bodies[{record.dataset, record.sequence, record.estimator, body_order(record.body)}].push_back(&record);
-  }
-  return bodies;
+/// Groups records in the order of the rows of a summary.
+auto by_body(const std::vector<Record>& records) {
+  return group_by(
+      records, [](const Record& r) { return std::tuple(r.dataset, r.sequence, r.estimator, order_of(r)); });
 }
 
 /// Describes the error of the camera's steps that is the same in every pair, which measurement noise cannot
@@ -198,24 +191,25 @@ std::string summary_text(const std::vector<Record>& records, const MetricPreset&
   shown.notes = std::move(notes);
   shown.caption.clear();
   std::string text;
-  std::vector<Table> parts = split_rows(shown, {"dataset", "sequence", "estimator"});
-  if (parts.empty()) parts.push_back(shown);
   std::vector<std::string> keys = {"dataset",          "sequence", "estimator", "body",  "n_estimated",
                                    "coverage_percent", "Et_m",     "ER_deg",    "Ev_kmh"};
   if (std::ranges::any_of(rows, [](const BodySummary& row) { return !row.other.empty(); }))
     keys.emplace_back("other");
-  for (size_t i = 0; i < parts.size(); ++i) {
-    Table part = with_columns(parts[i], keys);
-    part.title = i == 0 ? part.title : "";
-    if (i + 1 < parts.size()) part.notes.clear();
-    if (i + 1 == parts.size())
+  const std::vector<std::string> split_by = {"dataset", "sequence", "estimator"};
+  const size_t n = n_parts(shown, split_by);
+  auto add = [&, i = size_t{0}](const Table& rows_of_part) mutable {
+    Table part = with_columns(rows_of_part, keys);
+    if (i > 0) part.title.clear();
+    const bool is_last = ++i >= n;
+    if (!is_last) part.notes.clear();
+    if (is_last)
       part.notes.emplace_back("More: --columns all, summary.md; `sextant explain WORD` explains a term.");
     for (std::string& note : part.notes) note = wrapped(note, width);
     const std::string whole = to_text(part);
     const size_t rows_begin = whole.find("\n\n");  // the text above the rows may be wider
-    text += wrapped(whole.substr(0, rows_begin), width) + whole.substr(rows_begin) +
-            (i + 1 < parts.size() ? "\n" : "");
-  }
+    text += wrapped(whole.substr(0, rows_begin), width) + whole.substr(rows_begin) + (is_last ? "" : "\n");
+  };
+  n == 0 ? add(shown) : for_each_part(shown, split_by, add);
   return text;
 }
 

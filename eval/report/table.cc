@@ -123,31 +123,38 @@ void Table::add_row(std::vector<Cell> row) {
   rows.push_back(std::move(row));
 }
 
-std::vector<RowRange> row_ranges(const Table& table, const std::vector<std::string>& keys) {
+namespace {
+
+/// Returns the indices of the rows at which a part begins, and the number of rows.
+std::vector<size_t> part_ends(const Table& table, const std::vector<std::string>& keys) {
   std::vector<size_t> columns;
   for (size_t j = 0; j < table.columns.size(); ++j) {
     if (std::ranges::find(keys, table.columns[j].key) != keys.end()) columns.push_back(j);
   }
-  std::vector<RowRange> ranges;
+  std::vector<size_t> ends;
   for (size_t i = 0; i < table.rows.size(); ++i) {
     const bool continues = i > 0 && std::ranges::all_of(columns, [&](size_t j) {
                              return table.rows[i - 1][j] == table.rows[i][j];
                            });
-    if (!continues) ranges.push_back({i, i});
-    ranges.back().end = i + 1;
+    if (!continues) ends.push_back(i);
   }
-  return ranges;
+  ends.push_back(table.rows.size());
+  return ends;
 }
 
-Table rows_of(const Table& table, RowRange rows) {
+}  // namespace
+
+size_t n_parts(const Table& table, const std::vector<std::string>& keys) {
+  return keys.empty() ? 1 : part_ends(table, keys).size() - 1;
+}
+
+void for_each_part(const Table& table, const std::vector<std::string>& keys,
+                   const std::function<void(const Table& part)>& do_part) {
+  const std::vector<size_t> ends = part_ends(table, keys);
+  if (keys.empty() || ends.size() == 2) return do_part(table);
   const auto at = [&](size_t i) { return table.rows.begin() + static_cast<std::ptrdiff_t>(i); };
-  return {table.title, table.caption, table.columns, {at(rows.begin), at(rows.end)}, table.notes};
-}
-
-std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys) {
-  std::vector<Table> parts;
-  for (const RowRange& rows : row_ranges(table, keys)) parts.push_back(rows_of(table, rows));
-  return parts;
+  for (size_t i = 0; i + 1 < ends.size(); ++i)
+    do_part({table.title, table.caption, table.columns, {at(ends[i]), at(ends[i + 1])}, table.notes});
 }
 
 std::string to_text(const Table& whole) {

@@ -181,6 +181,14 @@ class Fields : public std::vector<Field<Row>> {
 Fields<IntervalEstimate> estimate_fields(const Column& value, const std::string& low_key,
                                          const std::string& high_key);
 
+/// Return the cell of an end of an interval; empty if there is no interval.
+inline Cell low_of(const std::optional<Interval>& interval) {
+  return interval ? Cell(interval->low) : Cell();
+}
+inline Cell high_of(const std::optional<Interval>& interval) {
+  return interval ? Cell(interval->high) : Cell();
+}
+
 /// Makes a table with one row for each of `rows`, which are rows or pointers to rows.
 template <typename Row, typename Item>
 Table table_of(std::string title, std::string caption, const Fields<Row>& fields,
@@ -200,16 +208,13 @@ Table table_of(std::string title, std::string caption, const Fields<Row>& fields
   return table;
 }
 
-struct RowRange {
-  size_t begin = 0, end = 0;  ///< indices of rows, `end` excluded
-};
-/// Returns the ranges of rows between changes of the values in these columns.
-std::vector<RowRange> row_ranges(const Table& table, const std::vector<std::string>& keys);
-/// Returns a table of the rows in this range, with the title, caption and notes of `table`. Columns marked
-/// `fold` then state a value that these rows share once.
-Table rows_of(const Table& table, RowRange rows);
-/// Splits a table at each change of the values in these columns.
-std::vector<Table> split_rows(const Table& table, const std::vector<std::string>& keys);
+/// Calls do_part(part) for each part of a table, which is split at each change of the values in these
+/// columns; without keys the whole table is the only part. Columns marked `fold` state a value that the rows
+/// of a part share once. A part exists during the call only.
+void for_each_part(const Table& table, const std::vector<std::string>& keys,
+                   const std::function<void(const Table& part)>& do_part);
+/// Returns the number of these parts; 0 if the table has keys and no rows.
+size_t n_parts(const Table& table, const std::vector<std::string>& keys);
 
 /// Raises the decimals of these columns, together, to the fewest with which readers see no two different
 /// numbers in them as equal, and no number above 0 as 0; at most 12.

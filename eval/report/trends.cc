@@ -16,76 +16,34 @@ namespace sextant {
 
 namespace {
 
-/// Sums of one body's errors by level, with one entry for each of compared_errors().
-using Levels = std::map<double, ClusterSums>;
-
-void add_sums(const ClusterSums& more, ClusterSums& sums) {
-  std::map<uint64_t, Moments> by_label;
-  for (const ClusterSums* part : {&std::as_const(sums), &more}) {
-    for (const auto& [label, of] : *part) by_label[label].add(of);
+/// Removes the clusters that lack a level which another one has; returns the levels.
+std::set<double> keep_complete(ClusterLevels& clusters) {
+  std::set<double> levels;
+  for (const auto& [label, of_levels] : clusters) {
+    for (const auto& [level, of] : of_levels) levels.insert(level);
   }
-  sums.clear();
-  for (const auto& [label, of] : by_label) sums.push_back({label, of});
-}
-
-Levels levels_of(std::span<const NoiseLevelRef> curve, size_t error, ClusterBy by) {
-  Levels levels;
-  for (const NoiseLevelRef& level : curve) {
-    if (!level->has(error)) continue;
-    ClusterSums& sums = levels[level->key().level];
-    if (sums.empty()) {
-      sums = level->sums(error, by);
-    } else {
-      add_sums(level->sums(error, by), sums);
-    }
-  }
+  std::erase_if(clusters, [&](const auto& cluster) { return cluster.second.size() < levels.size(); });
   return levels;
 }
 
-using Labels = std::set<uint64_t>;
-
-/// Returns the clusters that have every level.
-Labels complete_clusters(const std::map<double, Labels>& by_level) {
-  Labels kept;
-  for (bool is_first = true; const auto& [level, labels] : by_level) {
-    if (std::exchange(is_first, false)) {
-      kept = labels;
-    } else {
-      std::erase_if(kept, [&labels = labels](uint64_t label) { return !labels.contains(label); });
-    }
-  }
-  return kept;
-}
-
-void keep(const Labels& clusters, Levels& levels) {
-  for (auto& [level, sums] : levels)
-    std::erase_if(sums, [&](const ClusterSum& sum) { return !clusters.contains(sum.label); });
-  std::erase_if(levels, [](const auto& item) { return item.second.empty(); });
-}
-
-std::map<double, Labels> labels_of(const std::vector<Levels>& of_errors) {
-  std::map<double, Labels> by_level;
-  for (const Levels& levels : of_errors) {
-    for (const auto& [level, sums] : levels) {
-      for (const ClusterSum& sum : sums) by_level[level].insert(sum.label);
-    }
-  }
-  return by_level;
-}
-
 /// Computes the trend of one error; every cluster must have every level.
-ErrorTrend trend_of(const Levels& levels, const BootstrapOptions& options) {
-  ErrorTrend trend;
+ErrorTrend trend_of(const ClusterLevels& clusters, const BootstrapOptions& options) {
+  std::map<double, ClusterSums> by_level;
+  std::vector<std::vector<double>> blocks;
+  for (const auto& [label, of_levels] : clusters) {
+    std::vector<double>& block = blocks.emplace_back();
+    for (const auto& [level, of] : of_levels) {
+      by_level[level].push_back({label, of});
+      block.push_back(of.mean());
+    }
+  }
   std::vector<LevelSums> sums;
   std::vector<double> means;
-  std::vector<std::vector<double>> blocks(levels.begin()->second.size());
-  for (const auto& [level, clusters] : levels) {
-    means.push_back(total(clusters).mean());
-    for (size_t c = 0; c < clusters.size(); ++c) blocks[c].push_back(clusters[c].of.mean());
-    sums.push_back({level, clusters});
+  for (const auto& [level, of_level] : by_level) {
+    sums.push_back({level, of_level});
+    means.push_back(total(of_level).mean());
   }
-  trend.mean_lowest = means.front();
-  trend.mean_highest = means.back();
+  ErrorTrend trend{.mean_lowest = means.front(), .mean_highest = means.back()};
   trend.n_steps = static_cast<int>(means.size()) - 1;
   for (size_t l = 1; l < means.size(); ++l) trend.n_rises += means[l] > means[l - 1] ? 1 : 0;
   trend.slope = noise_slope(sums, options);
@@ -96,22 +54,25 @@ ErrorTrend trend_of(const Levels& levels, const BootstrapOptions& options) {
 TrendRow row_of(const std::string& parameter, std::span<const NoiseLevelRef> curve,
                 const BootstrapOptions& options) {
   const ClusterBy by = clusters_of(curve);
-  std::vector<Levels> of_errors;
-  for (size_t e = 0; e < compared_errors().size(); ++e) of_errors.push_back(levels_of(curve, e, by));
-  const std::map<double, Labels> by_level = labels_of(of_errors);
-  const Labels kept = complete_clusters(by_level);
+  std::vector<ClusterLevels> of_errors;
+  ClusterLevels together;
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    for (const auto& [label, of_levels] : of_errors.emplace_back(sums_by_cluster(curve, e, by)))
+      together[label].insert(of_levels.begin(), of_levels.end());
+  }
+  const std::set<double> levels = keep_complete(together);
   TrendRow row{CurveKey::of(parameter, curve.front()->key())};
-  if (kept.empty()) return row;
-  row.n_levels = static_cast<int>(by_level.size());
-  row.n_clusters = static_cast<int>(kept.size());
-  row.lowest = by_level.begin()->first;
-  row.highest = by_level.rbegin()->first;
+  if (together.empty()) return row;
+  row.n_levels = static_cast<int>(levels.size());
+  row.n_clusters = static_cast<int>(together.size());
+  row.lowest = *levels.begin();
+  row.highest = *levels.rbegin();
   if (row.n_levels < 2) return row;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
-    Levels& levels = of_errors[e];
-    keep(kept, levels);
-    keep(complete_clusters(labels_of({levels})), levels);
-    if (levels.size() >= 2) row.errors[compared_errors()[e]->name] = trend_of(levels, options);
+    ClusterLevels& clusters = of_errors[e];
+    std::erase_if(clusters, [&](const auto& cluster) { return !together.contains(cluster.first); });
+    if (keep_complete(clusters).size() >= 2 && !clusters.empty())
+      row.errors[compared_errors()[e]->name] = trend_of(clusters, options);
   }
   return row;
 }
@@ -189,26 +150,14 @@ Table trend_table(const std::vector<TrendRow>& rows) {
 namespace {
 
 std::optional<FallingError::Mean> common_mean(const NoiseLevel& low, const NoiseLevel& high, size_t error) {
-  FallingError::Mean mean;
-  const auto add = [&](size_t n, double sum_low, double sum_high) {
-    mean.n += n;
-    mean.lowest += sum_low;
-    mean.highest += sum_high;
-  };
-  if (low.is_summed()) {
-    const auto by_seed = low.paired_sums(high, error);
-    if (!by_seed) return std::nullopt;
-    for (const auto& sums : *by_seed) add(static_cast<size_t>(sums.first.n), sums.first.x, sums.second.x);
-  } else {
-    for (const auto& [a, b] : low.pairs(high)) {
-      const double at_low = low.error(error, a), at_high = high.error(error, b);
-      if (std::isfinite(at_low) && std::isfinite(at_high)) add(1, at_low, at_high);
-    }
+  const auto common = low.common(high, error);
+  if (!common || common->empty()) return std::nullopt;
+  Moments at_low, at_high;
+  for (const NoiseLevel::Common& pair : *common) {
+    at_low.add(pair.first);
+    at_high.add(pair.second);
   }
-  if (mean.n == 0) return std::nullopt;
-  mean.lowest /= static_cast<double>(mean.n);
-  mean.highest /= static_cast<double>(mean.n);
-  return mean;
+  return FallingError::Mean{static_cast<size_t>(at_low.n), at_low.mean(), at_high.mean()};
 }
 
 double mean_of(const NoiseLevel& level, size_t error) {

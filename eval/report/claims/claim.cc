@@ -9,17 +9,15 @@ namespace sextant {
 
 std::vector<Claim> collected_claims();
 
-void ClaimResult::set(const IntervalEstimate& estimate) {
-  value = estimate.value;
-  interval = estimate.interval;
-}
-
-void ClaimResult::judge(const Limits& limits) {
-  verdict = Verdict::undecided;
-  if (!interval) return;
+ClaimResult judged(ClaimResult result, const IntervalEstimate& estimate, const Limits& limits) {
+  const auto& [value, interval] = estimate;
+  result.value = value;
+  result.interval = interval;
+  if (!interval) return result;
   const auto [lowest, highest] = std::minmax({value, interval->low, interval->high});
-  if (lowest > limits.low && highest < limits.high) verdict = Verdict::reproduced;
-  if (highest < limits.low || lowest > limits.high) verdict = Verdict::not_reproduced;
+  if (lowest > limits.low && highest < limits.high) result.verdict = Verdict::reproduced;
+  if (highest < limits.low || lowest > limits.high) result.verdict = Verdict::not_reproduced;
+  return result;
 }
 
 Claim paper_claim(int order, const std::string& name, ClaimCheck check) {

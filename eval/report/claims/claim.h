@@ -47,11 +47,9 @@ struct ClaimResult {
   std::optional<Interval> interval{};
   Verdict verdict = Verdict::undecided;
   std::string records{};  ///< the experiment that measured it
-
-  void set(const IntervalEstimate& estimate);
-  /// Sets the verdict on the statement that the value lies within these limits.
-  void judge(const Limits& limits);
 };
+/// Returns the result with this value, and with the verdict on the statement that it lies within the limits.
+ClaimResult judged(ClaimResult result, const IntervalEstimate& estimate, const Limits& limits);
 
 using ClaimCheck = std::function<std::vector<ClaimResult>(const Evidence&)>;
 

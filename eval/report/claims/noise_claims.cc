@@ -52,7 +52,7 @@ struct CurveOfBody {
 
 /// One figure of the paper: a sequence for one estimator.
 struct FigureOfPaper {
-  std::string dataset, sequence, estimator;
+  std::string part, dataset, sequence, estimator;
   std::vector<CurveOfBody> bodies;  ///< camera, then objects by distance
 };
 
@@ -78,34 +78,45 @@ std::vector<CurveOfBody> nearest_bodies(const std::vector<std::span<const NoiseL
   return bodies;
 }
 
-/// Returns the figures with the curves of a sweep for which `is_drawn(curve)` is true.
+/// Returns the figures of the experiments with these roles. Their curves are those for which
+/// `is_drawn(sweep, curve)` is true.
 template <typename IsDrawn>
-std::vector<FigureOfPaper> figures_with(const NoiseSweep& sweep, const IsDrawn& is_drawn) {
-  std::map<std::tuple<std::string, std::string, std::string>, std::vector<std::span<const NoiseLevelRef>>>
-      by_figure;
-  for (const auto& curve : curves_of(sweep.levels)) {
-    const NoiseLevelKey& key = curve.front()->key();
-    if (is_drawn(curve)) by_figure[{key.dataset, key.sequence, key.estimator}].push_back(curve);
-  }
+std::vector<FigureOfPaper> figures_of(const Evidence& evidence, std::initializer_list<PartRole> roles,
+                                      const IsDrawn& is_drawn) {
   std::vector<FigureOfPaper> figures;
-  for (const auto& [key, curves] : by_figure)
-    figures.push_back({std::get<0>(key), std::get<1>(key), std::get<2>(key), nearest_bodies(curves)});
+  for (const EvidencePart* part : evidence.with(roles)) {
+    std::map<std::tuple<Interned, Interned, Interned>, std::vector<std::span<const NoiseLevelRef>>> by_figure;
+    for (const auto& curve : curves_of(part->sweep.levels)) {
+      const NoiseLevelKey& key = curve.front()->key();
+      if (is_drawn(part->sweep, curve))
+        by_figure[{key.dataset, key.sequence, key.estimator}].push_back(curve);
+    }
+    for (const auto& [key, curves] : by_figure) {
+      const auto& [dataset, sequence, estimator] = key;
+      figures.push_back({part->name, dataset, sequence, estimator, nearest_bodies(curves)});
+    }
+  }
   return figures;
 }
 
-/// Returns the figures of a sweep of this parameter, with the curves that have E_t at some level.
-std::vector<FigureOfPaper> figures_of_sweep(const NoiseSweep& sweep, const std::string& parameter) {
-  if (sweep.parameter != parameter) return {};
-  const auto has_Et = [Et = compared_error("Et_m")](const auto& level) { return level->has(Et); };
-  return figures_with(sweep, [&](const auto& curve) { return std::ranges::any_of(curve, has_Et); });
+/// Returns the figures of the experiments that vary this noise, with the curves that have E_t at some level.
+std::vector<FigureOfPaper> figures_of(const Evidence& evidence, const std::string& parameter) {
+  return figures_of(evidence, {PartRole::noise}, [&](const NoiseSweep& sweep, const auto& curve) {
+    const auto has_Et = [](const auto& level) { return level->has(compared_error("Et_m")); };
+    return sweep.parameter == parameter && std::ranges::any_of(curve, has_Et);
+  });
 }
 
 ClaimResult result_for(const FigureOfPaper& figure, const std::string& subject, const std::string& quantity,
                        const std::string& stated, const IntervalEstimate& estimate, const Limits& limits) {
-  ClaimResult result{figure.dataset, figure.sequence, figure.estimator, subject, quantity, stated};
-  result.set(estimate);
-  result.judge(limits);
-  return result;
+  return judged({.dataset = figure.dataset,
+                 .sequence = figure.sequence,
+                 .estimator = figure.estimator,
+                 .subject = subject,
+                 .quantity = quantity,
+                 .stated = stated,
+                 .records = figure.part},
+                estimate, limits);
 }
 
 /// Sums of one error by cluster and level, from which statistics of resampled clusters are computed quickly.
@@ -113,13 +124,11 @@ class LevelMeans {
  public:
   LevelMeans(std::span<const NoiseLevelRef> curve, size_t error, double max_level) {
     const ClusterBy by = clusters_of(curve);
-    std::map<uint64_t, std::map<double, Moments>> cells;
+    const auto end = std::ranges::find_if(curve, [&](const auto& l) { return l->key().level > max_level; });
+    const auto cells = sums_by_cluster({curve.begin(), end}, error, by);  // of ascending levels
     std::set<double> levels;
-    for (const NoiseLevelRef& level : curve) {
-      const double at = level->key().level;
-      if (!level->has(error) || at > max_level) continue;
-      levels.insert(at);
-      for (const auto& [label, of] : level->sums(error, by)) cells[label][at].add(of);
+    for (const auto& [label, of_levels] : cells) {
+      for (const auto& [level, of] : of_levels) levels.insert(level);
     }
     levels_.assign(levels.begin(), levels.end());
     cells_.resize(std::min(cells.size(), max_clusters) * levels_.size());
@@ -187,9 +196,9 @@ using FourBodies = std::vector<LevelMeans>;
 /// Returns a result for each sequence, estimator and error of a sweep of flow noise in which the paper's four
 /// bodies have at least two levels and the same number of clusters.
 template <typename Check>
-std::vector<ClaimResult> of_four_bodies(const NoiseSweep& sweep, const Check& check) {
+std::vector<ClaimResult> of_four_bodies(const Evidence& evidence, const Check& check) {
   std::vector<ClaimResult> results;
-  for (const FigureOfPaper& figure : figures_of_sweep(sweep, "flow.scale")) {
+  for (const FigureOfPaper& figure : figures_of(evidence, "flow.scale")) {
     if (figure.bodies.size() != 1 + n_paper_objects) continue;
     if (!std::ranges::all_of(figure.bodies, [](const CurveOfBody& b) { return has_two_levels(b.levels); }))
       continue;
@@ -203,9 +212,9 @@ std::vector<ClaimResult> of_four_bodies(const NoiseSweep& sweep, const Check& ch
   return results;
 }
 
-std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
+std::vector<ClaimResult> check_depth_noise_low(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const FigureOfPaper& figure : figures_of_sweep(sweep, "depth.delta_d_px")) {
+  for (const FigureOfPaper& figure : figures_of(evidence, "depth.delta_d_px")) {
     for (const CurveOfBody& body : figure.bodies) {
       for (const ErrorKind& kind : error_kinds) {
         for (const double max_level : {stereo_camera_px, all_levels}) {
@@ -225,9 +234,9 @@ std::vector<ClaimResult> check_depth_noise_low(const NoiseSweep& sweep) {
   return results;
 }
 
-std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
+std::vector<ClaimResult> check_depth_noise_gradual(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const FigureOfPaper& figure : figures_of_sweep(sweep, "depth.delta_d_px")) {
+  for (const FigureOfPaper& figure : figures_of(evidence, "depth.delta_d_px")) {
     for (const CurveOfBody& body : figure.bodies) {
       if (!has_two_levels(body.levels)) continue;
       const LevelMeans means(body.levels, compared_error("Et_m"), all_levels);
@@ -239,9 +248,9 @@ std::vector<ClaimResult> check_depth_noise_gradual(const NoiseSweep& sweep) {
   return results;
 }
 
-std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
-  return of_four_bodies(sweep, [](const FigureOfPaper& figure, const ErrorKind& kind,
-                                  const FourBodies& means) {
+std::vector<ClaimResult> check_flow_noise_far_objects(const Evidence& evidence) {
+  return of_four_bodies(evidence, [](const FigureOfPaper& figure, const ErrorKind& kind,
+                                     const FourBodies& means) {
     const auto difference = [&](std::span<const size_t> c) {
       return std::min(means[2].slope(c), means[3].slope(c)) - std::max(means[0].slope(c), means[1].slope(c));
     };
@@ -251,9 +260,9 @@ std::vector<ClaimResult> check_flow_noise_far_objects(const NoiseSweep& sweep) {
   });
 }
 
-std::vector<ClaimResult> check_flow_noise_highest(const NoiseSweep& sweep) {
-  return of_four_bodies(sweep, [](const FigureOfPaper& figure, const ErrorKind& kind,
-                                  const FourBodies& means) {
+std::vector<ClaimResult> check_flow_noise_highest(const Evidence& evidence) {
+  return of_four_bodies(evidence, [](const FigureOfPaper& figure, const ErrorKind& kind,
+                                     const FourBodies& means) {
     const auto larger = [&](std::span<const size_t> c) {
       return std::max(means[2].at_highest_level(c), means[3].at_highest_level(c));
     };
@@ -291,13 +300,11 @@ std::optional<IntervalEstimate> error_ratio(std::span<const NoiseLevelRef> curve
   std::map<uint64_t, Sums> by_seed;
   for (const NoiseLevelRef& level : curve) {
     const NoiseLevel* other = is_correlated(*level) ? independent_of(*level, curve) : nullptr;
-    if (other == nullptr) continue;
-    for (const auto& [row, other_row] : level->pairs(*other)) {
-      Sums& sums = by_seed[level->case_of(row).first];
-      const double a = level->error(error, row), b = other->error(error, other_row);
-      if (!std::isfinite(a) || !std::isfinite(b)) continue;
-      sums.correlated += a;
-      sums.independent += b;
+    const auto common = other == nullptr ? std::nullopt : level->common(*other, error);
+    if (!common) continue;
+    for (const auto& [seed, frame, correlated, independent] : *common) {
+      by_seed[seed].correlated += correlated.x;
+      by_seed[seed].independent += independent.x;
     }
   }
   if (by_seed.empty()) return std::nullopt;
@@ -322,47 +329,29 @@ bool has_both_noises(std::span<const NoiseLevelRef> curve) {
 
 std::vector<ClaimResult> check_independent_noise_is_kind(const Evidence& evidence) {
   std::vector<ClaimResult> results;
-  for (const EvidencePart* part : evidence.with({PartRole::noise_correlated, PartRole::noise})) {
-    for (const FigureOfPaper& figure : figures_with(part->sweep, has_both_noises)) {
-      for (const auto& [subject, curve] : figure.bodies) {
-        for (const char* key : {"Et_m", "ER_deg"}) {
-          const std::optional<IntervalEstimate> k = error_ratio(curve, compared_error(key));
-          if (!k) continue;
-          const std::string symbol = metric(NumberMap::errors, key).symbol;
-          ClaimResult result =
-              result_for(figure, subject, fmt::format("mean {}, correlated / independent noise", symbol),
-                         "> 1", *k, {.low = 1});
-          result.records = part->name;
-          results.push_back(std::move(result));
-        }
+  const auto is_drawn = [](const NoiseSweep&, const auto& curve) { return has_both_noises(curve); };
+  for (const FigureOfPaper& figure :
+       figures_of(evidence, {PartRole::noise_correlated, PartRole::noise}, is_drawn)) {
+    for (const auto& [subject, curve] : figure.bodies) {
+      for (const char* key : {"Et_m", "ER_deg"}) {
+        const std::string symbol = metric(NumberMap::errors, key).symbol;
+        if (const auto k = error_ratio(curve, compared_error(key)))
+          results.push_back(result_for(figure, subject,
+                                       fmt::format("mean {}, correlated / independent noise", symbol), "> 1",
+                                       *k, {.low = 1}));
       }
     }
   }
   return results;
 }
 
-/// Applies a check of sweeps to every experiment that varies noise.
-template <typename Check>
-auto on_noise_parts(Check check) {
-  return [check](const Evidence& evidence) {
-    std::vector<ClaimResult> results;
-    for (const EvidencePart* part : evidence.with(PartRole::noise)) {
-      for (ClaimResult& result : check(part->sweep)) {
-        result.records = part->name;
-        results.push_back(std::move(result));
-      }
-    }
-    return results;
-  };
-}
-
 }  // namespace
 
 std::vector<Claim> noise_claims() {
-  return {paper_claim(6, "depth_noise_low", on_noise_parts(check_depth_noise_low)),
-          paper_claim(7, "depth_noise_gradual", on_noise_parts(check_depth_noise_gradual)),
-          paper_claim(8, "flow_noise_far_objects", on_noise_parts(check_flow_noise_far_objects)),
-          paper_claim(9, "flow_noise_highest", on_noise_parts(check_flow_noise_highest)),
+  return {paper_claim(6, "depth_noise_low", check_depth_noise_low),
+          paper_claim(7, "depth_noise_gradual", check_depth_noise_gradual),
+          paper_claim(8, "flow_noise_far_objects", check_flow_noise_far_objects),
+          paper_claim(9, "flow_noise_highest", check_flow_noise_highest),
           paper_claim(10, "independent_noise_is_kind", check_independent_noise_is_kind)};
 }
 

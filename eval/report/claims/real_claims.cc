@@ -24,14 +24,22 @@
 namespace sextant {
 namespace {
 
-/// Mean of these numbers; data set, sequence and estimator are those of the first record.
-ClaimResult result_of(const std::vector<RecordNumber>& numbers, const std::string& part) {
+/// A result on the data of a record, which is not judged yet.
+ClaimResult result_on(const Record& record, const std::string& subject, const std::string& quantity,
+                      const std::string& stated, const std::string& part) {
+  return {.dataset = record.dataset,
+          .sequence = record.sequence,
+          .estimator = record.estimator,
+          .subject = subject,
+          .quantity = quantity,
+          .stated = stated,
+          .records = part};
+}
+
+IntervalEstimate mean_of(const std::vector<RecordNumber>& numbers) {
   RecordRefs records;
   for (const RecordNumber& number : numbers) records.push_back(number.record);
-  ClaimResult result{records.front()->dataset, records.front()->sequence, records.front()->estimator};
-  result.set(*measure_mean(numbers, Clusters(records)));
-  result.records = part;
-  return result;
+  return *measure_mean(numbers, Clusters(records));
 }
 
 std::vector<RecordNumber> errors_of(const RecordRefs& records, const char* key) {
@@ -46,6 +54,11 @@ struct Difference {
   std::string part, sequence;
   std::vector<RecordNumber> pairs;
   double floor_m = 0;  ///< floor of the truth
+
+  ClaimResult result(const std::string& quantity, const std::string& stated) const {
+    const std::string subject = fmt::format("camera, {} pairs of {}", pairs.size(), sequence);
+    return result_on(*pairs.front().record, subject, quantity, stated, part);
+  }
 };
 
 std::vector<Difference> differences_to_reference(const Evidence& evidence) {
@@ -97,36 +110,28 @@ std::optional<ClaimResult> published_difference(const Evidence& evidence) {
   const Json& table = evidence.published.at("tab:cam_err");
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& [sequence, floor] : floors) smallest = std::min(smallest, floor);
-  ClaimResult result;
-  result.dataset = paper().recorded_dataset;
-  result.sequence = fmt::format("{} sequences", floors.size());
-  result.estimator = "the paper's own";
-  result.subject = paper().reference.title + " - proposed, as published";
-  result.quantity = "|difference of mean E_t| [m]";
-  result.value = std::abs(table.at(paper().reference.column).at("Et_m").get<double>() -
-                          table.at("proposed").at("Et_m").get<double>());
-  result.interval = Interval{result.value, result.value};
-  result.stated = fmt::format("< smallest floor, {:.4f}", smallest);
-  result.judge({.high = smallest});
-  result.records = part_name;
-  return result;
+  const double difference_m = std::abs(table.at(paper().reference.column).at("Et_m").get<double>() -
+                                       table.at("proposed").at("Et_m").get<double>());
+  return judged({.dataset = paper().recorded_dataset,
+                 .sequence = fmt::format("{} sequences", floors.size()),
+                 .estimator = "the paper's own",
+                 .subject = paper().reference.title + " - proposed, as published",
+                 .quantity = "|difference of mean E_t| [m]",
+                 .stated = fmt::format("< smallest floor, {:.4f}", smallest),
+                 .records = part_name},
+                {difference_m, Interval{difference_m, difference_m}}, {.high = smallest});
 }
 
 std::vector<ClaimResult> check_velocity(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const EvidencePart* part : evidence.with(PartRole::real)) {
-    std::map<int, RecordRefs> by_object;
-    for (const Record& r : part->records) {
-      if (r.is_ego() || r.estimator != paper().method || r.status != Status::ok || !has_truth(r)) continue;
-      if (r.errors.contains("Ev_kmh")) by_object[body_order(r.body)].push_back(&r);
-    }
-    for (const auto& [id, records] : by_object) {
-      ClaimResult result = result_of(errors_of(records, "Ev_kmh"), part->name);
-      result.subject = fmt::format("object {}, {} pairs", id, records.size());
-      result.quantity = "mean E_v [km/h]";
-      result.stated = "2 .. 5";
-      result.judge({2, 5});
-      results.push_back(std::move(result));
+    const RecordRefs of_objects = records_where(part->records, [](const Record& r) {
+      return !r.is_ego() && r.estimator == paper().method && is_evaluated(r) && r.errors.contains("Ev_kmh");
+    });
+    for (const auto& [id, records] : group_by(of_objects, order_of)) {
+      const std::string subject = fmt::format("object {}, {} pairs", id, records.size());
+      results.push_back(judged(result_on(*records.front(), subject, "mean E_v [km/h]", "2 .. 5", part->name),
+                               mean_of(errors_of(records, "Ev_kmh")), {2, 5}));
     }
   }
   return results;
@@ -135,12 +140,8 @@ std::vector<ClaimResult> check_velocity(const Evidence& evidence) {
 std::vector<ClaimResult> check_ahead_of_orb_slam(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const Difference& difference : differences_to_reference(evidence)) {
-    ClaimResult result = result_of(difference.pairs, difference.part);
-    result.subject = fmt::format("camera, {} pairs of {}", difference.pairs.size(), difference.sequence);
-    result.quantity = fmt::format("mean E_t less {}'s [m]", paper().reference.name);
-    result.stated = "< 0";
-    result.judge({.high = 0});
-    results.push_back(std::move(result));
+    const std::string quantity = fmt::format("mean E_t less {}'s [m]", paper().reference.name);
+    results.push_back(judged(difference.result(quantity, "< 0"), mean_of(difference.pairs), {.high = 0}));
   }
   return results;
 }
@@ -149,14 +150,10 @@ std::vector<ClaimResult> check_within_floor(const Evidence& evidence) {
   std::vector<ClaimResult> results;
   for (const Difference& difference : differences_to_reference(evidence)) {
     if (difference.floor_m <= 0) continue;
-    ClaimResult result = result_of(difference.pairs, difference.part);
-    result.subject = fmt::format("camera, {} pairs of {}", difference.pairs.size(), difference.sequence);
-    result.quantity = fmt::format("|difference of mean E_t| to {} [m]", paper().reference.name);
-    result.value = std::abs(result.value);
-    result.interval = absolute(result.interval);
-    result.stated = fmt::format("< floor, {:.4f}", difference.floor_m);
-    result.judge({.high = difference.floor_m});
-    results.push_back(std::move(result));
+    const std::string quantity = fmt::format("|difference of mean E_t| to {} [m]", paper().reference.name);
+    const IntervalEstimate mean = mean_of(difference.pairs);
+    results.push_back(judged(difference.result(quantity, fmt::format("< floor, {:.4f}", difference.floor_m)),
+                             {std::abs(mean.value), absolute(mean.interval)}, {.high = difference.floor_m}));
   }
   if (auto published = published_difference(evidence)) results.push_back(std::move(*published));
   return results;
@@ -176,30 +173,30 @@ std::vector<ClaimResult> check_rotation_floor(const Evidence& evidence) {
   if (recorded.empty() || evidence.published.empty()) return {};
   const double lowest = rmse(numbers_of(recorded, NumberMap::values, "rotation_timing_floor_deg"));
   const double highest = rmse(numbers_of(recorded, NumberMap::values, "rotation_floor_deg"));
-  const auto judged = [&](ClaimResult result) {
-    result.quantity = "mean E_R [deg]";
-    result.stated = fmt::format("floor, {:.4f} (timing) .. {:.4f} (turn rates)", lowest, highest);
-    result.judge({lowest, highest});
-    result.sequence = fmt::format("{} sequences", distinct(recorded, &Record::sequence).size());
-    return result;
-  };
   std::vector<ClaimResult> results;
+  const auto add = [&](const std::string& dataset, const std::string& estimator, const std::string& subject,
+                       const IntervalEstimate& mean) {
+    results.push_back(
+        judged({.dataset = dataset,
+                .sequence = fmt::format("{} sequences", distinct(recorded, &Record::sequence).size()),
+                .estimator = estimator,
+                .subject = subject,
+                .quantity = "mean E_R [deg]",
+                .stated = fmt::format("floor, {:.4f} (timing) .. {:.4f} (turn rates)", lowest, highest),
+                .records = part_name},
+               mean, {lowest, highest}));
+  };
   const Json& table = evidence.published.at("tab:cam_err");
   const PaperEstimator& reference = paper().reference;
   for (const auto& [column, name] : {std::pair<std::string, std::string>{"proposed", "the paper's own"},
                                      {reference.column, reference.title}}) {
-    ClaimResult result;
-    result.dataset = paper().recorded_dataset;
-    result.estimator = name;
-    result.subject = "camera, as published for 12 sequences";
-    result.value = table.at(column).at("ER_deg").get<double>();
-    result.interval = Interval{result.value, result.value};
-    result.records = part_name;
-    results.push_back(judged(std::move(result)));
+    const double ER_deg = table.at(column).at("ER_deg").get<double>();
+    add(paper().recorded_dataset, name, "camera, as published for 12 sequences",
+        {ER_deg, Interval{ER_deg, ER_deg}});
   }
-  ClaimResult ours = result_of(errors_of(recorded, "ER_deg"), part_name);
-  ours.subject = fmt::format("camera, {} pairs", recorded.size());
-  results.push_back(judged(std::move(ours)));
+  const Record& first = *recorded.front();
+  add(first.dataset, first.estimator, fmt::format("camera, {} pairs", recorded.size()),
+      mean_of(errors_of(recorded, "ER_deg")));
   return results;
 }
 
@@ -215,17 +212,13 @@ std::vector<ClaimResult> check_frame_rate(const Evidence& evidence) {
       for (const double x : ms) sum += x;
       return ms_per_s * static_cast<double>(ms.size()) / sum;
     };
-    ClaimResult result;
-    result.dataset = times.data;
-    result.estimator = times.estimator;
-    result.subject = "frame";
-    result.quantity = "frame pairs per second, one thread";
-    result.value = rate(frame->second);
-    result.interval = bootstrap(frame->second, rate);
-    result.stated = ">= 6";
-    result.judge({.low = stated_fps});
-    result.records = times.part;
-    results.push_back(std::move(result));
+    results.push_back(judged({.dataset = times.data,
+                              .estimator = times.estimator,
+                              .subject = "frame",
+                              .quantity = "frame pairs per second, one thread",
+                              .stated = ">= 6",
+                              .records = times.part},
+                             {rate(frame->second), bootstrap(frame->second, rate)}, {.low = stated_fps}));
   }
   return results;
 }

@@ -52,7 +52,8 @@ void for_each_set(const Evidence& evidence, std::initializer_list<PartRole> role
   for (const EvidencePart* part : evidence.with(roles)) {
     for (const SetData& data : paper().sets) {
       std::map<std::string, Bodies> estimators;
-      for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter)))
+      const RecordRefs of_set = matching(part->records, data.filter);
+      for (const auto& [estimator, records] : group_by(of_set, &Record::estimator))
         estimators[estimator] = paper_bodies(records);
       visit(*part, data, estimators);
     }
@@ -109,22 +110,21 @@ ClaimResult measured(const PairedValues& sample, const std::string& quantity, co
                      const Limits& limits) {
   std::vector<const std::vector<PairOfValues>*> by_seed;
   for (const auto& [seed, of_seed] : sample.pairs) by_seed.push_back(&of_seed);
-  ClaimResult result{.dataset = sample.filter.dataset,
-                     .sequence = sample.filter.sequence,
-                     .estimator = sample.estimator,
-                     .subject = sample.set + " " + sample.body,
-                     .quantity = quantity,
-                     .stated = stated,
-                     .records = sample.part->name};
-  result.set(cluster_estimate(by_seed.size(), [&](std::span<const size_t> seeds) {
+  const auto of_seeds = [&](std::span<const size_t> seeds) {
     std::vector<const PairOfValues*> chosen;
     for (const size_t s : seeds) {
       for (const PairOfValues& pair : *by_seed[s]) chosen.push_back(&pair);
     }
     return statistic(chosen);
-  }));
-  result.judge(limits);
-  return result;
+  };
+  return judged({.dataset = sample.filter.dataset,
+                 .sequence = sample.filter.sequence,
+                 .estimator = sample.estimator,
+                 .subject = sample.set + " " + sample.body,
+                 .quantity = quantity,
+                 .stated = stated,
+                 .records = sample.part->name},
+                cluster_estimate(by_seed.size(), of_seeds), limits);
 }
 
 /// 100 (sum of first / sum of second - 1), rounded to six decimals.
@@ -141,22 +141,23 @@ double percent_above(const std::vector<const PairOfValues*>& pairs) {
 constexpr Limits about_300_percent = {.low = least_of_about_300_percent};
 constexpr const char* gain_title = "E_t of motion only above that of joint [%]";
 
-std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
+/// Checks the gain for the camera, or for the objects.
+std::vector<ClaimResult> check_gain(const Evidence& evidence, bool of_camera, const std::string& stated,
+                                    const Limits& limits) {
   std::vector<ClaimResult> results;
   for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
-    if (sample.body == "Ego")
-      results.push_back(measured(sample, gain_title, "about 300", percent_above, about_300_percent));
+    if ((sample.body == "Ego") == of_camera)
+      results.push_back(measured(sample, gain_title, stated, percent_above, limits));
   }
   return results;
 }
 
+std::vector<ClaimResult> check_joint_camera(const Evidence& evidence) {
+  return check_gain(evidence, true, "about 300", about_300_percent);
+}
+
 std::vector<ClaimResult> check_joint_objects(const Evidence& evidence) {
-  std::vector<ClaimResult> results;
-  for (const PairedValues& sample : estimator_samples(evidence, {PartRole::sets, PartRole::sets_paper})) {
-    if (sample.body != "Ego")
-      results.push_back(measured(sample, gain_title, "10 .. 20", percent_above, {10, 20}));
-  }
-  return results;
+  return check_gain(evidence, false, "10 .. 20", {10, 20});
 }
 
 std::vector<ClaimResult> check_gain_is_selection(const Evidence& evidence) {

@@ -135,12 +135,8 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
   for (const auto& [data, by_sequence] : curves) {
     Figure figure;
     figure.name = fmt::format("roc_{}_{}", file_stem(data.first), file_stem(fmt::format("{}", data.second)));
-    struct Point {
-      std::string sequence, estimator;
-      RocPoint of;
-      double area;
-    };
-    std::vector<Point> points;
+    figure.data = figure_data({"sequence", "estimator", "threshold", "false_positive_rate",
+                               "true_positive_rate", "drawn_at", "area"});
     std::vector<Panel> panels;
     std::vector<std::string> all;
     for (const auto& [sequence, by_estimator] : by_sequence) {
@@ -148,22 +144,13 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
       for (const auto& [estimator, curve] : by_estimator) {
         estimators.push_back(estimator);
         add_distinct(estimator, all);
-        for (const RocPoint& point : curve.points) points.push_back({sequence, estimator, point, curve.area});
+        for (const auto& [threshold, false_rate, true_rate] : curve.points) {
+          figure.data.add_row({sequence, estimator, std::isfinite(threshold) ? Cell(threshold) : Cell(),
+                               false_rate, true_rate, std::max(false_rate, min_false_alarms), curve.area});
+        }
       }
       panels.push_back(panel_of(sequence, in_order(estimators)));
     }
-    figure.data = table_of<Point>(
-        "", "",
-        {{Column::text("sequence"), &Point::sequence},
-         {Column::text("estimator"), &Point::estimator},
-         {Column::text("threshold"),
-          [](const Point& p) { return std::isfinite(p.of.threshold) ? Cell(p.of.threshold) : Cell(); }},
-         {Column::text("false_positive_rate"), [](const Point& p) { return p.of.false_positive_rate; }},
-         {Column::text("true_positive_rate"), [](const Point& p) { return p.of.true_positive_rate; }},
-         {Column::text("drawn_at"),
-          [](const Point& p) { return std::max(p.of.false_positive_rate, min_false_alarms); }},
-         {Column::text("area"), &Point::area}},
-        points);
     std::vector<LegendEntry> legend;
     for (const std::string& estimator : in_order(all)) {
       legend.push_back({estimator_title(estimator),

@@ -39,9 +39,8 @@ std::string category_axis(const std::vector<BodyRecords>& bodies) {
 // ---- EPE before and after
 
 std::optional<IntervalEstimate> mean_epe(const RecordRefs& records, const char* key) {
-  RecordRefs given;
-  std::ranges::copy_if(records, std::back_inserter(given),
-                       [](const Record* record) { return record->flow_truth == "given"; });
+  const RecordRefs given =
+      records_where(records, [](const Record& record) { return record.flow_truth == "given"; });
   const Clusters clusters(given);
   std::vector<double> values;
   std::vector<uint64_t> labels;
@@ -87,33 +86,22 @@ std::vector<EpeBar> epe_bars(const std::vector<RecordSet>& sets) {
   return bars;
 }
 
-struct EpeRow {
-  std::string set, body, stage;
-  double x = 0;
-  IntervalEstimate epe_px;
-};
-
 /// Data of figure 5, in our form and in the paper's.
-Table epe_table(const std::vector<EpeRow>& rows) {
-  Fields<EpeRow> fields = {{Column::text("set"), &EpeRow::set},
-                           {Column::text("body"), &EpeRow::body},
-                           {Column::text("stage"), &EpeRow::stage},
-                           {Column::text("x"), &EpeRow::x}};
-  fields.add(estimate_fields(Column::text("epe_px"), "low_px", "high_px"),
-             [](const EpeRow& row) { return &row.epe_px; });
-  return table_of("", "", fields, rows);
+Table epe_data() { return figure_data({"set", "body", "stage", "x", "epe_px", "low_px", "high_px"}); }
+
+void add_epe(const std::string& set, const BodyRecords& body, const EpeBar& bar, double x, Table& data) {
+  if (const auto epe_px = mean_epe(of_estimator(body.records, bar.estimator), bar.key))
+    data.add_row(
+        {set, body.title, bar.name, x, epe_px->value, low_of(epe_px->interval), high_of(epe_px->interval)});
 }
 
-Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, std::vector<EpeRow>& rows) {
+Panel epe_panel(const RecordSet& set, const std::vector<EpeBar>& bars, Table& data) {
   Panel panel{set.title, category_axis(set.bodies), {}};
   panel.settings += "set ylabel \"mean EPE [px]\"\nset yrange [0:*]\n";
   const Slots slots{bars.size()};
   for (size_t i = 0; i < bars.size(); ++i) {
-    for (size_t c = 0; c < set.bodies.size(); ++c) {
-      const BodyRecords& body = set.bodies[c];
-      if (const auto epe_px = mean_epe(of_estimator(body.records, bars[i].estimator), bars[i].key))
-        rows.push_back({set.name, body.title, bars[i].name, slots.x(c, i), *epe_px});
-    }
+    for (size_t c = 0; c < set.bodies.size(); ++c)
+      add_epe(set.name, set.bodies[c], bars[i], slots.x(c, i), data);
     const std::string x = only_where({{"set", set.name}, {"stage", bars[i].name}}, "column(\"x\")");
     panel.plots.push_back(
         fmt::format("data using {}:(column(\"epe_px\")):({}) {}", x, 0.9 * slots.width(), bars[i].style()));
@@ -195,14 +183,13 @@ std::vector<Figure> epe_figures(const std::vector<RecordSet>& sets) {
   figure.name = "fig5_epe";
   const std::vector<EpeBar> bars = epe_bars(sets);
   std::vector<Panel> panels;
-  std::vector<EpeRow> rows;
+  figure.data = epe_data();
   for (const RecordSet& set : sets) {
-    const size_t n_before = rows.size();
-    Panel panel = epe_panel(set, bars, rows);
-    if (rows.size() > n_before) panels.push_back(std::move(panel));
+    const size_t n_before = figure.data.rows.size();
+    Panel panel = epe_panel(set, bars, figure.data);
+    if (figure.data.rows.size() > n_before) panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
-  figure.data = epe_table(rows);
   std::vector<LegendEntry> legend;
   for (const EpeBar& bar : bars) legend.push_back({bar.title, bar.style()});
   const PanelLayout layout{.columns = std::min<size_t>(3, panels.size()),
@@ -220,23 +207,22 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
   const std::vector<EpeBar> bars = {{"before", "initial flow", "#999999", paper().method, "epe_initial_px"},
                                     {"after", "optimised flow", "#0072B2", paper().method, "epe_refined_px"}};
   const Slots slots{bars.size()};
-  std::vector<EpeRow> rows;
+  Figure figure;
+  figure.name = "fig5_paper";
+  figure.data = epe_data();
   std::string tics;
   size_t n = 0;
   for (const RecordSet& set : sets) {
     for (const BodyRecords& body : set.bodies) {
-      const size_t n_before = rows.size();
-      for (size_t i = 0; i < bars.size(); ++i) {
-        if (const auto epe_px = mean_epe(of_estimator(body.records, bars[i].estimator), bars[i].key))
-          rows.push_back({set.title, body.title, bars[i].name, slots.x(n, i), *epe_px});
-      }
-      if (rows.size() == n_before) continue;
+      const size_t n_before = figure.data.rows.size();
+      for (size_t i = 0; i < bars.size(); ++i) add_epe(set.title, body, bars[i], slots.x(n, i), figure.data);
+      if (figure.data.rows.size() == n_before) continue;
       const std::string label = set.title.substr(0, set.title.find(',')) + " " + body.title;
       tics += fmt::format("{}{} {}", n > 0 ? ", " : "", gp_tic(label), n);
       ++n;
     }
   }
-  if (rows.empty()) return {};
+  if (n == 0) return {};
   Panel panel;
   panel.settings = fmt::format(
       "set xrange [-0.6:{}]\nset xtics scale 0 rotate by -25 ({}) noenhanced\nset ylabel \"mean EPE "
@@ -250,9 +236,6 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
     panel.plots.push_back(interval_plot(x, "low_px", "high_px", "#000000", 0.8));
     legend.push_back({bar.title, bar.style()});
   }
-  Figure figure;
-  figure.name = "fig5_paper";
-  figure.data = epe_table(rows);
   const PanelLayout layout{
       .width_cm = 13.0, .panel_height_cm = 5.6, .right_cm = 2.4, .bottom_cm = 1.8, .top_cm = 0.2};
   set_panels(layout, legend, {panel}, figure);

@@ -8,10 +8,9 @@
 
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/tracks.h"
-#include "sextant/eval/report/achieved_noise.h"
-#include "sextant/eval/report/errors_by_level.h"
 #include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/noise_sweep.h"
+#include "sextant/eval/report/noise_tables.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/eval/report/run_summary.h"
 

@@ -38,8 +38,7 @@ std::vector<int> largest(std::vector<std::pair<ptrdiff_t, int>> by_size) {
 std::vector<int> chosen(const Bodies& bodies) {
   std::vector<std::pair<ptrdiff_t, int>> by_size;
   for (const auto& [order, records] : bodies) {
-    const ptrdiff_t n = std::ranges::count_if(
-        records, [](const Record* r) { return r->status == Status::ok && has_truth(*r); });
+    const ptrdiff_t n = std::ssize(records_where(records, is_evaluated));
     if (n > 0) by_size.emplace_back(records.front()->is_ego() ? -1'000'000'000 : -n, order);
   }
   return largest(std::move(by_size));
@@ -49,22 +48,16 @@ std::string body_style(size_t i) {
   return fmt::format("with linespoints lc rgb \"{}\" lw 1.3 pt {} ps 0.25", line_colour(i), filled_point(i));
 }
 
-struct TimelineRow {
-  std::string error, body;
-  int frame = 0;
-  std::optional<double> value{};
-};
-
 /// Adds the rows of one error and body; returns false if none has a number.
 bool add_rows(const MetricDefinition& error, const RecordRefs& records, const MetricPreset& preset,
-              std::vector<TimelineRow>& rows) {
+              Table& data) {
   bool any = false;
   for (const Record* record : records) {
     const std::string key = record->is_ego() ? error.name : preset.object_key(error.name);
     auto value = record->status == Status::ok ? find_number(record->errors, key) : std::nullopt;
     if (value && *value <= rounding) value.reset();
     any |= value.has_value();
-    rows.push_back({error.name, record->body, record->frame, value});
+    data.add_row({error.name, record->body, record->frame, value ? Cell(*value) : Cell(no_estimate)});
   }
   return any;
 }
@@ -80,7 +73,7 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
                  const MetricPreset& preset) {
   Figure figure;
   figure.name = "timeline_" + stem;
-  std::vector<TimelineRow> rows;
+  figure.data = figure_data({"error", "body", "frame", "value"});
   const std::vector<int> orders = chosen(bodies);
   std::vector<LegendEntry> legend;
   for (size_t i = 0; i < orders.size(); ++i)
@@ -98,7 +91,7 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
                     gp_text(error->name == "epe_refined_px" ? "EPE after [px]" : error->heading()));
     for (size_t i = 0; i < orders.size(); ++i) {
       const RecordRefs& records = bodies.at(orders[i]);
-      if (!add_rows(*error, records, preset, rows)) continue;
+      if (!add_rows(*error, records, preset, figure.data)) continue;
       const std::string x =
           only_where({{"error", error->name}, {"body", records.front()->body}}, "column(\"frame\")");
       panel.plots.push_back(fmt::format("data using {}:(column(\"value\")) {}", x, body_style(i)));
@@ -113,14 +106,6 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
     panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
-  figure.data = table_of<TimelineRow>(
-      "", "",
-      {{Column::text("error"), &TimelineRow::error},
-       {Column::text("body"), &TimelineRow::body},
-       {Column::text("frame"), &TimelineRow::frame},
-       {Column::text("value"),
-        [](const TimelineRow& row) { return row.value ? Cell(*row.value) : Cell(no_estimate); }}},
-      rows);
   if (has_floor) legend.push_back({"floor of the camera's truth", "with lines lc rgb \"#000000\" dt 2 lw 1"});
   const PanelLayout layout{.columns = std::min<size_t>(2, panels.size()),
                            .width_cm = panels.size() == 1 ? 8.8 : 18.0,
@@ -134,16 +119,15 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
 }  // namespace
 
 std::vector<Figure> timeline_figures(const std::vector<Record>& records, const MetricPreset& preset) {
-  std::map<std::tuple<std::string, std::string, std::string>, std::map<uint64_t, Bodies>> groups;
-  for (const Record& r : records)
-    groups[{r.dataset, r.sequence, r.estimator}][r.seed][body_order(r.body)].push_back(&r);
   std::vector<Figure> figures;
-  for (const auto& [key, by_seed] : groups) {
-    const auto& [dataset, sequence, estimator] = key;
+  const auto curve_of = [](const Record& r) { return std::tuple(r.dataset, r.sequence, r.estimator); };
+  for (const auto& [curve, of_curve] : group_by(records, curve_of)) {
+    const auto& [dataset, sequence, estimator] = curve;
+    const auto by_seed = group_by(of_curve, &Record::seed);
     const std::string seed = seed_text(by_seed.begin()->first, by_seed.size());
     Figure figure = figure_of(fmt::format("{} {}, {}{}", dataset, sequence, estimator, seed),
                               file_stem(fmt::format("{}_{}_{}", dataset, sequence, estimator)),
-                              by_seed.begin()->second, preset);
+                              group_by(by_seed.begin()->second, order_of), preset);
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;
@@ -159,24 +143,16 @@ bool has_speed(const Record& record) {
 
 /// Returns the ids of the objects with estimates in the most frames.
 std::vector<int> chosen_objects(const RecordRefs& records) {
-  std::map<int, std::set<int>> frames_of;
-  for (const Record* record : records) frames_of[body_order(record->body)].insert(record->frame);
   std::vector<std::pair<ptrdiff_t, int>> by_size;
-  for (const auto& [id, frames] : frames_of) {
-    if (frames.size() >= min_estimates) by_size.emplace_back(-std::ssize(frames), id);
+  for (const auto& [id, of_object] : group_by(records, order_of)) {
+    const size_t n_frames = group_by(of_object, &Record::frame).size();
+    if (n_frames >= min_estimates) by_size.emplace_back(-static_cast<ptrdiff_t>(n_frames), id);
   }
   return largest(std::move(by_size));
 }
 
-struct SpeedRow {
-  std::string body, series;
-  int frame = 0;
-  double v_kmh = 0;
-  std::optional<Interval> floor_kmh{};  ///< band around the truth
-};
-
 void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
-              std::vector<SpeedRow>& rows) {
+              Table& data) {
   // The true speed depends slightly on the estimator, since it is taken at its centroid; the first
   // estimator's is drawn.
   std::map<int, double> truth;
@@ -184,13 +160,13 @@ void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<
     if (const auto v = find_number(record->values, "v_gt_kmh")) truth.emplace(record->frame, *v);
   }
   for (const auto& [frame, v] : truth) {
-    rows.push_back({body, "truth", frame, v});
-    if (floor_kmh) rows.back().floor_kmh = Interval{v - *floor_kmh, v + *floor_kmh};
+    const auto floor = floor_kmh ? std::optional(Interval{v - *floor_kmh, v + *floor_kmh}) : std::nullopt;
+    data.add_row({body, "truth", frame, v, low_of(floor), high_of(floor)});
   }
   for (const std::string& estimator : distinct(of_body, &Record::estimator)) {
     for (const Record* record : of_body) {
       if (record->estimator == estimator)
-        rows.push_back({body, estimator, record->frame, record->values.at("v_kmh")});
+        data.add_row({body, estimator, record->frame, record->values.at("v_kmh"), Cell(), Cell()});
     }
   }
 }
@@ -229,23 +205,15 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, siz
   const Record& first = *records.front();
   Figure figure;
   figure.name = "speed_" + file_stem(first.dataset) + "_" + file_stem(first.sequence);
-  std::vector<SpeedRow> rows;
+  figure.data = figure_data({"body", "series", "frame", "v_kmh", "low_kmh", "high_kmh"});
   const std::vector<std::string> estimators = in_order(distinct(records, &Record::estimator));
   std::vector<Panel> panels;
   for (const int id : chosen_objects(records)) {
-    RecordRefs of_body;
-    std::ranges::copy_if(records, std::back_inserter(of_body),
-                         [&](const Record* r) { return body_order(r->body) == id; });
-    add_rows(object_body(id), of_body, floor_kmh, rows);
+    const RecordRefs of_body = records_where(records, [&](const Record& r) { return order_of(r) == id; });
+    add_rows(object_body(id), of_body, floor_kmh, figure.data);
     panels.push_back(panel_of(object_body(id), estimators, floor_kmh.has_value()));
   }
   if (panels.empty()) return figure;
-  Fields<SpeedRow> fields = {{Column::text("body"), &SpeedRow::body},
-                             {Column::text("series"), &SpeedRow::series},
-                             {Column::text("frame"), &SpeedRow::frame},
-                             {Column::text("v_kmh"), &SpeedRow::v_kmh}};
-  fields.add_range({Column::text("low_kmh"), Column::text("high_kmh")}, &SpeedRow::floor_kmh);
-  figure.data = table_of("", "", fields, rows);
   std::vector<LegendEntry> legend = {{"truth", "with lines lc rgb \"#000000\" lw 1.5"}};
   if (floor_kmh)
     legend.push_back(
@@ -270,13 +238,11 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, siz
 
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
                                   const std::map<std::string, double>& floor_kmh) {
-  std::map<std::pair<std::string, std::string>, std::map<uint64_t, RecordRefs>> groups;
-  for (const Record& record : records) {
-    if (has_speed(record)) groups[{record.dataset, record.sequence}][record.seed].push_back(&record);
-  }
   std::vector<Figure> figures;
-  for (const auto& [key, by_seed] : groups) {
-    Figure figure = figure_of(by_seed.begin()->second, find_number(floor_kmh, key.second), by_seed.size());
+  const auto data_of = [](const Record& r) { return std::pair(r.dataset, r.sequence); };
+  for (const auto& [data, of_data] : group_by(records_where(records, has_speed), data_of)) {
+    const auto by_seed = group_by(of_data, &Record::seed);
+    Figure figure = figure_of(by_seed.begin()->second, find_number(floor_kmh, data.second), by_seed.size());
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;

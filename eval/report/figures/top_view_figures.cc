@@ -12,11 +12,6 @@ namespace {
 /// x and z of a point: to the right and ahead of the first camera.
 Eigen::Vector2d ground(const Eigen::Vector3d& p) { return {p.x(), p.z()}; }
 
-Fields<Eigen::Vector3d> from_above(const std::string& x_key, const std::string& z_key) {
-  return {{Column::text(x_key), [](const Eigen::Vector3d& p) { return p.x(); }},
-          {Column::text(z_key), [](const Eigen::Vector3d& p) { return p.z(); }}};
-}
-
 // ---- fig. 1
 
 std::optional<double> mean_speed_kmh(const std::vector<Record>& records, const std::string& body) {
@@ -88,11 +83,7 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
                                      const std::vector<Record>& records) {
   Figure figure;
   figure.name = "fig1_tracks";
-  struct Position {
-    std::string body;
-    TrackPoint at;
-  };
-  std::vector<Position> positions;
+  figure.data = figure_data({"body", "frame", "x_m", "z_m", "x_gt_m", "z_gt_m"});
   Panel panel;
   panel.title = title;
   std::vector<LegendEntry> legend;
@@ -104,7 +95,12 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
     const std::string colour = line_colour(legend.size());
     const std::string style = fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.35", colour,
                                           filled_point(legend.size()));
-    for (const TrackPoint& p : track.points) positions.push_back({track.body, p});
+    for (const TrackPoint& p : track.points) {
+      const auto x = [](const auto& at_m) { return at_m ? Cell(at_m->x()) : Cell(); };
+      const auto z = [](const auto& at_m) { return at_m ? Cell(at_m->z()) : Cell(); };
+      figure.data.add_row(
+          {track.body, p.frame, x(p.estimate_m), z(p.estimate_m), x(p.truth_m), z(p.truth_m)});
+    }
     const auto points = [&](const std::string& x, const std::string& z) {
       return fmt::format("data using {}:(column(\"{}\"))",
                          only_where({{"body", track.body}}, fmt::format("column(\"{}\")", lying ? z : x)),
@@ -117,11 +113,6 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
     if (!is_camera && speed) panel.settings += speed_label(track, *speed, colour, lying);
   }
   if (legend.empty()) return {};
-  Fields<Position> fields = {{Column::text("body"), &Position::body},
-                             {Column::text("frame"), [](const Position& p) { return p.at.frame; }}};
-  fields.add(from_above("x_m", "z_m"), [](const Position& p) { return p.at.estimate_m; });
-  fields.add(from_above("x_gt_m", "z_gt_m"), [](const Position& p) { return p.at.truth_m; });
-  figure.data = table_of("", "", fields, positions);
   legend.push_back({"ground truth", "with lines lc rgb \"#B0B0B0\" lw 4.5"});
   PanelLayout layout;
   layout.panel_height_cm = layout.top_cm + layout.bottom_cm + axes.height_cm(layout.plot_width_cm(), lying);
@@ -138,11 +129,7 @@ std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
   if (views.empty()) return {};
   Figure figure;
   figure.name = "fig6_top_views";
-  struct Position {
-    std::string sequence, system;
-    Eigen::Vector3d at_m;
-  };
-  std::vector<Position> positions;
+  figure.data = figure_data({"sequence", "system", "x_m", "z_m"});
   PanelLayout layout;
   layout.columns = std::min<size_t>(3, views.size());
   layout.width_cm = layout.columns == 1 ? 8.8 : 18.0;
@@ -159,7 +146,7 @@ std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
       const auto path = std::ranges::find(view.paths, system.name, &CameraPath::system);
       if (path == view.paths.end() || path->positions_m.empty()) continue;
       for (const Eigen::Vector3d& p : path->positions_m) {
-        positions.push_back({view.title, system.name, p});
+        figure.data.add_row({view.title, system.name, p.x(), p.z()});
         axes.include(ground(p));
       }
       panel.plots.push_back(
@@ -172,10 +159,6 @@ std::vector<Figure> top_view_figures(const std::vector<TopView>& views) {
     panels.push_back(std::move(panel));
   }
   if (panels.empty()) return {};
-  Fields<Position> fields = {{Column::text("sequence"), &Position::sequence},
-                             {Column::text("system"), &Position::system}};
-  fields.add(from_above("x_m", "z_m"), [](const Position& p) { return &p.at_m; });
-  figure.data = table_of("", "", fields, positions);
   set_panels(layout, legend, panels, figure);
   figure.caption = "Fig. 6, camera paths from above, in the coordinates of the first camera; no alignment.";
   return {figure};

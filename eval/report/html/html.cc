@@ -136,7 +136,7 @@ void append_part(const NamedTable& named, const Table& part, const std::string& 
 
 size_t n_columns(const NamedTable& named) {
   size_t n = 0;
-  for_each_part(named, [&](const Table& part) {
+  for_each_part(named.table, named.split_by, [&](const Table& part) {
     const Table shown = fold_columns(for_people(part)).table;
     n = std::max<size_t>(n, std::ranges::count_if(shown.columns, [&](const Column& column) {
                            return is_first(named, column);
@@ -162,7 +162,7 @@ void append_table(const NamedTable& named, const std::string& heading, std::stri
         "columns</label>\n",
         named.name);
   size_t i = 0;
-  for_each_part(named, [&](const Table& part) {
+  for_each_part(named.table, named.split_by, [&](const Table& part) {
     append_part(named, part, named.split_by.empty() ? "" : part_anchor(named.name, i++), html);
   });
   for (const std::string& note : table.notes) html += paragraph(note, "note");
@@ -278,7 +278,7 @@ std::vector<VerdictLine> linked_verdicts(const ReportDocument& document) {
     details.insert("#" + section.name);
     for (const NamedTable& table : section.tables) {
       details.insert("#" + table.name);
-      const size_t n = n_parts(table);
+      const size_t n = n_parts(table.table, table.split_by);
       for (size_t i = 0; i < n; ++i) details.insert("#" + part_anchor(table.name, i));
     }
   }
@@ -351,10 +351,6 @@ std::string page_head(const std::string& title, const std::string& style, bool h
       has_scripts ? "; script-src 'unsafe-inline'" : "", html_escaped(title), style);
 }
 
-std::string to_html(const ReportDocument& document, const OutputFiles& drawn) {
-  return page_html(document, Page::report, drawn);
-}
-
 std::string_view page_file(std::string_view name) {
   return find_entry(report_page_files(), name, "file").text;
 }
@@ -390,11 +386,11 @@ namespace {
 /// Returns one LaTeX float for each part that pages show as a table; the first has the caption, the last the
 /// notes.
 std::string latex_of(const NamedTable& named) {
-  const size_t n = n_parts(named);
+  const size_t n = n_parts(named.table, named.split_by);
   if (n <= 1) return to_latex(named.table, named.name);
   size_t i = 0;
   std::string text;
-  for_each_part(named, [&](const Table& shown) {
+  for_each_part(named.table, named.split_by, [&](const Table& shown) {
     Table part = shown;
     if (i > 0) part.caption.clear();
     if (i + 1 < n) part.notes.clear();
@@ -431,7 +427,7 @@ void name_figures_apart(ReportDocument& document) {
 std::string report_page(ReportDocument document, int jobs) {
   name_figures_apart(document);
   check_names(document);
-  return to_html(document, draw_svg(figures_of(document), jobs));
+  return page_html(document, Page::report, draw_svg(figures_of(document), jobs));
 }
 
 void make_report_folder(ReportDocument& document, const ReportFolderOptions& options,

@@ -10,10 +10,6 @@
 
 namespace sextant {
 
-/// Makes the page. `drawn` contains <name>.svg of every figure (draw()). Throws InternalError if one is
-/// missing.
-std::string to_html(const ReportDocument& document, const OutputFiles& drawn);
-
 /// Returns a page from its document type to the opening tag of the body: the title, the style, and a content
 /// policy that forbids any request, and without `has_scripts` any script.
 std::string page_head(const std::string& title, const std::string& style, bool has_scripts);

@@ -355,4 +355,74 @@ std::string layout_number(double value, int decimals) {
   return fmt::format("{:.{}f}", value, decimals == 0 && !is_whole ? 1 : decimals);
 }
 
+namespace {
+
+/// Returns the numbers of a cell joined by "/"; "" unless every value of the cell has a number.
+template <typename Number>
+std::string numbers(const LayoutRow& row, const LayoutCell& cell, const Number& number_of) {
+  std::string joined;
+  for (const LayoutValue& value : cell) {
+    const std::optional<double> number = number_of(value);
+    if (!number) return "";
+    joined += (joined.empty() ? "" : "/") + layout_number(*number, row.decimals);
+  }
+  return joined;
+}
+
+std::string published_number_of(const LayoutRow& row, const LayoutCell& cell) {
+  return numbers(row, cell, [](const LayoutValue& v) { return v.published; });
+}
+
+std::string number_words(const std::optional<Interval>& interval, int digits) {
+  if (!interval) return "none";
+  return fmt::format("{:.{}g} to {:.{}g}", interval->low, digits, interval->high, digits);
+}
+
+}  // namespace
+
+std::string verdict_sign(const std::string& verdict) {
+  if (verdict.starts_with("within")) return "\u2713";
+  if (verdict.starts_with("outside")) return "\u2717";
+  if (verdict == "not comparable") return "\u2260";
+  if (verdict == "undecided") return "?";
+  return "";
+}
+
+std::string cell_measured(const LayoutRow& row, const LayoutCell& cell) {
+  const std::string number = numbers(row, cell, [](const LayoutValue& v) {
+    return v.measured ? std::optional(v.measured->value) : std::nullopt;
+  });
+  if (number.empty()) return published_number_of(row, cell).empty() ? "" : "\u2013";
+  return number + verdict_sign(cell.front().verdict);
+}
+
+std::string cell_published(const LayoutRow& row, const LayoutCell& cell) {
+  const std::string number = published_number_of(row, cell);
+  return number.empty() ? "" : "(" + number + ")";
+}
+
+std::string cell_details(const LayoutVersion& version, const LayoutCell& cell) {
+  std::string text;
+  constexpr int digits = 4;
+  for (const LayoutValue& v : cell) {
+    if (!text.empty()) text += ". ";
+    if (cell.size() > 1) text += v.name + ": ";
+    if (!v.measured) {
+      text += "not measured here";
+      continue;
+    }
+    const Measured& m = *v.measured;
+    text += fmt::format("{:.{}g}; 95 % interval {}; single runs {}; {} pair{}, {} seed{}; {}; {}", m.value,
+                        digits, number_words(m.interval, digits), number_words(m.one_run, digits), m.n_pairs,
+                        m.n_pairs == 1 ? "" : "s", m.n_seeds, m.n_seeds == 1 ? "" : "s",
+                        v.estimator.empty() ? version.procedure : v.estimator, v.data);
+    if (v.rate && v.published_rate)
+      text += fmt::format("; {:.{}g} % of {}, published {:.{}g} %", 100 * *v.rate, 3, v.rate_of,
+                          100 * *v.published_rate, 3);
+    if (!v.verdict.empty()) text += "; " + v.verdict;
+    if (!v.reason.empty()) text += ": " + v.reason;
+  }
+  return text;
+}
+
 }  // namespace sextant

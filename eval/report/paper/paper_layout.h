@@ -93,9 +93,7 @@ size_t data_nearness(const std::string& dataset);
 /// a whole number.
 std::string layout_number(double value, int decimals);
 
-// ---- The tables as text for a terminal, Markdown, LaTeX, CSV and JSON (renderings.cc). Text, Markdown and
-// LaTeX round to the paper's digits; CSV and JSON keep every digit. All use the same description, so they
-// cannot disagree.
+// ---- The cells for readers.
 //
 //   ✓ within   ✗ outside   ≠ not comparable   ? undecided   – not measured here
 
@@ -112,6 +110,10 @@ std::string cell_measured(const LayoutRow& row, const LayoutCell& cell);
 std::string cell_published(const LayoutRow& row, const LayoutCell& cell);
 /// Lists everything that is known about the numbers of a cell, one sentence each.
 std::string cell_details(const LayoutVersion& version, const LayoutCell& cell);
+
+// ---- The tables as text for a terminal, Markdown, LaTeX, CSV and JSON (renderings.cc). Text, Markdown and
+// LaTeX round to the paper's digits; CSV and JSON keep every digit. All use the same description, so they
+// cannot disagree.
 
 /// Formats text of at most 100 columns if the labels permit. With `all` it has every version and row;
 /// otherwise only the first version, without the rows whose `in_terminal` is false.

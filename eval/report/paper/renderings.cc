@@ -14,28 +14,6 @@ using Line = std::vector<std::string>;
 constexpr size_t terminal_columns = 100;
 constexpr size_t column_characters = 56;  // at 7 pt in one column of a paper
 
-/// Returns the numbers of a cell joined by "/"; "" unless every value of the cell has a number.
-template <typename Number>
-std::string numbers(const LayoutRow& row, const LayoutCell& cell, const Number& number_of) {
-  std::string joined;
-  for (const LayoutValue& value : cell) {
-    const std::optional<double> number = number_of(value);
-    if (!number) return "";
-    joined += (joined.empty() ? "" : "/") + layout_number(*number, row.decimals);
-  }
-  return joined;
-}
-
-std::string measured_number(const LayoutRow& row, const LayoutCell& cell) {
-  return numbers(row, cell, [](const LayoutValue& v) {
-    return v.measured ? std::optional(v.measured->value) : std::nullopt;
-  });
-}
-
-std::string published_number_of(const LayoutRow& row, const LayoutCell& cell) {
-  return numbers(row, cell, [](const LayoutValue& v) { return v.published; });
-}
-
 bool is_best(const LayoutCell& cell) { return !cell.empty() && cell.front().best; }
 bool is_best_published(const LayoutCell& cell) { return !cell.empty() && cell.front().best_published; }
 
@@ -270,55 +248,7 @@ Json json_of(const PaperLayout& layout, const LayoutVersion& version) {
           {"notes", layout.notes_of(version)}};
 }
 
-std::string number_words(const std::optional<Interval>& interval, int digits) {
-  if (!interval) return "none";
-  return fmt::format("{:.{}g} to {:.{}g}", interval->low, digits, interval->high, digits);
-}
-
 }  // namespace
-
-std::string verdict_sign(const std::string& verdict) {
-  if (verdict.starts_with("within")) return "\u2713";
-  if (verdict.starts_with("outside")) return "\u2717";
-  if (verdict == "not comparable") return "\u2260";
-  if (verdict == "undecided") return "?";
-  return "";
-}
-
-std::string cell_measured(const LayoutRow& row, const LayoutCell& cell) {
-  const std::string number = measured_number(row, cell);
-  if (number.empty()) return published_number_of(row, cell).empty() ? "" : "\u2013";
-  return number + verdict_sign(cell.front().verdict);
-}
-
-std::string cell_published(const LayoutRow& row, const LayoutCell& cell) {
-  const std::string number = published_number_of(row, cell);
-  return number.empty() ? "" : "(" + number + ")";
-}
-
-std::string cell_details(const LayoutVersion& version, const LayoutCell& cell) {
-  std::string text;
-  constexpr int digits = 4;
-  for (const LayoutValue& v : cell) {
-    if (!text.empty()) text += ". ";
-    if (cell.size() > 1) text += v.name + ": ";
-    if (!v.measured) {
-      text += "not measured here";
-      continue;
-    }
-    const Measured& m = *v.measured;
-    text += fmt::format("{:.{}g}; 95 % interval {}; single runs {}; {} pair{}, {} seed{}; {}; {}", m.value,
-                        digits, number_words(m.interval, digits), number_words(m.one_run, digits), m.n_pairs,
-                        m.n_pairs == 1 ? "" : "s", m.n_seeds, m.n_seeds == 1 ? "" : "s",
-                        v.estimator.empty() ? version.procedure : v.estimator, v.data);
-    if (v.rate && v.published_rate)
-      text += fmt::format("; {:.{}g} % of {}, published {:.{}g} %", 100 * *v.rate, 3, v.rate_of,
-                          100 * *v.published_rate, 3);
-    if (!v.verdict.empty()) text += "; " + v.verdict;
-    if (!v.reason.empty()) text += ": " + v.reason;
-  }
-  return text;
-}
 
 std::string text_legend() {
   return "In () or beneath: the paper. \u2713 within, \u2717 outside single runs; \u2260 not comparable; ? "

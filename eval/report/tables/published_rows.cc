@@ -178,38 +178,22 @@ std::string records_of_part(const std::string& part) {
 }
 
 RecordRefs matching(const std::vector<Record>& records, const RecordFilter& filter) {
-  RecordRefs found;
-  for (const Record& record : records) {
-    if (filter.matches(record)) found.push_back(&record);
-  }
-  return found;
-}
-
-std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records) {
-  std::map<std::string, RecordRefs> groups;
-  for (const Record* record : records) groups[record->estimator].push_back(record);
-  return groups;
+  return records_where(records, [&](const Record& record) { return filter.matches(record); });
 }
 
 std::string paper_body(const std::string& printed) { return printed == "Obj" ? "Obj1" : printed; }
 
 std::map<std::string, RecordRefs> paper_bodies(const RecordRefs& records) {
-  std::map<int, RecordRefs> with_truth, estimated;  // by id; the camera has id 0
-  for (const Record* record : records) {
-    if (!has_truth(*record)) continue;
-    const int id = body_order(record->body);
-    with_truth[id].push_back(record);
-    if (record->status == Status::ok) estimated[id].push_back(record);
-  }
   std::map<std::string, RecordRefs> bodies;
-  if (estimated.contains(0)) bodies["Ego"] = estimated.at(0);
-  std::vector<std::pair<double, int>> by_distance;
-  for (const auto& [id, of_body] : with_truth) {
-    if (id != 0) by_distance.emplace_back(mean(numbers_of(of_body, NumberMap::values, "distance_gt_m")), id);
+  std::map<std::pair<double, int>, RecordRefs> objects;  // by mean distance and id
+  for (const auto& [id, with_truth] : group_by(records_where(records, has_truth), order_of)) {
+    const RecordRefs estimated = records_where(with_truth, is_evaluated);
+    if (id != 0)
+      objects[{mean(numbers_of(with_truth, NumberMap::values, "distance_gt_m")), id}] = estimated;
+    else if (!estimated.empty())
+      bodies["Ego"] = estimated;
   }
-  std::ranges::sort(by_distance);
-  for (size_t i = 0; i < by_distance.size(); ++i)
-    bodies[fmt::format("Obj{}", i + 1)] = estimated[by_distance[i].second];
+  for (size_t i = 0; const auto& [place, estimated] : objects) bodies[fmt::format("Obj{}", ++i)] = estimated;
   return bodies;
 }
 

@@ -109,7 +109,6 @@ std::string records_of_part(const std::string& part);
 // ---- Records of the paper's sets of frames, grouped like the paper's tables.
 
 RecordRefs matching(const std::vector<Record>& records, const RecordFilter& filter);
-std::map<std::string, RecordRefs> by_estimator(const RecordRefs& records);
 
 /// Groups estimated records with truth by the paper's name of the body: "Ego", and "Obj1", "Obj2", .. for the
 /// moving objects with truth, in order of their mean true distance. An object that was never estimated has an

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/noise_tables.h"
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/stats/summary.h"
@@ -26,7 +26,7 @@ PaperRow row_of(const Json& line, const std::string& estimator, const char* erro
 /// Adds the rows of one line of the paper for one kind of data; returns false if it was not measured.
 bool add_measured(const Json& line, const SetData& data, const EvidencePart& part, PublishedTable& table) {
   const RecordRefs records = matching(part.records, data.filter);
-  const auto groups = by_estimator(records);
+  const auto groups = group_by(records, &Record::estimator);
   const std::string body = paper_body(line.at("body"));
   for (const std::string& estimator : distinct(records, &Record::estimator)) {
     const auto bodies = paper_bodies(groups.at(estimator));
@@ -106,7 +106,7 @@ constexpr double level_of_table_2 = 1;
 RecordRefs of_first_estimator(const EvidencePart& part, const RecordFilter& filter) {
   RecordRefs records = matching(part.records, filter);
   std::erase_if(records, [](const Record* record) { return record->level != level_of_table_2; });
-  return records.empty() ? records : by_estimator(records).at(records.front()->estimator);
+  return records.empty() ? records : of_estimator(records, records.front()->estimator);
 }
 
 /// Adds a row for every printed value, with the value measured in these records; without records, only the
@@ -179,7 +179,8 @@ Table limit_table(const Evidence& evidence) {
   std::vector<LimitRow> rows;
   for (const EvidencePart* part : evidence.with(PartRole::sets)) {
     for (const SetData& data : paper().sets) {
-      for (const auto& [estimator, records] : by_estimator(matching(part->records, data.filter))) {
+      for (const auto& [estimator, records] :
+           group_by(matching(part->records, data.filter), &Record::estimator)) {
         for (const auto& [body, estimated] : paper_bodies(records)) {
           if (estimated.empty()) continue;
           rows.push_back({data.set, data_title(data.filter), body, estimator, part->name, estimated,

@@ -1,5 +1,7 @@
 #pragma once
 
+// Tables of noise sweeps: errors by level, estimators compared, and requested and achieved noise.
+//
 // Errors by noise level, from records only: one row per data set, sequence, body, estimator and level.
 //
 //   mean, rmse, quantiles  over the estimated pairs of all seeds, with 95 % intervals by the cluster
@@ -9,6 +11,7 @@
 //
 // Records of bodies without truth, or static by truth, are not counted.
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -134,5 +137,28 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
 std::string verdict(const ErrorComparison& comparison, const ComparisonRow& row);
 
 Table comparison_table(const std::vector<ComparisonRow>& rows);
+
+// ---- Requested and achieved noise, from the run.json of runs and sweeps: one row per source, level and
+// channel. The statistics are over the draws that every estimator used.
+//
+//   depth      delta_d [px]: standard deviation of the depth error times f b / z^2
+//   flow x, y  standard deviation [px], per body;   flow EPE: mean length of the error vector [px], per body
+//   neighbours correlation between horizontally neighbouring pixels
+
+struct AchievedNoiseRow {
+  std::string parameter, source, body, channel;
+  std::filesystem::path file{};  ///< the run.json that records it
+  double level = 0;
+  std::optional<double> requested_px;  ///< none where only quantisation or outliers are requested
+  std::optional<double> achieved_px;
+  double n = 0;  ///< number of draws
+  std::optional<double> neighbours;
+  std::optional<double> share_invalidated;  ///< depth only
+  std::optional<double> outlier_share;      ///< flow only
+};
+
+std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep);
+
+Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows);
 
 }  // namespace sextant

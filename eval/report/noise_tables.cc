@@ -1,10 +1,11 @@
-#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/noise_tables.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 #include <tuple>
 
 #include "sextant/base/machine.h"
@@ -15,6 +16,7 @@
 #include "sextant/stats/trend.h"
 
 namespace sextant {
+
 namespace {
 
 /// Returns the efficiency over the records that have error and bound; nullopt if there are none, or if all
@@ -181,105 +183,64 @@ struct Level {
   const NoiseSweep* sweep = nullptr;
   std::map<Interned, const NoiseLevel*> by_estimator;
 };
-using RowPairs = std::vector<std::pair<size_t, size_t>>;
 
-/// Tests the differences (second - first) of all pairs; labels[i] is the cluster of differences[i].
-ErrorComparison test_differences(const std::vector<double>& differences, const std::vector<uint64_t>& labels,
-                                 double mean_first, bool identical, const BootstrapOptions& options) {
-  ErrorComparison out{compare_pairs(differences, labels, options), mean_first, identical};
+/// Compares one error over the pairs that both have, in clusters of frames or seeds; nullopt if there are
+/// none. In summaries the mean difference of a seed stands for each of its pairs, which does not change any
+/// number of a comparison; estimators are identical if mean and mean square agree up to rounding for every
+/// seed.
+std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::Common>& pairs, bool by_frame,
+                                       const BootstrapOptions& options) {
+  if (pairs.empty()) return std::nullopt;
+  std::vector<double> differences;
+  std::vector<uint64_t> labels;
+  Moments of_first;
+  bool identical = true;
+  for (const auto& [seed, frame, first, second] : pairs) {
+    const double difference = (second.x - first.x) / first.n;
+    identical = identical && std::abs(difference) <= identical_below &&
+                std::abs(second.xx - first.xx) <= 2 * identical_below * (first.x + second.x);
+    differences.insert(differences.end(), static_cast<size_t>(first.n), difference);
+    labels.insert(labels.end(), static_cast<size_t>(first.n), by_frame ? static_cast<uint64_t>(frame) : seed);
+    of_first.add(first);
+  }
+  ErrorComparison out{compare_pairs(differences, labels, options), of_first.mean(), identical};
   if (identical) out.p = 1;
   if (out.n_clusters < 2) out.p.reset();
   return out;
 }
 
-/// Makes the row of two levels; its errors and the parameter are added by the caller.
-ComparisonRow row_without_errors(const NoiseLevel& first, const NoiseLevel& second, int n_pairs) {
-  const NoiseLevelKey& key = first.key();
-  return {.dataset = key.dataset,
-          .sequence = key.sequence,
-          .body = key.body,
-          .noise = key.noise,
-          .first = key.estimator,
-          .second = second.key().estimator,
-          .level = key.level,
-          .n_pairs = n_pairs,
-          .n_only_first = static_cast<int>(first.n_with_error()) - n_pairs,
-          .n_only_second = static_cast<int>(second.n_with_error()) - n_pairs};
-}
-
-/// Compares one error over the pairs in which both records have it; nullopt if there are none.
-std::optional<ErrorComparison> compare(const RowPairs& pairs, const NoiseLevel& first,
-                                       const NoiseLevel& second, size_t error, ClusterBy by,
-                                       const BootstrapOptions& options) {
-  std::vector<double> of_first, differences;
-  std::vector<uint64_t> labels;
-  for (const auto& [a, b] : pairs) {
-    const double before = first.error(error, a), difference = second.error(error, b) - before;
-    if (std::isnan(difference)) continue;
-    of_first.push_back(before);
-    differences.push_back(difference);
-    const auto [seed, frame] = first.case_of(a);
-    labels.push_back(by == ClusterBy::seeds ? seed : static_cast<uint64_t>(frame));
-  }
-  if (differences.empty()) return std::nullopt;
-  const auto is_rounding = [](double d) { return std::abs(d) <= identical_below; };
-  return test_differences(differences, labels, mean(of_first), std::ranges::all_of(differences, is_rounding),
-                          options);
-}
-
-/// Compares levels of summaries. The mean difference of a seed stands for each of its pairs, which does not
-/// change any number of a comparison. Estimators are identical if mean and mean square agree up to rounding
-/// for every seed.
-std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::SeedSums>& seeds,
-                                       const BootstrapOptions& options) {
-  std::vector<double> differences;
-  std::vector<uint64_t> labels;
-  Moments of_first;
-  bool identical = true;
-  for (const auto& [seed, first, second] : seeds) {
-    const double difference = (second.x - first.x) / first.n;
-    identical = identical && std::abs(difference) <= identical_below &&
-                std::abs(second.xx - first.xx) <= 2 * identical_below * (first.x + second.x);
-    differences.insert(differences.end(), static_cast<size_t>(first.n), difference);
-    labels.insert(labels.end(), static_cast<size_t>(first.n), seed);
-    of_first.add(first);
-  }
-  if (differences.empty()) return std::nullopt;
-  return test_differences(differences, labels, of_first.mean(), identical, options);
-}
-
-/// Compares two levels of summaries. Returns nullopt if no pair was estimated by both, if the estimated pairs
-/// differ, or if one level has records instead of summaries.
-std::optional<ComparisonRow> compare_summed(const NoiseLevel& first, const NoiseLevel& second,
-                                            const BootstrapOptions& options) {
-  if (!first.is_summed() || !second.is_summed()) return std::nullopt;
-  std::map<std::string, ErrorComparison> errors;
-  int n_pairs = 0;
-  for (size_t e = 0; e < compared_errors().size(); ++e) {
-    const auto seeds = first.paired_sums(second, e);
-    if (!seeds) return std::nullopt;
-    if (auto c = compare(*seeds, options)) errors.emplace(compared_errors()[e]->name, std::move(*c));
-    size_t n = 0;
-    for (const NoiseLevel::SeedSums& seed : *seeds) n += static_cast<size_t>(seed.first.n);
-    n_pairs = std::max(n_pairs, static_cast<int>(n));
-  }
-  if (n_pairs == 0) return std::nullopt;
-  ComparisonRow row = row_without_errors(first, second, n_pairs);
-  row.errors = std::move(errors);
-  return row;
-}
-
-/// Compares two levels of records. Returns nullopt if no pair was estimated by both.
+/// Compares two levels; nullopt if no pair was estimated by both, or if their summaries have other pairs.
 std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& second,
                                      const BootstrapOptions& options) {
-  const RowPairs pairs = first.pairs(second);
-  if (pairs.empty()) return std::nullopt;
-  ComparisonRow row = row_without_errors(first, second, static_cast<int>(pairs.size()));
-  // The pairs are sorted, so there is one seed if the first and the last pair have the same.
-  const bool one_seed = first.case_of(pairs.front().first).first == first.case_of(pairs.back().first).first;
-  const ClusterBy by = one_seed ? ClusterBy::frames : ClusterBy::seeds;
+  std::vector<std::vector<NoiseLevel::Common>> of_errors;
+  std::set<uint64_t> seeds;
+  int n_pairs = 0;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
-    if (auto c = compare(pairs, first, second, e, by, options))
+    auto common = first.common(second, e);
+    if (!common) return std::nullopt;
+    double n = 0;
+    for (const NoiseLevel::Common& pair : *common) {
+      seeds.insert(pair.seed);
+      n += pair.first.n;
+    }
+    n_pairs = std::max(n_pairs, static_cast<int>(n));
+    of_errors.push_back(std::move(*common));
+  }
+  if (n_pairs == 0) return std::nullopt;
+  const NoiseLevelKey& key = first.key();
+  ComparisonRow row{.dataset = key.dataset,
+                    .sequence = key.sequence,
+                    .body = key.body,
+                    .noise = key.noise,
+                    .first = key.estimator,
+                    .second = second.key().estimator,
+                    .level = key.level,
+                    .n_pairs = n_pairs,
+                    .n_only_first = static_cast<int>(first.n_with_error()) - n_pairs,
+                    .n_only_second = static_cast<int>(second.n_with_error()) - n_pairs};
+  const bool by_frame = !first.is_summed() && seeds.size() < 2;
+  for (size_t e = 0; e < compared_errors().size(); ++e) {
+    if (auto c = compare(of_errors[e], by_frame, options))
       row.errors.emplace(compared_errors()[e]->name, std::move(*c));
   }
   return row;
@@ -353,9 +314,8 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
         if (first == level.by_estimator.end() || second == level.by_estimator.end()) continue;
         const NoiseLevel& one = *first->second;
         const NoiseLevel& other = *second->second;
+        std::optional<ComparisonRow> row = compare(one, other, options);
         const bool is_summed = one.is_summed() || other.is_summed();
-        std::optional<ComparisonRow> row =
-            is_summed ? compare_summed(one, other, options) : compare(one, other, options);
         if (!row && is_summed && one.n_with_error() > 0 && other.n_with_error() > 0)
           ++left_out[static_cast<size_t>(i)];
         if (!row) continue;
@@ -411,6 +371,106 @@ Table comparison_table(const std::vector<ComparisonRow>& rows) {
           "of the intervals: seeds; with one seed frames. p: Wilcoxon's signed ranks on the clusters' means, "
           "corrected by Holm over the whole table. detectable: found at 5 % with probability 80 %. Too few "
           "clusters: the interval excludes 0, but so many comparisons of so few seeds cannot reach 5 %.",
+          fields, rows),
+      {"level"});
+}
+
+namespace {
+
+/// Returns the number at a JSON pointer such as "/depth/n", if there is one.
+std::optional<double> number_at(const Json& json, const char* path) {
+  const Json::json_pointer pointer(path);
+  if (!json.contains(pointer) || !json.at(pointer).is_number()) return std::nullopt;
+  return json.at(pointer).get<double>();
+}
+
+void add_depth(const AchievedNoise& entry, AchievedNoiseRow row, std::vector<AchievedNoiseRow>& rows) {
+  const auto requested = number_at(entry.noise, "/requested/depth/delta_d_px");
+  const auto achieved = number_at(entry.noise, "/depth/normalised_sigma");
+  row.share_invalidated = number_at(entry.noise, "/depth/share_invalidated");
+  if ((!requested || !achieved) && !row.share_invalidated) return;
+  row.channel = "depth";
+  if (requested && achieved) {
+    row.requested_px = *requested;
+    row.achieved_px = *achieved * *requested;
+  }
+  row.n = number_at(entry.noise, "/depth/n").value_or(0);
+  row.neighbours = number_at(entry.noise, "/neighbours/depth/correlation");
+  rows.push_back(row);
+}
+
+void add_flow(const AchievedNoise& entry, const std::string& body, const Json& flow, AchievedNoiseRow row,
+              std::vector<AchievedNoiseRow>& rows) {
+  row.body = body;
+  row.n = number_at(flow, "/n").value_or(0);
+  row.outlier_share = number_at(flow, "/outlier_share");
+  const size_t n_before = rows.size();
+  const auto add = [&](const char* channel, std::optional<double> requested, std::optional<double> achieved) {
+    if (!requested || !achieved) return;
+    row.channel = channel;
+    row.requested_px = *requested;
+    row.achieved_px = *achieved;
+    rows.push_back(row);
+  };
+  add("flow EPE", number_at(flow, "/requested_epe_px"), number_at(flow, "/epe_px"));
+  add("flow y", number_at(flow, "/y/requested_sigma_px"), number_at(flow, "/y/sigma_px"));
+  row.neighbours = number_at(entry.noise, "/neighbours/flow_x/correlation");
+  add("flow x", number_at(flow, "/x/requested_sigma_px"), number_at(flow, "/x/sigma_px"));
+  if (rows.size() > n_before || row.outlier_share.value_or(0) == 0) return;
+  // Every flow is an outlier, so none shows the noise.
+  row.channel = "flow";
+  row.requested_px.reset();
+  row.achieved_px.reset();
+  rows.push_back(row);
+}
+
+}  // namespace
+
+std::vector<AchievedNoiseRow> achieved_noise_rows(const NoiseSweep& sweep) {
+  std::vector<AchievedNoiseRow> rows;
+  for (const AchievedNoise& entry : sweep.achieved) {
+    AchievedNoiseRow row{.parameter = sweep.parameter,
+                         .source = entry.source,
+                         .body = "all",
+                         .file = entry.file,
+                         .level = entry.level};
+    add_depth(entry, row, rows);
+    if (!entry.noise.contains("flow") || !entry.noise["flow"].is_object()) continue;
+    for (const auto& [body, flow] : entry.noise["flow"].items()) add_flow(entry, body, flow, row, rows);
+  }
+  return rows;
+}
+
+Table achieved_noise_table(const std::vector<AchievedNoiseRow>& rows) {
+  using Row = AchievedNoiseRow;
+  const bool has_folders =
+      std::ranges::any_of(rows, [&](const Row& row) { return row.file != rows.front().file; });
+  Fields<Row> fields = {{Column::text("parameter").folded(), &Row::parameter},
+                        {Column::text("source").folded(), &Row::source},
+                        {Column::number("level", 3), &Row::level},
+                        {Column::text("body").folded(), &Row::body},
+                        {Column::text("channel"), &Row::channel},
+                        {Column::number("requested_px", "requested [px]", 4), &Row::requested_px},
+                        {Column::number("achieved_px", "achieved [px]", 4), &Row::achieved_px},
+                        {Column::number("ratio", 4),
+                         [](const Row& row) {
+                           const bool has_ratio = row.requested_px.value_or(0) > 0 && row.achieved_px;
+                           return has_ratio ? Cell(*row.achieved_px / *row.requested_px) : Cell();
+                         }},
+                        {Column::count("n", "draws"), &Row::n},
+                        {Column::number("neighbours", 4), &Row::neighbours},
+                        {Column::number("share_invalidated", "invalidated", 6), &Row::share_invalidated},
+                        {Column::number("outlier_share", "outliers", 4), &Row::outlier_share}};
+  if (has_folders) {  // such as shards, each of which added noise to other cases of one level
+    fields.insert(fields.begin(), {Column::text("folder"),
+                                   [](const Row& row) { return Cell(row.file.parent_path().string()); }});
+  }
+  return with_distinct(
+      table_of(
+          "Noise: requested and achieved",
+          "Depth: disparity accuracy. Flow x, y: standard deviation; EPE: mean length of the error vector. "
+          "neighbours: correlation of the random draws of neighbouring pixels. Achieved depths include the "
+          "rounding of a quantisation, which is not part of the request.",
           fields, rows),
       {"level"});
 }

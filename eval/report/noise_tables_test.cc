@@ -1,4 +1,4 @@
-#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/noise_tables.h"
 
 #include <gtest/gtest.h>
 
