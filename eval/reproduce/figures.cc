@@ -2,21 +2,180 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
+#include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/datasets/codec/png.h"
 #include "sextant/eval/logs/trajectory_files.h"
-#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/document.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/figures/record_figures.h"
+#include "sextant/eval/report/noise_tables.h"
 #include "sextant/eval/report/paper/paper_layout.h"
 #include "sextant/eval/report/record_places.h"
 #include "sextant/eval/report/tables/published_rows.h"
-#include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
+
+namespace {
+
+constexpr size_t most_lines = 26;
+constexpr double lowest = 0.02, highest = 50;  // range of the axis; values beyond are drawn at its ends
+
+struct Line {
+  std::string label;
+  const PaperRow* ours = nullptr;
+  const PaperRow* code = nullptr;  ///< measured with the published code's procedure
+};
+
+/// Splits an estimator's label into its name and its procedure.
+std::pair<std::string, std::string> split_name(const std::string& estimator) {
+  const size_t comma = estimator.find(", ");
+  if (comma == std::string::npos) return {estimator, ""};
+  return {estimator.substr(0, comma), estimator.substr(comma + 2)};
+}
+
+/// Formats "S18-F124-134 Obj1 joint E_t [m]".
+std::string label_of(const PaperRow& row) {
+  std::string label;
+  for (const std::string& word :
+       {row.group, row.body, estimator_title(split_name(row.estimator).first), row.quantity})
+    if (!word.empty()) label += (label.empty() ? "" : " ") + word;
+  return label;
+}
+
+std::vector<Line> lines_of(const std::vector<PaperRow>& rows) {
+  std::vector<Line> lines;
+  for (const PaperRow& row : rows) {
+    if (!row.published || !row.measured || *row.published <= 0 || row.measured->value <= 0) continue;
+    const std::string procedure = split_name(row.estimator).second;
+    const bool is_code = procedure == paper().code_procedure;
+    if (!is_code && !procedure.empty()) continue;
+    const std::string label = label_of(row);
+    auto line = std::ranges::find(lines, label, &Line::label);
+    if (line == lines.end()) line = lines.insert(lines.end(), Line{label});
+    const PaperRow*& drawn = is_code ? line->code : line->ours;
+    if (drawn == nullptr || drawn->noise == row.noise) drawn = &row;
+  }
+  return lines;
+}
+
+/// Values relative to the published value, within the range of the axis.
+double ratio_of(double value, const PaperRow& row) {
+  return std::clamp(value / *row.published, lowest, highest);
+}
+
+std::optional<Interval> ratio_of(const std::optional<Interval>& range, const PaperRow& row) {
+  return range ? std::optional(Interval{ratio_of(range->low, row), ratio_of(range->high, row)})
+               : std::nullopt;
+}
+
+std::string colour_of(const PaperRow& row) {
+  const Tone tone = tone_of(row.verdict());
+  return tone == Tone::agrees ? "#009E73" : tone == Tone::differs ? "#D55E00" : "#7F7F7F";
+}
+
+}  // namespace
+
+std::optional<Figure> answer_figure(const std::string& name, const PublishedTable& table) {
+  std::vector<Line> lines = lines_of(table.rows);
+  if (lines.empty()) return std::nullopt;
+  const size_t n_all = lines.size();
+  lines.resize(std::min(n_all, most_lines));
+
+  Figure figure;
+  figure.name = "answer_" + name;
+  figure.data =
+      figure_data({"line", "series", "tone", "y", "x", "low", "high", "run_low", "run_high", "verdict"});
+  std::string tics, words;
+  size_t longest = 0;
+  double from = 0.5, to = 2;
+  std::set<std::pair<std::string, std::string>> drawn;  // pairs of series and colour
+  const auto add = [&](const char* series, const PaperRow& row, double y) {
+    const double x = ratio_of(row.measured->value, row);
+    const auto interval = ratio_of(row.measured->interval, row), runs = ratio_of(row.measured->one_run, row);
+    figure.data.add_row({label_of(row), series, colour_of(row), y, x, low_of(interval), high_of(interval),
+                         low_of(runs), high_of(runs), row.verdict()});
+    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", gp_tic(row.verdict()), gp_number(y));
+    drawn.insert({series, colour_of(row)});
+    for (const auto& [low, high] :
+         {Interval{x, x}, interval.value_or(Interval{x, x}), runs.value_or(Interval{x, x})}) {
+      from = std::min(from, low);
+      to = std::max(to, high);
+    }
+  };
+  const bool has_code = std::ranges::any_of(lines, [](const Line& line) { return line.code != nullptr; });
+  for (size_t i = 0; i < lines.size(); ++i) {
+    const Line& line = lines[i];
+    tics += fmt::format("{}{} {}", i > 0 ? ", " : "", gp_tic(line.label), i);
+    longest = std::max(longest, line.label.size());
+    const auto y = static_cast<double>(i);
+    if (line.ours != nullptr) add("ours", *line.ours, y + (has_code ? -0.2 : 0.0));
+    if (line.code != nullptr) add("published code", *line.code, y + 0.2);
+  }
+  Panel panel;
+  panel.settings = fmt::format(
+      "set logscale x\nset xrange [{}:{}]\nset yrange [{}:-0.7]\nset ytics ({}) noenhanced\n"
+      "set y2range [{}:-0.7]\n"
+      "set y2tics ({}) noenhanced scale 0\nset xtics (0.02,0.05,0.1,0.2,0.5,1,2,5,10,20,50)\n"
+      "set xlabel \"measured / published\" offset 0,0.4\nset arrow 1 from 1, graph 0 to 1, graph 1 nohead lc "
+      "rgb \"#000000\" lw 1\n",
+      gp_number(from / 1.15), gp_number(to * 1.15), gp_number(static_cast<double>(lines.size()) - 0.3), tics,
+      gp_number(static_cast<double>(lines.size()) - 0.3), words);
+  for (const auto& [series, colour] : drawn) {
+    const std::string y = only_where({{"series", series}, {"tone", colour}}, "column(\"y\")");
+    const auto bar = [&](const char* low, const char* high, double width, const char* shade) {
+      panel.plots.push_back(fmt::format(
+          "data using (column(\"{0}\")):{2}:(column(\"{1}\")-column(\"{0}\")):(0) with vectors nohead lc rgb "
+          "\"{3}{4}\" lw {5}",
+          low, high, y, shade, colour.substr(1), gp_number(width)));
+    };
+    bar("run_low", "run_high", 6, "#A0");
+    bar("low", "high", 2, "#00");
+    panel.plots.push_back(fmt::format("data using (column(\"x\")):{} with points pt {} ps 0.55 lc rgb \"{}\"",
+                                      y, series == "ours" ? 7 : 6, colour));
+  }
+  std::vector<LegendEntry> legend;
+  if (has_code)
+    legend = {{"our procedure", "with points pt 7 ps 0.6 lc rgb \"#404040\""},
+              {"published code's", "with points pt 6 ps 0.6 lc rgb \"#404040\""}};
+  const double per_line_cm = has_code ? 0.52 : 0.4;
+  const PanelLayout layout{.width_cm = 13.0,
+                           .panel_height_cm = 1.5 + per_line_cm * static_cast<double>(lines.size() + 1),
+                           .left_cm = std::min(8.0, 0.5 + 0.135 * static_cast<double>(longest)),
+                           .right_cm = 2.5,
+                           .bottom_cm = 1.0,
+                           .top_cm = 0.2};
+  set_panels(layout, legend, {panel}, figure);
+  figure.script += "unset y2tics\nset y2range [*:*]\n";
+  figure.caption = fmt::format(
+      "{}: published value (1), our mean with its 95 % interval (thin) and where 95 % of single runs lie "
+      "(broad).{}",
+      paper().table(table.number).title,
+      n_all > lines.size() ? fmt::format(" {} of {} values; the table has all.", lines.size(), n_all) : "");
+  return figure;
+}
+
+std::string answer_text(const std::vector<PaperRow>& rows) {
+  size_t n_judged = 0, n_within = 0, n_not_comparable = 0, n_missing = 0;
+  for (const PaperRow& row : rows) {
+    const std::string verdict = row.verdict();
+    n_judged += verdict == "within" || verdict == "outside";
+    n_within += verdict == "within";
+    n_not_comparable += verdict == "not comparable";
+    n_missing += row.is_missing();
+  }
+  std::string text =
+      n_judged == 0 ? "no published value compared"
+                    : fmt::format("{} of {} comparisons: the published value lies where our single runs do",
+                                  n_within, n_judged);
+  if (n_not_comparable > 0) text += fmt::format("; {} not comparable", n_not_comparable);
+  if (n_missing > 0) text += fmt::format("; {} not measured here", n_missing);
+  return text;
+}
 
 namespace {
 
@@ -188,27 +347,16 @@ std::vector<std::string> decisions_of(const Paths& paths) {
 std::string panel_name(const AttributionPath& path) { return path.set + " " + path.body; }
 
 Table data_of(const Paths& paths, const std::vector<std::string>& decisions) {
-  struct StepMark {
-    std::string panel, path, decision;
-    std::ptrdiff_t x;
-    IntervalEstimate Et_m;
-  };
-  std::vector<StepMark> marks;
+  Table data = figure_data({"panel", "path", "decision", "x", "Et", "low", "high"});
   for (const AttributionPath* path : paths) {
     for (const AttributionStep& step : path->steps) {
       const auto x = std::ranges::find(decisions, step.decision) - decisions.begin();
       const double Et_m = step.Et_m.value;
-      const Interval around = step.Et_m.interval.value_or(Interval{Et_m, Et_m});
-      marks.push_back({panel_name(*path), path->path, step.decision, x, {Et_m, around}});
+      const auto [low, high] = step.Et_m.interval.value_or(Interval{Et_m, Et_m});
+      data.add_row({panel_name(*path), path->path, step.decision, x, Et_m, low, high});
     }
   }
-  Fields<StepMark> fields = {{Column::text("panel"), &StepMark::panel},
-                             {Column::text("path"), &StepMark::path},
-                             {Column::text("decision"), &StepMark::decision},
-                             {Column::text("x"), &StepMark::x}};
-  fields.add(estimate_fields(Column::text("Et"), "low", "high"),
-             [](const StepMark& mark) { return &mark.Et_m; });
-  return table_of("", "", fields, marks);
+  return data;
 }
 
 Panel panel_of(const Paths& paths, const std::vector<std::string>& decisions) {

@@ -10,19 +10,74 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "sextant/eval/experiment/pack.h"
+#include "sextant/eval/records/output.h"
 #include "sextant/eval/report/claims/claim.h"
 #include "sextant/eval/report/document.h"
 #include "sextant/eval/report/evidence.h"
 #include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/paper/paper_layout.h"
 #include "sextant/eval/report/tables/paper_table.h"
-#include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
+
+// ---- Experiments (parts.cc), each in a folder below DIR/parts that is complete or can be resumed. How to
+// add one: a plan in eval/plans/reproduce/ and one line in the table of parts.cc.
+
+/// One experiment. What is run follows from its fields:
+///   `beside` given          errors of published systems, measured once and stored in results/systems
+///   role recorded           recorded trajectories of other systems against the truth
+///   role recorded_objects   recorded object logs of other systems against the truth
+///   role timing             run times: one thread, decoded sources, no correspondence cache
+///   role showcase           a run with paths, and the picture of its last frame pair
+///   otherwise               a sweep from correspondence caches
+struct Part {
+  std::string name;
+  PartRole role = PartRole::sets;
+  std::string title;
+  std::string needs;     ///< folder below the data root that it needs; empty: the data come with the program
+  std::string fetch;     ///< command that obtains these data
+  std::string plan;      ///< JSON; empty for recorded and stored experiments
+  std::string beside{};  ///< earlier experiment whose records have the truth of the same frames
+
+  bool is_stored() const { return !beside.empty(); }
+};
+
+/// Returns the experiments in the order in which they run: first those on the embedded scenarios, and each
+/// stored experiment after the one that it needs (`beside`). The text files of Virtual KITTI are read from
+/// ROOT/vkitti_1.3.1_text or, if this folder does not exist, from ROOT/vkitti_1.3.1.
+std::vector<Part> reproduction_parts(const std::string& data_root);
+
+/// Explains why an experiment cannot run with this data; empty if it can.
+std::string what_is_missing(const Part& part, const std::string& data_root);
+
+// ---- Published systems, measured once with the external protocol (docs/external-estimators.md) and stored.
+// results/systems/PART/records.jsonl contains their errors, and run.json the program and the machine that
+// measured them. These files come with the program.
+//
+// The stored records have no truth values, because those of real data may not be redistributed. The truth
+// values are taken from the records of the experiment that was measured here on the same frames.
+
+/// Returns records.jsonl and run.json of a stored experiment. Records of frames and bodies that `beside` does
+/// not have are left out. Throws Error if the experiment does not exist, or if `beside` has no records.jsonl.
+OutputFiles stored_files(const std::string& part, const std::filesystem::path& beside);
+
+/// A system with recorded camera trajectories.
+struct RecordedSystem {
+  const char* name;
+  /// Below ROOT/kitti_tracking_peers; also the prefix of its trajectories in the results
+  const char* folder;
+  const char* extension;
+  const char* format;  ///< format name for read_trajectory()
+};
+std::span<const RecordedSystem> recorded_systems();
+
+/// Returns the paper's sequences whose truth is publicly available as text: "0000" to "0006", "0018", "0020".
+const std::vector<std::string>& recorded_sequences();
 
 /// Configuration of a reproduction.
 struct ReproduceConfig {
@@ -55,7 +110,7 @@ ReproductionReport reproduction_report(const ReproduceConfig& config);
 std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
                              const std::vector<PaperLayout>& tables);
 
-// ---- Figures of the reproduction (figures.cc, answer_figure.cc), as sections of its document. An experiment
+// ---- Figures of the reproduction (figures.cc), as sections of its document. An experiment
 // that was not measured has no section.
 
 /// A section, and the place in the paper that it belongs to.

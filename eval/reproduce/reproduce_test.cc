@@ -16,7 +16,6 @@
 #include "sextant/eval/report/tables/paper_table.h"
 #include "sextant/eval/report/tables/published_rows.h"
 #include "sextant/eval/report/testing.h"
-#include "sextant/eval/reproduce/parts.h"
 
 namespace sextant {
 namespace {
