@@ -5,23 +5,42 @@
 namespace sextant {
 namespace {
 
+using Levels = std::map<double, NoiseLevel>;
+
+void add(uint64_t seed, int frame, std::optional<double> error, NoiseLevel& level) {
+  Record record;
+  record.body = "ego";
+  record.seed = seed;
+  record.frame = frame;
+  record.values = {{"step_gt_m", 1.0}};
+  record.status = error ? Status::ok : Status::lost;
+  if (error) record.errors = {{"Et_m", *error}};
+  level.add(record);
+}
+
 /// One level: `errors` of the frames 1, 2, .. of every seed, alike for all seeds but for a small spread.
-LevelCounts level_of(double level, const std::vector<std::optional<double>>& errors, int n_seeds = 6) {
-  LevelCounts counts{level};
+NoiseLevel level_of(const std::vector<std::optional<double>>& errors, int n_seeds = 6) {
+  NoiseLevel level(NoiseLevelKey{});
   for (int seed = 0; seed < n_seeds; ++seed) {
     for (size_t i = 0; i < errors.size(); ++i) {
       auto error = errors[i];
       if (error) *error *= 1 + 0.01 * (seed - 2.5);
-      counts.add(static_cast<uint64_t>(seed), static_cast<int>(i) + 1, error);
+      add(static_cast<uint64_t>(seed), static_cast<int>(i) + 1, error, level);
     }
   }
-  return counts;
+  return level;
+}
+
+BreakdownLevel breakdown_of(const Levels& levels, double nominal) {
+  return sextant::breakdown_of(levels, compared_error("Et_m"), nominal, 2, 0.9);
 }
 
 TEST(Breakdown, IsInterpolatedBetweenLevels) {
-  const std::vector<LevelCounts> levels = {level_of(0.1, {1, 1}), level_of(0.2, {1, 1}),
-                                           level_of(0.4, {1.5, 1.5}), level_of(0.8, {2.5, 2.5})};
-  const BreakdownLevel found = breakdown_of(levels, 0.2, 2, 0.9);
+  const Levels levels = {{0.1, level_of({1, 1})},
+                         {0.2, level_of({1, 1})},
+                         {0.4, level_of({1.5, 1.5})},
+                         {0.8, level_of({2.5, 2.5})}};
+  const BreakdownLevel found = breakdown_of(levels, 0.2);
   EXPECT_EQ(found.cause, BreakdownCause::error);
   EXPECT_NEAR(found.level, 0.6, 1e-12);
   ASSERT_TRUE(found.interval);
@@ -30,33 +49,31 @@ TEST(Breakdown, IsInterpolatedBetweenLevels) {
 }
 
 TEST(Breakdown, LevelsBelowTheNominalOneDoNotCount) {
-  const std::vector<LevelCounts> levels = {level_of(0.1, {100, 100}), level_of(0.2, {1, 1}),
-                                           level_of(0.4, {1.1, 1.1})};
-  EXPECT_EQ(breakdown_of(levels, 0.2, 2, 0.9).text(), "> 0.4");
+  const Levels levels = {{0.1, level_of({100, 100})}, {0.2, level_of({1, 1})}, {0.4, level_of({1.1, 1.1})}};
+  EXPECT_EQ(breakdown_of(levels, 0.2).text(), "> 0.4");
 }
 
 TEST(Breakdown, LostCoverageBreaksDownBeforeTheError) {
   std::vector<std::optional<double>> some(10, 1.0), half(10, 1.0);
   for (size_t i = 0; i < 5; ++i) half[i].reset();
-  const BreakdownLevel found = breakdown_of({level_of(1, some), level_of(2, half)}, 1, 2, 0.9);
+  const BreakdownLevel found = breakdown_of({{1, level_of(some)}, {2, level_of(half)}}, 1);
   EXPECT_EQ(found.cause, BreakdownCause::coverage);
   EXPECT_NEAR(found.level, 1.2, 1e-12);  // from 100 % at 1 to 50 % at 2
 }
 
 TEST(Breakdown, NothingEstimatedAtTheNominalLevelIsAtNominal) {
-  const BreakdownLevel found =
-      breakdown_of({level_of(1, {std::nullopt, 1.0}), level_of(2, {1, 1})}, 1, 2, 0.9);
+  const BreakdownLevel found = breakdown_of({{1, level_of({std::nullopt, 1.0})}, {2, level_of({1, 1})}}, 1);
   EXPECT_EQ(found.cause, BreakdownCause::nominal);
   EXPECT_EQ(found.text(), "at nominal");
 }
 
 TEST(Breakdown, IntervalCoversSeedsThatDiffer) {
-  LevelCounts nominal{1}, high{2};
+  NoiseLevel nominal(NoiseLevelKey{}), high(NoiseLevelKey{});
   for (uint64_t seed = 0; seed < 8; ++seed) {
-    nominal.add(seed, 1, 1.0);
-    high.add(seed, 1, seed % 2 == 0 ? 2.5 : 3.5);
+    add(seed, 1, 1.0, nominal);
+    add(seed, 1, seed % 2 == 0 ? 2.5 : 3.5, high);
   }
-  const BreakdownLevel found = breakdown_of({nominal, high}, 1, 2, 0.9);
+  const BreakdownLevel found = breakdown_of({{1, nominal}, {2, high}}, 1);
   EXPECT_NEAR(found.level, 1.5, 1e-12);
   ASSERT_TRUE(found.interval);
   EXPECT_LT(found.interval->low, 1.49);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <span>
 #include <tuple>
@@ -14,7 +15,7 @@
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
-#include "sextant/eval/report/errors_by_level.h"
+#include "sextant/eval/report/noise_tables.h"
 #include "sextant/eval/report/record_reading.h"
 #include "sextant/stats/paired_comparison.h"
 #include "sextant/stats/summary.h"
@@ -43,24 +44,27 @@ struct Grid {
   size_t n_clusters = 0;
 };
 
-Grid grid_of(const std::vector<LevelCounts>& levels) {
+Grid grid_of(const std::map<double, NoiseLevel>& levels, size_t error) {
   std::set<uint64_t> seeds, frames;
-  for (const LevelCounts& level : levels) {
-    for (const auto& pair : level.pairs) {
-      seeds.insert(pair.seed);
-      frames.insert(static_cast<uint64_t>(pair.frame));
+  for (const auto& [at, level] : levels) {
+    for (size_t row = 0; row < level.n_rows(); ++row) {
+      const auto [seed, frame] = level.case_of(row);
+      seeds.insert(seed);
+      frames.insert(static_cast<uint64_t>(frame));
     }
   }
   const bool by_seed = seeds.size() >= min_seed_clusters;
   const std::set<uint64_t>& labels = by_seed ? seeds : frames;
   Grid grid{.n_clusters = labels.size()};
-  for (const LevelCounts& level : levels) {
-    grid.levels.push_back(level.level);
+  for (const auto& [at, level] : levels) {
+    grid.levels.push_back(at);
     std::vector<SeedFrameCell>& cells = grid.cells.emplace_back(grid.n_clusters);
-    for (const auto& pair : level.pairs) {
-      const auto at = labels.find(by_seed ? pair.seed : static_cast<uint64_t>(pair.frame));
-      cells[static_cast<size_t>(std::distance(labels.begin(), at))].add(
-          {1, pair.error ? 1.0 : 0.0, pair.error.value_or(0)});
+    for (size_t row = 0; row < level.n_rows(); ++row) {
+      const auto [seed, frame] = level.case_of(row);
+      const double value = level.error(error, row);
+      const auto label = labels.find(by_seed ? seed : static_cast<uint64_t>(frame));
+      cells[static_cast<size_t>(std::distance(labels.begin(), label))].add(
+          {1, std::isnan(value) ? 0.0 : 1.0, std::isnan(value) ? 0 : value});
     }
   }
   return grid;
@@ -125,13 +129,13 @@ std::string BreakdownLevel::interval_text() const {
   return fmt::format("[{}, {}]", end(interval->low), end(interval->high));
 }
 
-BreakdownLevel breakdown_of(const std::vector<LevelCounts>& levels, double nominal, double error_ratio,
-                            double min_coverage) {
+BreakdownLevel breakdown_of(const std::map<double, NoiseLevel>& levels, size_t error, double nominal,
+                            double error_ratio, double min_coverage) {
   SEXTANT_CHECK(!levels.empty());
-  const Grid grid = grid_of(levels);
+  const Grid grid = grid_of(levels, error);
   const Limits limits{nominal, error_ratio, min_coverage};
   std::vector<size_t> all(grid.n_clusters);
-  for (size_t i = 0; i < all.size(); ++i) all[i] = i;
+  std::iota(all.begin(), all.end(), size_t{0});
   const Crossing found = find_crossing(grid, all, limits);
   BreakdownLevel out{nominal, grid.levels.back(), found.cause, found.level, std::nullopt};
   out.interval = cluster_bootstrap(
@@ -147,30 +151,21 @@ namespace {
 
 constexpr std::string_view speed_error = "Ev_kmh";
 
-/// Errors of a level: those that noise reports compare, and the speed error.
-std::vector<Interned> error_names() {
+/// Errors of a level: those that noise reports compare, the speed error, and the metric of the suite.
+std::vector<Interned> error_names(const Suite& suite) {
   std::vector<Interned> names = compared_names();
   names.emplace_back(speed_error);
+  add_distinct(suite.metric, names);
   return names;
 }
 
-/// Data of one level of a curve, before they are summarised.
-struct Pool {
-  NoiseLevel errors{NoiseLevelKey{}, error_names()};
-  LevelCounts counts;
-  std::string file;
-
-  Pool() = default;
-  void add(const Record& record, Interned metric) {
-    errors.add(record);
-    const auto error = record.status == Status::ok ? find_number(record.errors, metric) : std::nullopt;
-    counts.add(record.seed, record.frame, error);
-  }
-};
-
 /// Key of a curve: result, index of the track, kind of body.
-using CurveKey = std::tuple<std::string, size_t, BodyKind>;  // result, index of the track, kind
-using Curves = std::map<CurveKey, std::map<double, Pool>>;
+using CurveKey = std::tuple<std::string, size_t, BodyKind>;
+struct Curve {
+  std::map<double, NoiseLevel> levels;
+  std::map<double, std::string> files;  ///< with the records of each level
+};
+using Curves = std::map<CurveKey, Curve>;
 
 /// Times of frame pairs and memory of one result.
 struct CostSamples {
@@ -200,20 +195,20 @@ std::optional<IntervalEstimate> mean_of(const NoiseLevel& level, std::string_vie
 }
 
 CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& suite, double level,
-                     const Pool& pool) {
+                     const NoiseLevel& errors, const std::string& file) {
   CurvePoint point{.estimator = std::get<0>(key),
                    .track = track.name,
                    .body = std::string(to_string(std::get<2>(key))),
                    .level = level,
                    .is_nominal = level == track.nominal,
-                   .n_seeds = static_cast<int>(pool.errors.n_seeds()),
-                   .n_truth = static_cast<int>(pool.errors.n_truth()),
-                   .n_estimated = static_cast<int>(pool.errors.n_estimated()),
-                   .records = pool.file};
-  point.Et_m = mean_of(pool.errors, "Et_m");
-  point.ER_deg = mean_of(pool.errors, "ER_deg");
-  point.Ev_kmh = mean_of(pool.errors, speed_error);
-  const LimitSummary limit = summarize_limit(pool.errors, {});
+                   .n_seeds = static_cast<int>(errors.n_seeds()),
+                   .n_truth = static_cast<int>(errors.n_truth()),
+                   .n_estimated = static_cast<int>(errors.n_estimated()),
+                   .records = file};
+  point.Et_m = mean_of(errors, "Et_m");
+  point.ER_deg = mean_of(errors, "ER_deg");
+  point.Ev_kmh = mean_of(errors, speed_error);
+  const LimitSummary limit = summarize_limit(errors, {});
   if (const Efficiency* efficiency = find_in(limit.efficiency, suite.metric))
     point.efficiency = IntervalEstimate{efficiency->efficiency, efficiency->interval};
   if (limit.consistency) {
@@ -227,7 +222,7 @@ CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& 
 class SweepReader {
  public:
   SweepReader(const Suite& suite, const fs::path& folder, Card& card)
-      : metric_(suite.metric), suite_(suite), folder_(folder), card_(card) {}
+      : errors_(error_names(suite)), suite_(suite), folder_(folder), card_(card) {}
 
   void read(size_t track, const SuiteSweep& sweep) {
     const fs::path folder = folder_ / sweep.name;
@@ -251,7 +246,7 @@ class SweepReader {
     machines_.insert(fmt::format("{}, {} cores", machine.value("cpu", "unknown"), machine.value("cores", 0)));
   }
 
-  const Curves& curves() const { return curves_; }
+  Curves take_curves() { return std::move(curves_); }
 
   std::vector<Cost> costs() const {
     std::vector<Cost> rows;
@@ -280,12 +275,12 @@ class SweepReader {
     const std::string result = record.estimator;
     costs_[result].add(record);
     if (!suite_.tracks[track].counts(record)) return;
-    Pool& pool = curves_[{result, track, kind_of(record)}][record.level];
-    pool.add(record, metric_);
-    pool.file = file;
+    Curve& curve = curves_[{result, track, kind_of(record)}];
+    curve.levels.try_emplace(record.level, NoiseLevelKey{}, errors_).first->second.add(record);
+    curve.files[record.level] = file;
   }
 
-  Interned metric_;
+  std::vector<Interned> errors_;
   const Suite& suite_;
   const fs::path& folder_;
   Card& card_;
@@ -334,20 +329,19 @@ Card make_card(const Suite& suite, const fs::path& folder) {
     }
   }
   if (card.sweeps.empty()) fail("{}: holds no sweep of suite {}", folder.string(), suite.name);
-  for (const auto& [key, curve] : reader.curves()) {
+  const std::vector<Interned> errors = error_names(suite);
+  const auto metric = static_cast<size_t>(std::ranges::find(errors, Interned(suite.metric)) - errors.begin());
+  for (auto& [key, curve] : reader.take_curves()) {
     const SuiteTrack& track = suite.tracks[std::get<1>(key)];
-    std::vector<LevelCounts> counts;
-    for (const auto& [level, pool] : curve) {
-      Pool sorted = pool;
-      sorted.errors.sort();
-      card.curves.push_back(summarize(key, track, suite, level, sorted));
-      counts.push_back(pool.counts);
-      counts.back().level = level;
+    if (curve.levels.size() > 1)
+      card.breakdowns.push_back(
+          {std::get<0>(key), track.name, std::string(to_string(std::get<2>(key))),
+           breakdown_of(curve.levels, metric, track.nominal, suite.error_ratio, suite.min_coverage)});
+    for (auto& [level, of_level] : curve.levels) {
+      of_level.sort();
+      card.curves.push_back(summarize(key, track, suite, level, of_level, curve.files.at(level)));
     }
     const CurvePoint& last = card.curves.back();
-    if (counts.size() > 1)
-      card.breakdowns.push_back({last.estimator, last.track, last.body,
-                                 breakdown_of(counts, track.nominal, suite.error_ratio, suite.min_coverage)});
     if (std::ranges::find(card.results, last.estimator) == card.results.end())
       card.results.push_back(last.estimator);
   }

@@ -43,19 +43,6 @@ namespace sextant {
 /// Smallest number of seeds for a bootstrap over seeds; fewer seeds are too few clusters.
 inline constexpr size_t min_seed_clusters = 5;
 
-/// Frame pairs with truth at one level.
-struct LevelCounts {
-  double level = 0;
-  struct Pair {
-    uint64_t seed = 0;
-    int frame = 0;
-    std::optional<double> error;  ///< empty if the pair was not estimated
-  };
-  std::vector<Pair> pairs{};
-
-  void add(uint64_t seed, int frame, std::optional<double> error) { pairs.push_back({seed, frame, error}); }
-};
-
 enum class BreakdownCause { none, error, coverage, nominal };
 constexpr Names<4> names_of(BreakdownCause) { return {"none", "error", "coverage", "nominal"}; }
 
@@ -71,9 +58,10 @@ struct BreakdownLevel {
   std::string interval_text() const;
 };
 
-/// Computes the breakdown level of a curve, given its levels in ascending order (at least one).
-BreakdownLevel breakdown_of(const std::vector<LevelCounts>& levels, double nominal, double error_ratio,
-                            double min_coverage);
+/// Computes the breakdown level of a curve from the error with index `error` of its levels (at least one),
+/// whose records all have truth.
+BreakdownLevel breakdown_of(const std::map<double, NoiseLevel>& levels, size_t error, double nominal,
+                            double error_ratio, double min_coverage);
 
 // ---- The card.
 

@@ -18,6 +18,12 @@ std::span<const EmbeddedFile> reference_card_files();
 
 namespace {
 
+/// Returns the interval of an error, in mm.
+std::optional<Interval> in_mm(const std::optional<IntervalEstimate>& error_m) {
+  if (!error_m || !error_m->interval) return std::nullopt;
+  return Interval{1e3 * error_m->interval->low, 1e3 * error_m->interval->high};
+}
+
 // ---- figures
 
 /// One point of a figure; E_t in mm.
@@ -45,9 +51,7 @@ struct TrackPoints {
         return s.name == p.estimator && s.is_reference == is_reference;
       };
       if (std::ranges::none_of(series, same)) series.push_back({p.estimator, is_reference});
-      PlotPoint& point =
-          points.emplace_back(PlotPoint{p.body, key(series.back()), p.level, 1e3 * p.Et_m->value});
-      if (p.Et_m->interval) point.interval = {1e3 * p.Et_m->interval->low, 1e3 * p.Et_m->interval->high};
+      points.push_back({p.body, key(series.back()), p.level, 1e3 * p.Et_m->value, in_mm(p.Et_m)});
     }
   }
   static std::string key(const Series& s) { return (s.is_reference ? "reference " : "") + gp_cell(s.name); }
@@ -140,25 +144,17 @@ std::vector<Figure> curve_figures(const Suite& suite, const std::vector<const Ca
 
 Figure profile_figure(const std::vector<ProfileRow>& rows) {
   constexpr double largest = 16;
-  struct Step {
-    std::string estimator;
-    double tau, share;
-  };
-  std::vector<Step> steps;
+  Figure figure{.name = "performance_profile", .data = figure_data({"estimator", "tau", "share"})};
   for (const ProfileRow& row : rows) {
-    steps.push_back({gp_cell(row.estimator), 1, row.share_within(1)});
+    const auto add = [&](double tau) {
+      figure.data.add_row({gp_cell(row.estimator), tau, row.share_within(tau)});
+    };
+    add(1);
     for (const double ratio : row.ratios) {
-      if (ratio > 1 && ratio <= largest)
-        steps.push_back({gp_cell(row.estimator), ratio, row.share_within(ratio)});
+      if (ratio > 1 && ratio <= largest) add(ratio);
     }
-    steps.push_back({gp_cell(row.estimator), largest, row.share_within(largest)});
+    add(largest);
   }
-  Figure figure{.name = "performance_profile"};
-  figure.data = table_of("", "",
-                         Fields<Step>{{Column::text("estimator"), &Step::estimator},
-                                      {Column::text("tau"), &Step::tau},
-                                      {Column::text("share"), &Step::share}},
-                         steps);
   Panel panel{"",
               "set logscale x 2\nset xrange [1:16]\nset yrange [0:1.02]\nset ylabel \"share of cases\"\n"
               "set xlabel \"tau: mean E_t over that of the best estimator\" noenhanced\n",
@@ -185,40 +181,10 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
 
 /// Row of a card: errors of one track and kind of body at the nominal level.
 struct NominalRow {
-  std::string estimator, track, body;
-  double nominal = 0;
-  double coverage_percent = 0;
-  std::optional<double> Et_mm, Et_low_mm, Et_high_mm, ER_deg, Ev_kmh, efficiency, anees;
-  std::string breakdown, breakdown_interval;
+  const CurvePoint* point;
+  const BreakdownLevel* breakdown;  ///< null if the track has one level only
   std::string records;
 };
-
-NominalRow nominal_row(const CurvePoint& point, const Card& card, const std::string& folder) {
-  NominalRow row{point.estimator, point.track, point.body, point.level, 100 * point.coverage()};
-  if (point.Et_m) {
-    row.Et_mm = 1e3 * point.Et_m->value;
-    if (point.Et_m->interval) {
-      row.Et_low_mm = 1e3 * point.Et_m->interval->low;
-      row.Et_high_mm = 1e3 * point.Et_m->interval->high;
-    }
-  }
-  const auto value = [](const std::optional<IntervalEstimate>& e) {
-    return e ? std::optional(e->value) : std::nullopt;
-  };
-  row.ER_deg = value(point.ER_deg);
-  row.Ev_kmh = value(point.Ev_kmh);
-  row.efficiency = value(point.efficiency);
-  row.anees = point.anees;
-  for (const Breakdown& breakdown : card.breakdowns) {
-    if (breakdown.estimator != point.estimator || breakdown.track != point.track ||
-        breakdown.body != point.body)
-      continue;
-    row.breakdown = breakdown.at.text();
-    row.breakdown_interval = breakdown.at.interval_text();
-  }
-  row.records = folder.empty() ? point.records : folder + "/" + point.records;
-  return row;
-}
 
 Column significant(Column column) {
   column.significant = 3;
@@ -227,24 +193,35 @@ Column significant(Column column) {
 
 Table nominal_table(const std::vector<NominalRow>& rows, const Suite& suite) {
   using Row = NominalRow;
+  const auto value = [](std::optional<IntervalEstimate> CurvePoint::*estimate, double factor = 1) {
+    return [=](const Row& row) {
+      const auto& of_point = row.point->*estimate;
+      return of_point ? Cell(factor * of_point->value) : Cell();
+    };
+  };
+  Fields<CurvePoint> labels = {
+      {Column::text("estimator").folded(), &CurvePoint::estimator},
+      {Column::text("track"), &CurvePoint::track},
+      {Column::text("body"), &CurvePoint::body},
+      {significant(Column::number("nominal", "nominal level", 2)), &CurvePoint::level},
+      {Column::number("coverage_percent", "coverage [%]", 1),
+       [](const CurvePoint& point) { return 100 * point.coverage(); }}};
+  Fields<Row> fields;
+  fields.add(labels, &Row::point);
+  fields.add(significant(Column::number("Et_mm", "E_t [mm]", 2)).leading_to("records"),
+             value(&CurvePoint::Et_m, 1e3));
   std::vector<Column> range = range_columns("Et_low_mm", "Et_high_mm", 2);
-  for (Column& column : range) column.significant = 3;
-  const Fields<Row> fields = {
-      {Column::text("estimator").folded(), &Row::estimator},
-      {Column::text("track"), &Row::track},
-      {Column::text("body"), &Row::body},
-      {significant(Column::number("nominal", "nominal level", 2)), &Row::nominal},
-      {Column::number("coverage_percent", "coverage [%]", 1), &Row::coverage_percent},
-      {significant(Column::number("Et_mm", "E_t [mm]", 2)).leading_to("records"), &Row::Et_mm},
-      {range[0], &Row::Et_low_mm},
-      {range[1], &Row::Et_high_mm},
-      {significant(Column::number("ER_deg", "E_R [deg]", 4)), &Row::ER_deg},
-      {significant(Column::number("Ev_kmh", "E_v [km/h]", 3)), &Row::Ev_kmh},
-      {Column::text("breakdown", "breakdown level"), &Row::breakdown},
-      {Column::text("breakdown_interval", "95 % interval"), &Row::breakdown_interval},
-      {Column::number("efficiency", "efficiency", 2), &Row::efficiency},
-      {Column::number("anees", "ANEES", 2), &Row::anees},
-      {Column::text("records").only_in_files(), &Row::records}};
+  fields.add_range({significant(range[0]), significant(range[1])},
+                   [](const Row& row) { return in_mm(row.point->Et_m); });
+  fields.add({{significant(Column::number("ER_deg", "E_R [deg]", 4)), value(&CurvePoint::ER_deg)},
+              {significant(Column::number("Ev_kmh", "E_v [km/h]", 3)), value(&CurvePoint::Ev_kmh)},
+              {Column::text("breakdown", "breakdown level"),
+               [](const Row& row) { return row.breakdown ? row.breakdown->text() : ""; }},
+              {Column::text("breakdown_interval", "95 % interval"),
+               [](const Row& row) { return row.breakdown ? row.breakdown->interval_text() : ""; }},
+              {Column::number("efficiency", "efficiency", 2), value(&CurvePoint::efficiency)},
+              {Column::number("anees", "ANEES", 2), [](const Row& row) { return row.point->anees; }},
+              {Column::text("records").only_in_files(), &Row::records}});
   return table_of(
       "At the nominal level",
       fmt::format(
@@ -259,7 +236,12 @@ Table nominal_table(const std::vector<NominalRow>& rows, const Suite& suite) {
 std::vector<NominalRow> nominal_rows(const Card& card, const std::string& folder) {
   std::vector<NominalRow> rows;
   for (const CurvePoint& point : card.curves) {
-    if (point.is_nominal) rows.push_back(nominal_row(point, card, folder));
+    if (!point.is_nominal) continue;
+    const auto breakdown = std::ranges::find_if(card.breakdowns, [&](const Breakdown& of) {
+      return of.estimator == point.estimator && of.track == point.track && of.body == point.body;
+    });
+    rows.push_back({&point, breakdown == card.breakdowns.end() ? nullptr : &breakdown->at,
+                    folder.empty() ? point.records : folder + "/" + point.records});
   }
   return rows;
 }
