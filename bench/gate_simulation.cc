@@ -27,7 +27,7 @@ struct Scenario {
   std::string change;
   int seeds = 10;
   const char* expected = "";
-  const std::vector<SubjectCases>& fresh;
+  const Subjects& fresh;
   bool other_seeds = false;
   double changed_share = 1;
   Plant on_base = {}, on_new = {};
@@ -45,7 +45,7 @@ double heavy_tail(const Subject& subject, Interned, double normal) {
   return subject.body == "ego" ? 1.0 : std::exp(1.2 * normal);
 }
 
-void print_row(const Scenario& scenario, const std::vector<SubjectCases>& base, int trials) try {
+void print_row(const Scenario& scenario, const Subjects& base, int trials) try {
   SimulationOptions options{.seeds = scenario.seeds, .trials = trials};
   options.other_seeds = scenario.other_seeds;
   options.changed_share = scenario.changed_share;
@@ -66,7 +66,7 @@ void print_row(const Scenario& scenario, const std::vector<SubjectCases>& base, 
 void run(int argc, char** argv) {
   if (argc < 4) throw std::runtime_error("usage: gate_simulation BASE REORDERED MORE_POINTS [TRIALS]");
   const auto read = [](const char* folder) { return read_side(folder).runs.at(0).subjects; };
-  const std::vector<SubjectCases> base = read(argv[1]), reordered = read(argv[2]), more = read(argv[3]);
+  const Subjects base = read(argv[1]), reordered = read(argv[2]), more = read(argv[3]);
   const int trials = argc > 4 ? std::atoi(argv[4]) : 500;
   const char *neutral = "0 in 99 %", *found = "1 in 90 %", *found_by_six = "1 in 80 %";
   std::vector<Scenario> scenarios;

@@ -31,7 +31,7 @@ struct SimulationCounts {
 
 /// Simulates the gate. `base` and `fresh` are runs with the same seeds, at least options.seeds of them, or
 /// twice as many for other_seeds. Throws Error if they have fewer seeds, or different ones.
-SimulationCounts simulate_gate(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
-                               const SimulationOptions& options, const Policy& policy, int jobs);
+SimulationCounts simulate_gate(const Subjects& base, const Subjects& fresh, const SimulationOptions& options,
+                               const Policy& policy, int jobs);
 
 }  // namespace sextant

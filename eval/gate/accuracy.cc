@@ -16,23 +16,22 @@ namespace sextant {
 
 namespace {
 
-std::vector<PairedCases> pair_up(const std::vector<SubjectCases>& base,
-                                 const std::vector<SubjectCases>& fresh, const SamenessPolicy& same,
+std::vector<PairedCases> pair_up(const Subjects& base, const Subjects& fresh, const SamenessPolicy& same,
                                  std::vector<Mismatch>& findings) {
   Tally missing("cases", same.cases), added("new_cases", same.new_cases);
   std::vector<PairedCases> shared;
-  const std::vector<SubjectPair> pairs = pair_subjects(base, fresh);
-  report_noises(pairs, same.cases, findings);
+  const auto pairs = by_key(base, fresh);
+  report_noises(base, fresh, same.cases, findings);
   SubjectNames names;
-  for (const SubjectPair& pair : pairs) names.add(pair.subject());
-  for (const SubjectPair& pair : pairs) {
+  for (const auto& [subject, pair] : pairs) names.add(subject);
+  for (const auto& [subject, pair] : pairs) {
     PairedRows rows = pair_rows(pair);
-    const std::string name = names(pair.subject());
+    const std::string name = names(subject);
     for (const size_t row : rows.only_base)
       missing.add(name + " " + case_name(*pair.base, row), "there", "missing");
     for (const size_t row : rows.only_fresh)
       added.add(name + " " + case_name(*pair.fresh, row), "missing", "there");
-    if (!rows.both.empty()) shared.push_back({*pair.base, *pair.fresh, name, std::move(rows.both)});
+    if (!rows.both.empty()) shared.push_back({subject, *pair.base, *pair.fresh, name, std::move(rows.both)});
   }
   missing.move_to(findings);
   added.move_to(findings);
@@ -42,9 +41,9 @@ std::vector<PairedCases> pair_up(const std::vector<SubjectCases>& base,
 /// Reports values that depend on the truth only and differ between the sides.
 void check_truth(const PairedCases& cases, Tally& truth) {
   constexpr double rounding = 1e-9;
-  const std::vector<ColumnPair> columns = pair_columns(cases.base.truth, cases.fresh.truth);
+  const auto columns = by_key(cases.base.truth, cases.fresh.truth);
   for (const RowPair& row : cases.rows) {
-    for (const ColumnPair& column : columns) {
+    for (const auto& [name, column] : columns) {
       const auto& [b, f] = row;
       const std::optional<double> before = number_at(column.base, b), after = number_at(column.fresh, f);
       const bool same =
@@ -54,7 +53,7 @@ void check_truth(const PairedCases& cases, Tally& truth) {
       const auto text_of = [](const std::optional<double>& x) {
         return x ? fmt::format("{}", *x) : "missing";
       };
-      truth.add(fmt::format("{} {}", cases.name_of(row), column.name), text_of(before), text_of(after));
+      truth.add(fmt::format("{} {}", cases.name_of(row), name), text_of(before), text_of(after));
     }
   }
 }
@@ -68,32 +67,31 @@ bool expects_equal_measurements(const std::vector<Mismatch>& findings) {
 /// Reports errors of the measured flow that differ. They do not depend on the estimator, unlike the errors
 /// over its inliers (epe_initial_px).
 void check_measurements(const PairedCases& cases, const AccuracyPolicy& policy, Tally& measurements) {
-  for (const ColumnPair& column : pair_columns(cases.base.errors, cases.fresh.errors)) {
-    if (!column.name.str().starts_with("epe_measured_")) continue;
-    const MetricPolicy rules = policy.of(column.name);
+  for (const auto& [name, column] : by_key(cases.base.errors, cases.fresh.errors)) {
+    if (!name.str().starts_with("epe_measured_")) continue;
+    const MetricPolicy rules = policy.of(name);
     for (const RowPair& row : cases.rows) {
       const std::optional<double> before = number_at(column.base, row.base),
                                   after = number_at(column.fresh, row.fresh);
       if (!before || !after) continue;
       if (std::abs(*after - *before) <= std::max(rules.absolute, rules.relative * std::abs(*before)))
         continue;
-      measurements.add(fmt::format("{} {}", cases.name_of(row), column.name), fmt::format("{}", *before),
+      measurements.add(fmt::format("{} {}", cases.name_of(row), name), fmt::format("{}", *before),
                        fmt::format("{}", *after));
     }
   }
 }
 
 /// Reports errors that only one side has, among the records that both have estimated.
-void check_which_errors(const PairedCases& cases, const std::vector<ColumnPair>& errors, Tally& missing,
-                        Tally& added) {
+void check_which_errors(const PairedCases& cases, Tally& missing, Tally& added) {
+  const auto errors = by_key(cases.base.errors, cases.fresh.errors);
   for (const RowPair& row : cases.rows) {
     const auto& [b, f] = row;
     if (!cases.base.is_estimated(b) || !cases.fresh.is_estimated(f)) continue;
-    for (const ColumnPair& error : errors) {
-      const bool before = error.base != nullptr && error.base->has(b),
-                 after = error.fresh != nullptr && error.fresh->has(f);
+    for (const auto& [name, error] : errors) {
+      const bool before = number_at(error.base, b).has_value(), after = number_at(error.fresh, f).has_value();
       if (before == after) continue;
-      const std::string what = fmt::format("{} {}", cases.name_of(row), error.name);
+      const std::string what = fmt::format("{} {}", cases.name_of(row), name);
       if (before) missing.add(what, "there", "missing");
       if (after) added.add(what, "missing", "there");
     }
@@ -103,8 +101,8 @@ void check_which_errors(const PairedCases& cases, const std::vector<ColumnPair>&
 /// One error of a subject that both sides have.
 struct PairedErrors {
   const PairedCases& cases;
-  const NumberColumn& base;
-  const NumberColumn& fresh;
+  std::string metric;
+  OnBothSides<std::vector<double>> numbers;
 };
 
 /// Returns the records that both sides have estimated, in order.
@@ -112,9 +110,9 @@ std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
   const SubjectCases &base = errors.cases.base, &fresh = errors.cases.fresh;
   std::vector<ErrorPair> pairs;
   for (const auto& [b, f] : errors.cases.rows) {
-    if (base.is_estimated(b) && fresh.is_estimated(f) && errors.base.has(b) && errors.fresh.has(f))
-      pairs.push_back(
-          {base.case_of(b), errors.base.numbers[b], errors.fresh.numbers[f], base.lines[b], fresh.lines[f]});
+    const auto before = number_at(errors.numbers.base, b), after = number_at(errors.numbers.fresh, f);
+    if (base.is_estimated(b) && fresh.is_estimated(f) && before && after)
+      pairs.push_back({base.case_of(b), *before, *after, base.lines[b], fresh.lines[f]});
   }
   return pairs;
 }
@@ -182,8 +180,8 @@ std::optional<MeasuredError> measure(const PairedErrors& errors, size_t source,
   if (pairs.empty()) return std::nullopt;
   MeasuredError out;
   AccuracyRow& row = out.row;
-  row.subject = errors.cases.base.subject;
-  row.metric = errors.base.name.str();
+  row.subject = errors.cases.subject;
+  row.metric = errors.metric;
   row.n = static_cast<int>(pairs.size());
   const MetricPolicy rules = policy.of(row.metric);
   const auto rise = [](const ErrorPair& pair) { return pair.fresh - pair.base; };
@@ -382,8 +380,8 @@ GateVerdict AccuracyComparison::worst_verdict() const {
   return worst;
 }
 
-void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
-                      const Policy& policy, int jobs, AccuracyComparison& out) {
+void compare_accuracy(const Subjects& base, const Subjects& fresh, const Policy& policy, int jobs,
+                      AccuracyComparison& out) {
   Tally truth("data", policy.same.data), missing("cases", policy.same.cases),
       added("new_cases", policy.same.new_cases), measurements("measurements", Strictness::note);
   const bool equal_measurements = expects_equal_measurements(out.findings);
@@ -393,11 +391,10 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
     out.n_cases += static_cast<int>(cases.rows.size());
     check_truth(cases, truth);
     if (equal_measurements) check_measurements(cases, policy.accuracy, measurements);
-    const std::vector<ColumnPair> errors = pair_columns(cases.base.errors, cases.fresh.errors);
-    check_which_errors(cases, errors, missing, added);
-    for (const auto& [name, before, after] : errors) {
-      if (before != nullptr && after != nullptr && policy.accuracy.of(name).direction != Direction::ignore)
-        tasks.push_back({cases, *before, *after});
+    check_which_errors(cases, missing, added);
+    for (const auto& [name, numbers] : by_key(cases.base.errors, cases.fresh.errors)) {
+      if (numbers.base && numbers.fresh && policy.accuracy.of(name).direction != Direction::ignore)
+        tasks.push_back({cases, name, numbers});
     }
   }
   truth.move_to(out.findings);
@@ -409,7 +406,7 @@ void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<S
   std::vector<size_t> sources;
   std::map<std::pair<std::string, std::string>, size_t> known;
   for (const PairedErrors& task : tasks) {
-    const Subject& subject = task.cases.base.subject;
+    const Subject& subject = task.cases.subject;
     sources.push_back(known.try_emplace({subject.dataset, subject.sequence}, known.size()).first->second);
   }
   std::vector<std::optional<MeasuredError>> measured(tasks.size());

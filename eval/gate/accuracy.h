@@ -116,7 +116,7 @@ struct AccuracyComparison {
 };
 
 /// Adds the findings to `out` and, if the policy judges errors and statuses, the families and rows.
-void compare_accuracy(const std::vector<SubjectCases>& base, const std::vector<SubjectCases>& fresh,
-                      const Policy& policy, int jobs, AccuracyComparison& out);
+void compare_accuracy(const Subjects& base, const Subjects& fresh, const Policy& policy, int jobs,
+                      AccuracyComparison& out);
 
 }  // namespace sextant

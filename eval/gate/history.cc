@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 
 #include "sextant/base/error.h"
@@ -71,31 +70,22 @@ std::string label_of(const fs::path& path, const Side& side) {
   return label;
 }
 
-struct SubjectOrder {
-  bool operator()(const Subject& a, const Subject& b) const { return compare_subjects(a, b) < 0; }
-};
 /// Mean errors of one point by subject and metric; the camera and all objects are one subject each.
 using PointErrors = std::map<Subject, std::map<std::string, double>, SubjectOrder>;
 
 PointErrors errors_of(const RunFolder& run) {
-  const auto pooled = [](Subject subject) {
-    subject.body = subject.body == "ego" ? "camera" : "objects";
-    return subject;
-  };
   std::map<Subject, std::map<std::string, std::vector<double>>, SubjectOrder> samples;
-  for (const SubjectCases& cases : run.subjects) {
-    std::map<std::string, std::vector<double>>& of_subject = samples[pooled(cases.subject)];
-    std::vector<double>& coverage = of_subject["coverage"];
+  for (const auto& [subject, cases] : run.subjects) {
+    Subject pooled = subject;
+    pooled.body = subject.body == "ego" ? "camera" : "objects";
+    std::map<std::string, std::vector<double>>& of_subject = samples[pooled];
     for (size_t row = 0; row < cases.size(); ++row) {
-      if (cases.have_truth[row]) coverage.push_back(cases.statuses[row] == Status::ok ? 1 : 0);
-    }
-    for (const MetricDefinition* metric : metrics_for(compared)) {
-      const NumberColumn* errors = find_column(cases.errors, metric->name);
-      if (errors == nullptr) continue;
-      std::vector<double>& sample = of_subject[metric->name];
-      for (size_t row = 0; row < cases.size(); ++row) {
-        if (cases.have_truth[row] && cases.statuses[row] == Status::ok && errors->has(row))
-          sample.push_back(errors->numbers[row]);
+      if (!cases.have_truth[row]) continue;
+      const bool is_estimated = cases.statuses[row] == Status::ok;
+      of_subject["coverage"].push_back(is_estimated ? 1 : 0);
+      for (const Interned name : compared_names()) {
+        const auto error = number_at(find_in(cases.errors, name), row);
+        if (is_estimated && error) of_subject[name].push_back(*error);
       }
     }
   }
@@ -130,8 +120,7 @@ std::string changed_conditions(const Side& before, const Side& now, const std::s
       found.size() > 1 ? fmt::format("; and {} more", found.size() - 1) : "");
 }
 
-void add_times(const Side& side, const std::vector<SubjectCases>& reference, BenchmarkTime time,
-               Point& point) {
+void add_times(const Side& side, const Subjects& reference, BenchmarkTime time, Point& point) {
   if (!side.runs.empty()) {
     for (const auto& [name, of_run] : run_times(side.runs.front().subjects, reference))
       point[{name, "time"}] = of_run.reference_ms * of_run.ratio;
@@ -177,7 +166,7 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   History history;
   std::map<Key, std::vector<std::optional<double>>> all;
   const std::vector<fs::path> points = points_of(paths);
-  std::vector<SubjectCases> reference;  // of the first point that has a run; its times are the reference
+  Subjects reference;  // of the first point that has a run; its times are the reference
   SameDefinitions definitions;
   SubjectNames names;  // of all points, because two points may have one level of different noise
   std::vector<PointErrors> errors;
@@ -302,13 +291,9 @@ Figure series_figure(const History& history, const Series& series, size_t number
   figure.name = fmt::format("series-{}", number);
   figure.caption = fmt::format("{}: {}{}", series.name, number_title(series),
                                series.changes.empty() ? "" : "; lines: the level changed");
-  std::vector<size_t> points(series.values.size());
-  std::iota(points.begin(), points.end(), size_t{0});
-  figure.data = table_of<size_t>("", "",
-                                 {{Column::text("point"), [](size_t i) { return i; }},
-                                  {Column::text("label"), [&](size_t i) { return history.labels[i]; }},
-                                  {Column::text("value"), [&](size_t i) { return series.values[i]; }}},
-                                 points);
+  figure.data = figure_data({"point", "label", "value"});
+  for (size_t i = 0; i < series.values.size(); ++i)
+    figure.data.add_row({i, history.labels[i], series.values[i]});
   double highest = 0;
   for (const std::optional<double>& value : series.values) highest = std::max(highest, value.value_or(0));
   std::string& script = figure.script;

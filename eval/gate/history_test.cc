@@ -150,11 +150,7 @@ TEST_F(Past, NamesOfStrangersStayNames) {
 
 TEST_F(Past, PageOpensInABrowser) {
   const ReportDocument document = history_document(read_history({temp_.path()}, policy_));
-  std::vector<Figure> figures;
-  for (const ReportSection& section : document.sections)
-    figures.insert(figures.end(), section.figures.begin(), section.figures.end());
-  figures.resize(std::min<size_t>(figures.size(), 60));
-  const std::string html = to_html(document, draw(figures, 2));
+  const std::string html = report_page(document, 2);
   EXPECT_THAT(html, HasSubstr("Changes of level"));
   EXPECT_THAT(html, Not(HasSubstr("https:")));
   if (std::system("command -v chromium > /dev/null") != 0)

@@ -38,10 +38,10 @@ RunFolder read_run(const fs::path& folder) {
     fail("{}: has no records: expected one line for each body in each pair of frames", file);
   run.has_times = collector.has_times();
   run.subjects = collector.take();
-  for (const SubjectCases& cases : run.subjects) {
+  for (const auto& [subject, cases] : run.subjects) {
     for (size_t row = 1; row < cases.size(); ++row) {
       if (cases.case_of(row) == cases.case_of(row - 1))
-        fail("{}: the record '{}' occurs twice", file, case_name(cases.subject, cases.case_of(row)));
+        fail("{}: the record '{}' occurs twice", file, case_name(subject, cases.case_of(row)));
     }
   }
   if (!fs::exists(folder / "run.json")) return run;
@@ -363,29 +363,29 @@ Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::s
   return {std::move(what), std::move(subject), std::move(base), std::move(fresh), rule == Strictness::must};
 }
 
-void report_noises(const std::vector<SubjectPair>& pairs, Strictness rule, std::vector<Mismatch>& findings) {
-  const auto body_of = [](Subject s) {
-    s.noise = Interned();
-    s.level = 0;
-    return s;
+void report_noises(const Subjects& base, const Subjects& fresh, Strictness rule,
+                   std::vector<Mismatch>& findings) {
+  // The noises of the subjects that only one side has, by body.
+  const auto noises_of = [](const Subjects& side, const Subjects& other) {
+    std::map<Subject, std::set<std::string>> noises;
+    for (const auto& [s, cases] : side) {
+      if (other.contains(s)) continue;
+      noises[{s.dataset, s.sequence, s.body, s.estimator, "", 0}].insert(
+          s.noise == "none" ? "none" : fmt::format("{} (level {})", s.noise, s.level));
+    }
+    return noises;
   };
-  std::set<Subject> only_base, only_fresh;
-  for (const SubjectPair& pair : pairs) {
-    if (pair.fresh == nullptr) only_base.insert(body_of(pair.subject()));
-    if (pair.base == nullptr) only_fresh.insert(body_of(pair.subject()));
+  std::set<std::string> only_base, only_fresh;
+  const auto of_base = noises_of(base, fresh), of_fresh = noises_of(fresh, base);
+  for (const auto& [body, noises] : by_key(of_base, of_fresh)) {
+    if (!noises.base || !noises.fresh) continue;
+    only_base.insert(noises.base->begin(), noises.base->end());
+    only_fresh.insert(noises.fresh->begin(), noises.fresh->end());
   }
-  std::set<std::string> base, fresh;
-  for (const SubjectPair& pair : pairs) {
-    const Subject& s = pair.subject();
-    if (!only_base.contains(body_of(s)) || !only_fresh.contains(body_of(s))) continue;
-    const std::string noise = s.noise == "none" ? "none" : fmt::format("{} (level {})", s.noise, s.level);
-    if (pair.fresh == nullptr) base.insert(noise);
-    if (pair.base == nullptr) fresh.insert(noise);
-  }
-  if (base.empty()) return;
+  if (only_base.empty()) return;
   findings.push_back(mismatch(rule, "cases", "noises that only one side has",
-                              fmt::format("{}", fmt::join(base, ", ")),
-                              fmt::format("{}", fmt::join(fresh, ", "))));
+                              fmt::format("{}", fmt::join(only_base, ", ")),
+                              fmt::format("{}", fmt::join(only_fresh, ", "))));
 }
 
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy) {

@@ -47,7 +47,7 @@ BenchmarkFile parse_benchmark_file(std::string_view text, const std::string& nam
 /// Results of one folder.
 struct RunFolder {
   std::string path;
-  std::vector<SubjectCases> subjects;  ///< in the order of compare_subjects()
+  Subjects subjects;
   size_t n_cases = 0;
   bool has_times = false;
   Json provenance;  ///< run.json; null if there is none
@@ -98,7 +98,8 @@ std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, co
 
 /// Reports the noises and levels that only one side has, of bodies that both sides have: the reason why
 /// records are missing or new.
-void report_noises(const std::vector<SubjectPair>& pairs, Strictness rule, std::vector<Mismatch>& findings);
+void report_noises(const Subjects& base, const Subjects& fresh, Strictness rule,
+                   std::vector<Mismatch>& findings);
 
 /// Makes a mismatch that invalidates the comparison if the rule is Strictness::must.
 Mismatch mismatch(Strictness rule, std::string what, std::string subject, std::string base,

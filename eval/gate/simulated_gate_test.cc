@@ -10,14 +10,14 @@ namespace {
 
 constexpr int trials = 200;
 
-std::vector<SubjectCases> subjects_of(const std::vector<Record>& records) {
+Subjects subjects_of(const std::vector<Record>& records) {
   SubjectCollector collector;
   for (const Record& record : records) collector.add(record);
   return collector.take();
 }
 
-const std::vector<SubjectCases>& recorded() {
-  static const std::vector<SubjectCases> subjects = subjects_of(sweep_records(24));
+const Subjects& recorded() {
+  static const Subjects subjects = subjects_of(sweep_records(24));
   return subjects;
 }
 

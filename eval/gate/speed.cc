@@ -142,21 +142,19 @@ void compare_samples(const Samples& base, const Samples& fresh, const Policy& po
 
 }  // namespace
 
-std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
-                                         const std::vector<SubjectCases>& reference) {
+std::map<std::string, RunTime> run_times(const Subjects& subjects, const Subjects& reference) {
   std::map<std::string, StageTimes> stages_of;
-  for (const SubjectPair& pair : pair_subjects(reference, subjects)) {
-    if (pair.base == nullptr || pair.fresh == nullptr) continue;
-    const Subject& s = pair.base->subject;
+  for (const auto& [s, pair] : by_key(reference, subjects)) {
+    if (!pair.base || !pair.fresh) continue;
     const std::vector<RowPair> rows = pair_rows(pair).both;
-    for (const NumberColumn& before : pair.base->times) {
-      const NumberColumn* after = find_column(pair.fresh->times, before.name);
+    for (const auto& [stage, before] : pair.base->times) {
+      const std::vector<double>* after = find_in(pair.fresh->times, stage);
       if (after == nullptr) continue;
-      StageTimes& times = stages_of[fmt::format("{} {} {} {}{}", s.dataset, s.sequence, s.estimator,
-                                                before.name, s.body == "ego" ? "" : " of objects")];
+      StageTimes& times = stages_of[fmt::format("{} {} {} {}{}", s.dataset, s.sequence, s.estimator, stage,
+                                                s.body == "ego" ? "" : " of objects")];
       for (const auto& [b, f] : rows) {
         if (pair.base->statuses[b] != Status::ok || pair.fresh->statuses[f] != Status::ok) continue;
-        const double a_ms = before.numbers[b], b_ms = after->numbers[f];
+        const double a_ms = before[b], b_ms = (*after)[f];
         if (!(a_ms > 0) || !(b_ms > 0)) continue;
         times.log_ratios.push_back(std::log(b_ms / a_ms));
         times.reference_ms.push_back(a_ms);

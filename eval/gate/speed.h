@@ -52,8 +52,7 @@ struct RunTime {
 
 /// Returns times by "dataset sequence estimator stage" for the camera, and by the same name followed by " of
 /// objects" for all objects, over the records that have status ok and a time above 0 on both sides.
-std::map<std::string, RunTime> run_times(const std::vector<SubjectCases>& subjects,
-                                         const std::vector<SubjectCases>& reference);
+std::map<std::string, RunTime> run_times(const Subjects& subjects, const Subjects& reference);
 
 /// Returns the compared times; appends to `findings` what prevents or limits their comparison.
 std::vector<SpeedRow> compare_speed(const Side& base, const Side& fresh, const Policy& policy,

@@ -69,9 +69,8 @@ GateVerdict judge_counts(const CountsBySeed& counts, const FamilyCounts& family,
 /// one side made is listed if the statuses are equal; otherwise it is missing because of the status.
 void compare_decisions(const PairedCases& cases, StatusRow& row, CountsBySeed& counts) {
   const SubjectCases &base = cases.base, &fresh = cases.fresh;
-  const NumberColumn *before = find_column(base.decisions, "dynamic"),
-                     *after = find_column(fresh.decisions, "dynamic"),
-                     *truth = find_column(base.truth, "dynamic_gt");
+  const std::vector<double>*before = find_in(base.decisions, "dynamic"),
+        *after = find_in(fresh.decisions, "dynamic"), *truth = find_in(base.truth, "dynamic_gt");
   const auto word = [](std::optional<double> dynamic) {
     return !dynamic ? "undecided" : *dynamic == 0 ? "static" : "dynamic";
   };
@@ -96,14 +95,15 @@ void compare_decisions(const PairedCases& cases, StatusRow& row, CountsBySeed& c
 class ImplausibleGains {
  public:
   ImplausibleGains(const PairedCases& cases, const AccuracyPolicy& policy) {
-    for (const auto& [name, base, fresh] : pair_columns(cases.base.errors, cases.fresh.errors)) {
-      if (base == nullptr || fresh == nullptr || policy.of(name).direction != Direction::lower) continue;
+    for (const auto& [name, numbers] : by_key(cases.base.errors, cases.fresh.errors)) {
+      if (!numbers.base || !numbers.fresh || policy.of(name).direction != Direction::lower) continue;
       std::optional<double> largest;
       for (const RowPair& row : cases.rows) {
-        const auto before = cases.base.is_estimated(row.base) ? number_at(base, row.base) : std::nullopt;
+        const auto before =
+            cases.base.is_estimated(row.base) ? number_at(numbers.base, row.base) : std::nullopt;
         if (before) largest = std::max(largest.value_or(policy.of(name).absolute), *before);
       }
-      if (largest) limits_.emplace_back(fresh, policy.gained_error * *largest);
+      if (largest) limits_.emplace_back(numbers.fresh, policy.gained_error * *largest);
     }
   }
   bool contain(size_t row) const {
@@ -115,7 +115,7 @@ class ImplausibleGains {
 
  private:
   /// Errors in NEW, and the largest one that is a gain
-  std::vector<std::pair<const NumberColumn*, double>> limits_;
+  std::vector<std::pair<const std::vector<double>*, double>> limits_;
 };
 
 /// Changes of the statuses and decisions of a subject; the verdict is judged with those of its family.
@@ -129,7 +129,7 @@ ComparedStatuses compare(const PairedCases& cases, const AccuracyPolicy& policy)
   const SubjectCases &base = cases.base, &fresh = cases.fresh;
   ComparedStatuses out;
   StatusRow& row = out.row;
-  row.subject = base.subject;
+  row.subject = cases.subject;
   row.n = static_cast<int>(cases.rows.size());
   const ImplausibleGains implausible(cases, policy);
   for (const auto& [b, f] : cases.rows) {

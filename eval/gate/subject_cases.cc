@@ -12,31 +12,11 @@ namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
-template <typename T>
-int three_way(const T& a, const T& b) {
-  return a < b ? -1 : (b < a ? 1 : 0);
-}
-
-/// Merges two sorted sequences: calls visit(b, f) once for each pair of equal items, and once for each item
-/// that only one side has, with null for the other side.
-template <typename Item, typename Compare, typename Visit>
-void merge_sorted(const std::vector<Item>& base, const std::vector<Item>& fresh, const Compare& compare,
-                  const Visit& visit) {
-  auto b = base.begin(), f = fresh.begin();
-  while (b != base.end() || f != fresh.end()) {
-    const int order = b == base.end() ? 1 : (f == fresh.end() ? -1 : compare(*b, *f));
-    const Item* first = order <= 0 ? &*b++ : nullptr;
-    const Item* second = order >= 0 ? &*f++ : nullptr;
-    visit(first, second);
-  }
-}
-
-/// Returns the values that depend on the truth only, in order of name, like the columns.
+/// Returns the values that depend on the truth only.
 const std::vector<Interned>& truth_names() {
   static const std::vector<Interned> names = [] {
     std::vector<Interned> all;
     for (const MetricDefinition* metric : metrics_for(truth_only)) all.emplace_back(metric->name);
-    std::ranges::sort(all, std::less<>());
     return all;
   }();
   return names;
@@ -53,39 +33,26 @@ const std::vector<Interned>& decision_names() {
   return names;
 }
 
-/// Appends one row to the columns; numbers must be put in order of name.
-class RowWriter {
- public:
-  RowWriter(std::vector<NumberColumn>& columns, size_t row) : columns_(columns), row_(row) {}
-  ~RowWriter() {
-    for (NumberColumn& column : columns_) column.numbers.resize(row_ + 1, missing);
+/// Sets the number of the last row; rows before it that lack the number have NaN.
+void put(Interned name, double number, size_t row, NumberColumns& columns) {
+  std::vector<double>& column = columns[name];
+  column.resize(row, missing);
+  column.push_back(internal::summarised(number));
+}
+
+void put(const std::vector<Interned>& names, const NamedNumbers& numbers, size_t row,
+         NumberColumns& columns) {
+  for (const Interned name : names) {
+    if (const auto number = find_number(numbers, name)) put(name, *number, row, columns);
   }
-  RowWriter(const RowWriter&) = delete;
-  RowWriter& operator=(const RowWriter&) = delete;
+}
 
-  void put(Interned name, double number) {
-    while (next_ < columns_.size() && columns_[next_].name < name) ++next_;
-    if (next_ == columns_.size() || !(columns_[next_].name == name)) {
-      const auto at = columns_.begin() + static_cast<std::ptrdiff_t>(next_);
-      columns_.insert(at, {name, std::vector<double>(row_, missing)});
-    }
-    columns_[next_++].numbers.push_back(number);
+/// Completes the columns and sorts the rows.
+void finish(SubjectCases& cases) {
+  const auto columns = {&cases.errors, &cases.truth, &cases.decisions, &cases.times};
+  for (NumberColumns* numbers : columns) {
+    for (auto& [name, column] : *numbers) column.resize(cases.size(), missing);
   }
-
-  void put(const std::vector<Interned>& names, const NamedNumbers& numbers) {
-    for (const Interned name : names) {
-      if (const auto number = numbers.find(name); number != numbers.end())
-        put(name, internal::summarised(number->second));
-    }
-  }
-
- private:
-  std::vector<NumberColumn>& columns_;
-  size_t row_;
-  size_t next_ = 0;
-};
-
-void sort_cases(SubjectCases& cases) {
   const auto order = cases.sorting_order();
   if (!order) return;
   reorder(*order, cases.seeds);
@@ -94,8 +61,8 @@ void sort_cases(SubjectCases& cases) {
   reorder(*order, cases.statuses);
   reorder(*order, cases.gates);
   reorder(*order, cases.have_truth);
-  for (auto* columns : {&cases.errors, &cases.truth, &cases.decisions, &cases.times}) {
-    for (NumberColumn& column : *columns) reorder(*order, column.numbers);
+  for (NumberColumns* numbers : columns) {
+    for (auto& [name, column] : *numbers) reorder(*order, column);
   }
 }
 
@@ -116,52 +83,22 @@ std::string SubjectNames::operator()(const Subject& subject) const {
   return name_of(subject, is_clear ? "" : fmt::format(" ({})", subject.noise));
 }
 
-int compare_subjects(const Subject& a, const Subject& b) {
-  const auto key = [](const Subject& s) {  // orders object:2 before object:10
+bool SubjectOrder::operator()(const Subject& a, const Subject& b) const {
+  const auto key = [](const Subject& s) {
     return std::tuple(s.dataset, s.sequence, s.estimator, s.level, s.noise, s.body.str().size(), s.body);
   };
-  return three_way(key(a), key(b));
+  return key(a) < key(b);
 }
 
-bool NumberColumn::has(size_t row) const { return !std::isnan(numbers[row]); }
-
-const NumberColumn* find_column(const std::vector<NumberColumn>& columns, Interned name) {
-  const auto at = std::ranges::find(columns, name, &NumberColumn::name);
-  return at == columns.end() ? nullptr : &*at;
-}
-
-std::vector<ColumnPair> pair_columns(const std::vector<NumberColumn>& base,
-                                     const std::vector<NumberColumn>& fresh) {
-  std::vector<ColumnPair> pairs;
-  merge_sorted(
-      base, fresh, [](const NumberColumn& a, const NumberColumn& b) { return three_way(a.name, b.name); },
-      [&](const NumberColumn* a, const NumberColumn* b) {
-        pairs.push_back({(a != nullptr ? a : b)->name, a, b});
-      });
-  return pairs;
-}
-
-std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
-                                       const std::vector<SubjectCases>& fresh) {
-  std::vector<SubjectPair> pairs;
-  merge_sorted(
-      base, fresh,
-      [](const SubjectCases& a, const SubjectCases& b) { return compare_subjects(a.subject, b.subject); },
-      [&](const SubjectCases* a, const SubjectCases* b) {
-        pairs.push_back({a, b});
-      });
-  return pairs;
-}
-
-std::optional<double> number_at(const NumberColumn* column, size_t row) {
-  return column == nullptr || !column->has(row) ? std::nullopt : std::optional(column->numbers[row]);
+std::optional<double> number_at(const std::vector<double>* column, size_t row) {
+  return column == nullptr || std::isnan((*column)[row]) ? std::nullopt : std::optional((*column)[row]);
 }
 
 std::string case_name(const SubjectCases& cases, size_t row) {
   return fmt::format("seed {} frame {}", cases.seeds[row], cases.frames[row]);
 }
 
-PairedRows pair_rows(const SubjectPair& pair) {
+PairedRows pair_rows(const OnBothSides<SubjectCases>& pair) {
   const CaseColumns none;
   const CaseColumns& base = pair.base == nullptr ? none : *pair.base;
   const CaseColumns& fresh = pair.fresh == nullptr ? none : *pair.fresh;
@@ -175,32 +112,27 @@ PairedRows pair_rows(const SubjectPair& pair) {
 }
 
 void SubjectCollector::add(const Record& record, size_t line) {
-  const Subject subject = Subject::of(record);
-  SubjectCases& cases = subjects_.try_emplace(subject, subject).first->second;
+  SubjectCases& cases = subjects_[Subject::of(record)];
   const size_t row = cases.size();
   cases.CaseColumns::add(record.seed, record.frame);
   cases.lines.push_back(static_cast<uint32_t>(line));
   cases.statuses.push_back(record.status);
   cases.gates.push_back(record.gate);
   cases.have_truth.push_back(has_truth(record));
-  RowWriter errors(cases.errors, row);
-  for (const auto& [name, number] : record.errors) errors.put(name, internal::summarised(number));
-  RowWriter(cases.truth, row).put(truth_names(), record.values);
-  RowWriter(cases.decisions, row).put(decision_names(), record.values);
-  RowWriter(cases.times, row).put(stage_names(), record.time_ms);
+  for (const auto& [name, number] : record.errors) put(name, number, row, cases.errors);
+  put(truth_names(), record.values, row, cases.truth);
+  put(decision_names(), record.values, row, cases.decisions);
+  put(stage_names(), record.time_ms, row, cases.times);
   has_times_ = has_times_ || !record.time_ms.empty();
 }
 
-std::vector<SubjectCases> SubjectCollector::take() {
-  std::vector<SubjectCases> subjects;
+Subjects SubjectCollector::take() {
+  Subjects subjects;
   for (auto& [subject, cases] : subjects_) {
-    sort_cases(cases);
-    subjects.push_back(std::move(cases));
+    finish(cases);
+    subjects.emplace(subject, std::move(cases));
   }
   subjects_.clear();
-  std::ranges::sort(subjects, [](const SubjectCases& a, const SubjectCases& b) {
-    return compare_subjects(a.subject, b.subject) < 0;
-  });
   return subjects;
 }
 

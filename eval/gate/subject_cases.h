@@ -31,32 +31,24 @@ class SubjectNames {
  private:
   std::map<std::string, std::set<std::string>> noises_;
 };
-/// Returns -1, 0 or 1 for the order in which tables list subjects.
-int compare_subjects(const Subject& a, const Subject& b);
-
-/// One named number of every row; NaN in a row that does not have it.
-struct NumberColumn {
-  Interned name;
-  std::vector<double> numbers;
-
-  bool has(size_t row) const;
+/// Order in which tables list subjects: object:2 comes before object:10.
+struct SubjectOrder {
+  bool operator()(const Subject& a, const Subject& b) const;
 };
+
+/// A number of every row, by name; NaN in a row that does not have it.
+using NumberColumns = std::map<Interned, std::vector<double>>;
 
 /// All records of one subject, in order of seed and frame.
 struct SubjectCases : CaseColumns {
-  explicit SubjectCases(const Subject& of) : subject(of) {}
-
-  Subject subject;
   std::vector<uint32_t> lines;  ///< line in records.jsonl, from 1
   std::vector<Status> statuses;
   std::vector<Gate> gates;
   std::vector<bool> have_truth;
-  // Columns in order of name.
-  std::vector<NumberColumn> errors;
-  std::vector<NumberColumn> truth;  ///< values that depend on the truth only
-  std::vector<NumberColumn>
-      decisions;                    ///< `dynamic`: 1 if the body was classified as dynamic, 0 if as static
-  std::vector<NumberColumn> times;  ///< times of the estimator's stages refine, start and total, ms
+  NumberColumns errors;
+  NumberColumns truth;      ///< values that depend on the truth only
+  NumberColumns decisions;  ///< `dynamic`: 1 if the body was classified as dynamic, 0 if as static
+  NumberColumns times;      ///< times of the estimator's stages refine, start and total, ms
 
   bool is_estimated(size_t row) const {
     return statuses[row] == Status::ok || statuses[row] == Status::no_truth;
@@ -67,32 +59,40 @@ struct SubjectCases : CaseColumns {
   }
 };
 
-/// Returns the column `name`; null if there is none.
-const NumberColumn* find_column(const std::vector<NumberColumn>& columns, Interned name);
+using Subjects = std::map<Subject, SubjectCases, SubjectOrder>;
 
-/// One column on both sides; the pointer of a side that lacks it is null.
-struct ColumnPair {
-  Interned name;
-  const NumberColumn* base;
-  const NumberColumn* fresh;
+/// Sorts records into subjects.
+class SubjectCollector {
+ public:
+  /// Adds a record; `line` is its line in the file.
+  void add(const Record& record, size_t line = 0);
+  bool has_times() const { return has_times_; }
+  /// Returns the subjects, each with its records in order.
+  Subjects take();
+
+ private:
+  std::unordered_map<Subject, SubjectCases, Subject::Hash> subjects_;
+  bool has_times_ = false;
 };
-/// Pairs columns by name, in order of name.
-std::vector<ColumnPair> pair_columns(const std::vector<NumberColumn>& base,
-                                     const std::vector<NumberColumn>& fresh);
 
 /// Returns the number of a row; empty if the row, or the column, does not have it.
-std::optional<double> number_at(const NumberColumn* column, size_t row);
+std::optional<double> number_at(const std::vector<double>* column, size_t row);
 
-/// One subject on both sides; the pointer of a side that lacks it is null.
-struct SubjectPair {
-  const SubjectCases* base;
-  const SubjectCases* fresh;
-
-  const Subject& subject() const { return (base != nullptr ? base : fresh)->subject; }
+/// An entry of a map on both sides; the pointer of a side that lacks it is null.
+template <typename T>
+struct OnBothSides {
+  const T* base = nullptr;
+  const T* fresh = nullptr;
 };
-/// Pairs subjects. Both inputs are in order of subject, and so is the result.
-std::vector<SubjectPair> pair_subjects(const std::vector<SubjectCases>& base,
-                                       const std::vector<SubjectCases>& fresh);
+/// Pairs the entries of two maps, such as subjects or columns, by key.
+template <typename Key, typename T, typename Order>
+std::map<Key, OnBothSides<T>, Order> by_key(const std::map<Key, T, Order>& base,
+                                            const std::map<Key, T, Order>& fresh) {
+  std::map<Key, OnBothSides<T>, Order> pairs;
+  for (const auto& [key, value] : base) pairs[key].base = &value;
+  for (const auto& [key, value] : fresh) pairs[key].fresh = &value;
+  return pairs;
+}
 
 /// Rows of the same record on both sides.
 struct RowPair {
@@ -103,33 +103,20 @@ struct PairedRows {
   std::vector<RowPair> both;
   std::vector<size_t> only_base, only_fresh;
 };
-PairedRows pair_rows(const SubjectPair& pair);
+PairedRows pair_rows(const OnBothSides<SubjectCases>& pair);
 
 /// Formats "seed 3 frame 2".
 std::string case_name(const SubjectCases& cases, size_t row);
 
 /// A subject that both sides have, with the records that they share.
 struct PairedCases {
+  Subject subject;
   const SubjectCases& base;
   const SubjectCases& fresh;
   std::string name;  ///< subject, with the noise if the level does not determine it
   std::vector<RowPair> rows;
 
   std::string name_of(const RowPair& row) const { return name + " " + case_name(base, row.base); }
-};
-
-/// Sorts records into subjects.
-class SubjectCollector {
- public:
-  /// Adds a record; `line` is its line in the file.
-  void add(const Record& record, size_t line = 0);
-  bool has_times() const { return has_times_; }
-  /// Returns the subjects in order, each with its records in order.
-  std::vector<SubjectCases> take();
-
- private:
-  std::unordered_map<Subject, SubjectCases, Subject::Hash> subjects_;
-  bool has_times_ = false;
 };
 
 }  // namespace sextant
