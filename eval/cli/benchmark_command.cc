@@ -1,6 +1,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/benchmark/benchmark_run.h"
+#include "sextant/eval/benchmark/benchmark_verification.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
 #include "sextant/eval/cli/command.h"

@@ -41,8 +41,8 @@ inline constexpr double price_of_lag = 0.2;
 /// tried.
 inline constexpr double strictness_of_lag = 2;
 
-/// Returns the hypothesis that the value of frame k stands at frame k + lag. `undo` and the code are those of
-/// the data; `value` names the value: "the pose of frame k".
+/// Returns the hypothesis that the value of frame k stands at frame k + lag. `undo` applies it to the data;
+/// `value` names the value in the text: "the pose of frame k".
 template <typename Data, typename Undo>
 Hypothesis<Data> shift_hypothesis(std::string code, const std::string& value, int lag, Undo undo,
                                   double price = price_of_lag) {

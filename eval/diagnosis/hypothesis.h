@@ -24,6 +24,7 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <string>
@@ -36,6 +37,9 @@ inline constexpr double negligible_residual = 1e-8;
 
 /// A hypothesis is reported only if its residual is smaller than the declared one by this factor.
 inline constexpr double explains_times = 5;
+
+inline constexpr double degree = std::numbers::pi / 180;  ///< in rad
+inline double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 /// A finding about data: its code for programs, and a text with the cause and the correction.
 struct DataWarning {

@@ -62,8 +62,6 @@ std::optional<MotionFactor> wrong_factor(std::span<const Eigen::Vector3d> truth,
 
 namespace {
 
-constexpr double degree_rad = std::numbers::pi / 180;
-
 /// Motion of an object from frame k-1 to k in its own frame, with the rotations in the axes of the world.
 struct ObjectStep {
   ObjectFrame key;
@@ -136,7 +134,7 @@ std::optional<DataWarning> unexplained_translations(const std::vector<ObjectStep
 }
 
 std::optional<DataWarning> large_rotations(const MotionData& data) {
-  constexpr double largest_rad = 45 * degree_rad, least_share = 0.1;
+  constexpr double largest_rad = 45 * degree, least_share = 0.1;
   constexpr size_t fewest = 3;
   size_t n = 0;
   for (const MotionSample& sample : data.samples)
@@ -155,7 +153,7 @@ std::optional<DataWarning> large_rotations(const MotionData& data) {
 }  // namespace
 
 std::vector<DataWarning> disagreements_of(const MotionData& data) {
-  constexpr double least_m = 0.1, least_rad = 1 * degree_rad, most_of_camera = 0.4, n_errors = 4;
+  constexpr double least_m = 0.1, least_rad = 1 * degree, most_of_camera = 0.4, n_errors = 4;
   if (const auto found = large_rotations(data)) return {*found};
   std::vector<DataWarning> out;
   std::vector<ObjectStep> steps = steps_of(data);

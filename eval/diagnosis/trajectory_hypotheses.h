@@ -41,8 +41,6 @@ struct TrajectoryPair {
   bool has_rotations() const { return reference.has_rotations() && estimate.has_rotations(); }
 };
 
-inline constexpr double degree = std::numbers::pi / 180;  ///< in rad
-inline double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 /// Overload for a rotation matrix.
 inline double rotation_angle_rad(const Eigen::Matrix3d& R) {
   return rotation_angle_rad(Eigen::Quaterniond(R));

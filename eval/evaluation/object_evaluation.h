@@ -140,9 +140,9 @@ std::vector<DataWarning> diagnose_log(const ObjectLog& log);
 std::vector<DataWarning> diagnose_log(const ObjectLog& log, const SequenceTruth& truth);
 
 /// Diagnoses of a log whose objects have their truth (its own, or by take_truth()) but do not resemble it,
-/// for mistakes that nothing else explains: those of disagreements_of() (motion_disagreement.h) or, if there
-/// are none, `object_axes`: the axes of the poses are turned by the same rotation against the true ones, by
-/// 20 deg or more, within 10 deg RMS.
+/// for mistakes that nothing else explains: the findings of disagreements_of() (motion_disagreement.h), or,
+/// if there are none, `object_axes`: the axes of the poses are turned by the same rotation against the true
+/// ones, by 20 deg or more, within 10 deg RMS.
 std::vector<DataWarning> diagnose_disagreement(const ObjectLog& log);
 
 // ---- Diagnoses by ids and frames (object_identities.cc).

@@ -25,15 +25,6 @@
 //   alignment  --align             with none, origin, scale or yaw: se3, sim3 or yaw leaves less than a tenth
 //                                  of the RMSE
 //
-// and of an estimate that does not resemble the reference, for mistakes that nothing else explains. The
-// factor of motions, and when it is reported: eval/diagnosis/motion_disagreement.h.
-//
-//   unexplained      the best of the requested alignment, se3 and sim3 leaves an RMSE above 0.3 of the RMS
-//                    extent of the reference, if that is 0.5 m or more, and motions over pieces of the path
-//                    disagree, too, which they do not where an odometry drifts
-//   rotation_factor  rotations about each axis of the body, over steps that turn by 3 deg RMS; small: below
-//                    0.5 deg RMS about this axis
-//
 // "yaw" is distinct from drift: a path that turns away slowly keeps its rotation errors. Shifts of the clock
 // or of the frame numbers are explained in trajectory_offset.h.
 
@@ -51,7 +42,7 @@ inline constexpr size_t fewest_explained_poses = 10;
 /// Share of the sum of squared errors that an explanation may leave.
 inline constexpr double largest_left_share = 0.5;
 
-/// Warns of the explanations of the first table, except `alignment`. The pair is not yet aligned; the frames
+/// Warns of the explanations of the table, except `alignment`. The pair is not yet aligned; the frames
 /// have already been applied.
 std::vector<DataWarning> warnings_of_explanations(const TrajectoryPair& pair, const AlignmentChoice& choice,
                                                   const PoseFrame& frame,
@@ -60,8 +51,5 @@ std::vector<DataWarning> warnings_of_explanations(const TrajectoryPair& pair, co
 /// Warns if the requested alignment leaves more than ten times the RMSE of another one.
 std::optional<DataWarning> warning_of_alignment_kind(const TrajectoryPair& pair,
                                                      const AlignmentChoice& choice);
-
-/// Warns of `unexplained` and `rotation_factor`. The pair is not yet aligned.
-std::vector<DataWarning> warnings_of_disagreement(const TrajectoryPair& pair, const AlignmentChoice& choice);
 
 }  // namespace sextant

@@ -265,7 +265,7 @@ OutputFiles evaluate_recorded(const std::string& data_root) {
 }
 
 // ---- Recorded object motions: DynOSAM's logs of a sequence of KITTI tracking, in ROOT/dynosam_kitti_0000.
-// The truth comes from the data set; errors are those of `sextant evaluate objects`.
+// The truth comes from the data set; the errors are computed as by `sextant evaluate objects`.
 
 /// Returns the files that evaluate_recorded_objects() would read, as path -> SHA-256.
 Json recorded_object_inputs(const std::string& data_root) {

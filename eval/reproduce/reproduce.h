@@ -59,7 +59,7 @@ std::string what_is_missing(const Part& part, const std::string& data_root);
 // results/systems/PART/records.jsonl contains their errors, and run.json the program and the machine that
 // measured them. These files come with the program.
 //
-// The stored records have no truth values, because those of real data may not be redistributed. The truth
+// The stored records have no truth values, because the truth of real data may not be redistributed. The true
 // values are taken from the records of the experiment that was measured here on the same frames.
 
 /// Returns records.jsonl and run.json of a stored experiment. Records of frames and bodies that `beside` does

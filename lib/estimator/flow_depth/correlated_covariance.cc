@@ -196,8 +196,10 @@ std::optional<CorrelatedEstimate> correlate(const Problem& problem, const FlowDe
                      : declared       ? parts_of(*declared, 1)
                                       : estimate_error_parts(scores);
   // The errors are at least as large as those of the independent model.
-  if (known == nullptr) parts.raise_to(declared ? inflation : 1);
-  if (known == nullptr && !declared && compares_disparities(scores)) parts.persistent = persistent_ratio;
+  if (known == nullptr) {
+    parts.raise_to(declared ? inflation : 1);
+    if (!declared && compares_disparities(scores)) parts.persistent = persistent_ratio;
+  }
   const bool reweighs = parts.correlate() && parts.significant;
   // Each score represents the points left out between the samples.
   const double all = static_cast<double>(n_points) / static_cast<double>(scores.size());

@@ -279,7 +279,7 @@ ScoreMatrix smooth_error_scores(const std::vector<ErrorScore>& scores, const Err
   for (ErrorScore& score : both) {
     for (Lanes& row : score.derivative) row = Lanes{0, 0, row[2] + per_curr * row[3], 0};
   }
-  return M + correlated_scores(both, parts.shape).times(parts.persistent * Lanes{0, 0, 1, 0});
+  return M + correlated_scores(both, parts.shape).times(Lanes{0, 0, parts.persistent, 0});
 }
 
 namespace {

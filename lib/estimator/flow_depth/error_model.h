@@ -47,7 +47,7 @@ struct ErrorParts {
   Lanes correlated = {0, 0, 0, 0};
   std::vector<SpatialCorrelation::Part> shape;  ///< correlation of the correlated errors
   bool significant = true;  ///< true if a correlated variance exceeds what independent errors would show
-  double persistent = 0;    ///< variance of the disparity error that both frames share, delta_d_px^2
+  double persistent = 0;    ///< variance of the disparity error that both frames share, over delta_d_px^2
 
   /// Returns true if a channel has correlated errors.
   bool correlate() const;
@@ -56,7 +56,7 @@ struct ErrorParts {
   void raise_to(double variance);
 };
 
-/// Variance of the disparity errors that persist, in units of the variance of those that do not.
+/// Variance of the disparity errors that persist, divided by the variance of the errors that do not persist.
 inline constexpr double persistent_ratio = 2;
 
 /// Estimates the variances from the residuals, without persistent errors. Returns independent errors of

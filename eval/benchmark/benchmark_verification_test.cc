@@ -1,5 +1,6 @@
 // A small suite, run, verified, and refused after each kind of edit.
 
+#include "sextant/eval/benchmark/benchmark_verification.h"
 #include "sextant/eval/benchmark/benchmark_run.h"
 
 #include <gmock/gmock.h>

@@ -1,0 +1,37 @@
+#pragma once
+
+// Verification of a submitted folder, a card with its sweeps. The checks:
+//
+//   suite      the card belongs to a suite of this program, by SHA-256
+//   plans      every sweep has the sources, noise, levels, seeds and options of the suite
+//   cases      every case of a plan exists, and its records have its source, noise, level, seed and
+//              estimator: one record for each frame and body that the track counts according to the truth
+//              of the source, which is not checked for sources whose data are missing
+//   card       the card equals the one computed from the records, to the last digit, except for costs and the
+//              version of the program
+//   rerun      a sample of five cases is run again and gives the same records within a relative difference of
+//              1e-8, except for times. Cases of this program's estimators are always run again, cases of
+//              external programs on request only, because their command comes from the submitted
+//              configuration
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sextant/eval/experiment/sweep.h"
+
+namespace sextant {
+
+struct VerifyOptions {
+  /// Name of a suite, or NAME.json; empty: the suite of the card, which must come with this program
+  std::string suite;
+  bool run_external = false;  ///< also run cases of external programs again
+  SweepConfig sweep;          ///< cache and jobs for the cases that are run again
+  std::string data_root;
+};
+
+/// Returns lines that describe the checks. Throws Error at the first violation, with the file and the
+/// difference.
+std::vector<std::string> verify_benchmark(const std::filesystem::path& folder, const VerifyOptions& options);
+
+}  // namespace sextant

@@ -1,0 +1,104 @@
+#include "sextant/eval/evaluation/trajectory_disagreement.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sextant/eval/diagnosis/motion_disagreement.h"
+#include "sextant/eval/diagnosis/trajectory_hypotheses.h"
+#include "sextant/eval/evaluation/trajectory_explanation.h"
+
+namespace sextant {
+namespace {
+
+/// Smallest RMSE of the alignments, m; empty if none can be computed.
+std::optional<double> best_rmse_m(const TrajectoryPair& pair, const AlignmentChoice& choice) {
+  std::optional<double> best;
+  for (const Alignment alignment : {choice.alignment, Alignment::se3, Alignment::sim3}) {
+    if (const auto found = aligned_agreement(pair, choice.with(alignment)))
+      best = std::min(best.value_or(found->rmse_m()), found->rmse_m());
+  }
+  return best;
+}
+
+/// Rotation vectors of all steps of `k` poses in the body's axes, of both sides.
+struct StepRotations {
+  std::vector<Eigen::Vector3d> reference, estimate;
+};
+StepRotations rotations_over(const TrajectoryPair& pair, size_t k) {
+  StepRotations out;
+  for_each_step(pair, k, 1, [&](const RelativePose& r, const RelativePose& e) {
+    out.reference.push_back(so3_log(Eigen::Quaterniond(r.rotation)));
+    out.estimate.push_back(so3_log(Eigen::Quaterniond(e.rotation)));
+  });
+  return out;
+}
+
+/// Returns true if the estimate follows the reference over pieces of a hundredth of the path: directions of
+/// motion in the body's axes, and rotations. An odometry that drifts does, however large its errors become.
+bool agrees_over_pieces(const TrajectoryPair& pair) {
+  constexpr double least_cosine = 0.95, least_correlation = 0.8;
+  if (!pair.has_rotations()) return false;
+  double cosines = 0, n_cosines = 0, rr = 0, ee = 0, re = 0;
+  for_each_piece(pair, [&](const RelativePose& r, const RelativePose& e) {
+    if (const double lengths = r.translation_m.norm() * e.translation_m.norm(); lengths > 0) {
+      cosines += r.translation_m.dot(e.translation_m) / lengths;
+      ++n_cosines;
+    }
+    const Eigen::Vector3d a = so3_log(Eigen::Quaterniond(r.rotation)),
+                          b = so3_log(Eigen::Quaterniond(e.rotation));
+    rr += a.squaredNorm();
+    ee += b.squaredNorm();
+    re += a.dot(b);
+  });
+  return cosines > least_cosine * n_cosines && re > least_correlation * std::sqrt(rr * ee);
+}
+
+std::optional<DataWarning> warning_of_rotation_factor(const TrajectoryPair& pair) {
+  constexpr double step_rad = 3 * degree, least_rad = 0.5 * degree;
+  size_t k = 1;
+  while (8 * k < pair.size() && rms_length(rotations_over(pair, k).reference) < step_rad) k *= 2;
+  const StepRotations rotations = rotations_over(pair, k);
+  std::vector<std::string> found;
+  for (const int axis : {0, 1, 2}) {
+    const auto about_axis = [axis](std::vector<Eigen::Vector3d> vectors) {
+      for (Eigen::Vector3d& v : vectors) v = v[axis] * Eigen::Vector3d::Unit(axis);
+      return vectors;
+    };
+    const auto factor =
+        wrong_factor(about_axis(rotations.reference), about_axis(rotations.estimate), least_rad);
+    if (factor) found.push_back(fmt::format("{} {}", "xyz"[axis], factor -> text()));
+  }
+  if (found.empty()) return std::nullopt;
+  return DataWarning{
+      "rotation_factor",
+      fmt::format(
+          "the estimate turns about its axis {} as much as the reference: are its axes left-handed (as "
+          "in Unity, Unreal and CARLA), or does another body turn?",
+          fmt::join(found, ", "))};
+}
+
+}  // namespace
+
+std::vector<DataWarning> warnings_of_disagreement(const TrajectoryPair& all, const AlignmentChoice& choice) {
+  constexpr double largest_share = 0.3, least_extent_m = 0.5;
+  std::vector<DataWarning> out;
+  if (all.size() < fewest_explained_poses) return out;
+  const TrajectoryPair pair = thinned(all);
+  const auto rmse_m = best_rmse_m(pair, choice);
+  const double extent_m = rms_extent_m(pair.reference);
+  if (rmse_m && extent_m >= least_extent_m && *rmse_m > largest_share * extent_m &&
+      !agrees_over_pieces(pair)) {
+    out.push_back(
+        {"unexplained",
+         fmt::format(
+             "the estimate does not resemble the reference: every alignment leaves a position RMSE of "
+             "{:.3g} m or more, and the RMS extent of the reference is {:.3g} m: is it of another "
+             "recording, or are its poses chained or combined in the wrong way?",
+             *rmse_m, extent_m)});
+  }
+  if (!pair.has_rotations()) return out;
+  if (auto found = warning_of_rotation_factor(pair)) out.push_back(std::move(*found));
+  return out;
+}
+
+}  // namespace sextant
