@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -48,8 +49,8 @@ EgoOptions options_of(const EgoFlags& flags) {
     fail("--n-to-align: --align {} is not estimated from several poses: give --align se3, sim3, scale or yaw",
          to_string(options.alignment));
   }
-  if (!(options.max_speed_m_s > 0))
-    fail("--max-speed: expected a speed above 0 m/s, got {}", options.max_speed_m_s);
+  if (!(options.max_speed_m_s > 0 && std::isfinite(options.max_speed_m_s)))
+    fail("--max-speed: expected a finite speed above 0 m/s, got {}", options.max_speed_m_s);
   if (!flags.covariance.empty())
     options.covariance = from_name<CovarianceConvention>(flags.covariance, "--covariance");
   if (!flags.rpe.empty()) {

@@ -53,10 +53,20 @@ std::set<int> ids_of(const auto& by_object_frame) {
   return ids;
 }
 
-/// Returns the entries of one object in a map with keys ObjectFrame, in order of frames.
-auto entries_of(const auto& by_object_frame, int id) {
-  return std::ranges::subrange(by_object_frame.lower_bound({id, 0}),
-                               by_object_frame.upper_bound({id, std::numeric_limits<int>::max()}));
+/// The entries of one object in a map with keys ObjectFrame, in order of frames. (clang 14 cannot compile
+/// std::ranges::subrange of libstdc++ 12.)
+template <typename Map>
+struct EntriesOfObject {
+  typename Map::const_iterator first, last;
+
+  auto begin() const { return first; }
+  auto end() const { return last; }
+};
+
+template <typename Map>
+EntriesOfObject<Map> entries_of(const Map& by_object_frame, int id) {
+  return {by_object_frame.lower_bound({id, 0}),
+          by_object_frame.upper_bound({id, std::numeric_limits<int>::max()})};
 }
 
 /// Returns the pose or motion of an object in a frame; nullopt if it is not known.

@@ -106,6 +106,11 @@ bool moves(const SE3& step) {
   return step.translation().norm() >= least_m || rotation_angle_rad(step.rotation()) >= least_rad;
 }
 
+bool is_identity(const SE3& motion) {
+  constexpr double rounding = 1e-6;
+  return motion.translation().norm() <= rounding && motion.rotation().vec().norm() <= rounding;
+}
+
 RepeatedCameraPoses repeated_camera_poses(const PoseData& data) {
   RepeatedCameraPoses out;
   for (const auto& [key, pose] : data.given) {

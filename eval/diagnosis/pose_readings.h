@@ -35,6 +35,9 @@ std::optional<double> null_of_poses(const PoseData& data);
 /// Returns true for a step of 1 cm or 0.001 rad or more, in which a lost tracker repeats its pose.
 bool moves(const SE3& step);
 
+/// Returns true for a motion that is the identity up to the last digits of a file, 1e-6.
+bool is_identity(const SE3& motion);
+
 /// Number of steps of the camera, whose id is 0, and the frames in which the given pose equals the one before
 /// exactly although the reference moves.
 struct RepeatedCameraPoses {

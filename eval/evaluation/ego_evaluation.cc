@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "sextant/base/error.h"
+#include "sextant/base/quantile.h"
 #include "sextant/eval/evaluation/time_shift_warnings.h"
 #include "sextant/eval/evaluation/trajectory_disagreement.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
@@ -264,10 +265,25 @@ void mark_same_runs(std::vector<EgoResult>& runs) {
   }
 }
 
+namespace {
+
+/// Returns the median number of later pairs that begin before a pair ends; pairs ascend by their first pose.
+size_t n_overlapping(const std::vector<PosePair>& pairs) {
+  std::vector<double> counts;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    size_t end = i + 1;
+    while (end < pairs.size() && pairs[end].first < pairs[i].second) ++end;
+    counts.push_back(static_cast<double>(end - i - 1));
+  }
+  return counts.empty() ? 0 : static_cast<size_t>(middle_of(counts));
+}
+
+}  // namespace
+
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   std::vector<RunErrors> out;
   for (const EgoResult& r : runs) {
-    RunErrors run{r.system, r.name, {}, {}};
+    RunErrors run{r.system, r.name, {}, {}, n_overlapping(r.pairs)};
     if (!has_any(r.warnings, {"same_run"})) run.errors = r.errors;
     for (size_t i = 0; i < run.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
     out.push_back(std::move(run));

@@ -6,6 +6,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
+#include "sextant/eval/diagnosis/pose_readings.h"
 #include "sextant/eval/diagnosis/trajectory_hypotheses.h"
 #include "sextant/eval/logs/object_association.h"
 #include "sextant/eval/report/record_reading.h"
@@ -415,11 +416,6 @@ std::vector<DataWarning> diagnose_speeds(const ObjectLog& log, double rate_hz) {
 
 std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
   constexpr double moves_m = 0.01;
-  // Rows that were converted from another frame, or rounded, are the identity up to their last digits.
-  constexpr double rounding = 1e-6;
-  const auto is_identity = [](const SE3& T) {
-    return T.translation().norm() <= rounding && T.rotation().vec().norm() <= rounding;
-  };
   const auto step_m = [&](ObjectFrame key, const SE3& motion) {
     const auto L = find_pose(log.true_poses.empty() ? log.poses : log.true_poses, previous(key));
     return log.frame == MotionFrame::world && L ? body_motion(motion, *L).translation().norm()

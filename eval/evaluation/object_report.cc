@@ -86,7 +86,7 @@ std::vector<RunErrors> object_run_errors(const std::vector<Record>& records, con
   for (const Record& record : records) {
     const auto [run, is_new] = known.try_emplace({record.seed, record.estimator}, runs.size());
     if (is_new)
-      runs.push_back({record.estimator, fmt::format("{} {}", record.estimator, record.seed + 1), {}, {}});
+      runs.push_back({record.estimator, fmt::format("{} {}", record.estimator, record.seed + 1), {}, {}, 0});
     const auto error = find_number(record.errors, key);
     if (!error) continue;
     runs[run->second].errors.push_back(*error);

@@ -23,7 +23,7 @@ struct System {
   std::vector<const RunErrors*> runs;
 };
 
-/// Groups runs by system; runs without errors are ignored.
+/// Groups runs by system; runs without errors are ignored, and those that repeat an earlier one.
 std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
   std::vector<System> systems;
   for (const RunErrors& run : runs) {
@@ -31,7 +31,10 @@ std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
     if (run.errors.empty()) continue;
     auto known = std::ranges::find(systems, run.system, &System::name);
     if (known == systems.end()) known = systems.insert(systems.end(), System{run.system, {}});
-    known->runs.push_back(&run);
+    const bool is_repeated = std::ranges::any_of(known->runs, [&](const RunErrors* other) {
+      return other->errors == run.errors && other->steps == run.steps;
+    });
+    if (!is_repeated) known->runs.push_back(&run);
   }
   return systems;
 }
@@ -88,18 +91,26 @@ std::vector<double> stretch_means(const std::vector<double>& values, size_t n_st
 }
 
 /// Sign-flip test over blocks of successive frames; `differences` are given for the common steps.
-void test_blocks(const std::map<ErrorStep, double>& differences, SystemComparison& out) {
+void test_blocks(const std::map<ErrorStep, double>& differences, size_t n_overlapping,
+                 SystemComparison& out) {
   constexpr size_t fewest = 6, most = 20;  // with fewer than 6 blocks no p-value can be below 0.03
   std::map<int, std::vector<double>> by_frame;
   for (const auto& [step, difference] : differences) by_frame[step.second].push_back(difference);
   std::vector<double> of_frames;
   for (const auto& [frame, values] : by_frame) of_frames.push_back(mean(values));
-  out.n_blocks = static_cast<int>(std::min(most, of_frames.size()));
+  const size_t n_blocks = std::min(most, of_frames.size() / std::max<size_t>(1, 2 * n_overlapping));
+  out.n_blocks = static_cast<int>(n_blocks);
   if (of_frames.size() < fewest) {
     out.why_no_p = fmt::format("the test needs errors of at least {} frames", fewest);
-    return;
+  } else if (n_blocks < fewest) {
+    out.why_no_p = fmt::format(
+        "each error overlaps with {} later ones, so that less than {} blocks are independent: leave out "
+        "--all-pairs, or give shorter pairs",
+        n_overlapping, fewest);
+  } else {
+    const std::vector<double> means = stretch_means(of_frames, n_blocks);
+    out.p = mean(means) * out.difference < 0 ? 1 : sign_flip_test(means).p;
   }
-  out.p = sign_flip_test(stretch_means(of_frames, std::min(most, of_frames.size()))).p;
 }
 
 /// Mean of each run over the common steps, relative to the mean of all runs of both systems at each step, so
@@ -157,7 +168,11 @@ std::optional<SystemComparison> compare(const System& a, const System& b, Indepe
   out.n_common = differences.size();
   out.difference = sum / static_cast<double>(differences.size());
   if (unit == IndependentUnit::blocks) {
-    test_blocks(differences, out);
+    size_t n_overlapping = 0;
+    for (const System* system : {&a, &b}) {
+      for (const RunErrors* run : system->runs) n_overlapping = std::max(n_overlapping, run->n_overlapping);
+    }
+    test_blocks(differences, n_overlapping, out);
   } else {
     test_runs(a, b, differences, out);
   }

@@ -2,7 +2,8 @@
 
 // Statistics of several runs of several systems on the same data.
 //
-//   pooled      statistics of the errors of all runs of a system together, never a mean of RMSEs
+//   pooled      statistics of the errors of all runs of a system together, never a mean of RMSEs. A run with
+//               the same errors as an earlier one of its system is left out
 //   intervals   95 % intervals of the pooled RMSE and mean, by the bootstrap over runs
 //               (lib/stats/bootstrap.h): runs are independent, the errors within a run are not. At least 5
 //               runs are needed
@@ -10,8 +11,9 @@
 //               averaged over its runs. Its p-value depends on what is independent:
 //     blocks      errors that depend on their neighbours only, such as errors of single motions: the
 //                 differences are averaged over the bodies of a frame, because bodies seen by one camera
-//                 share its error, then over up to 20 blocks of successive frames. The sign-flip test
-//                 (lib/stats/tests.h) is applied to the means of the blocks
+//                 share its error, then over up to 20 blocks of successive frames, each at least twice as long
+//                 as an error overlaps with later ones. The sign-flip test (lib/stats/tests.h) is applied to
+//                 the means of the blocks; p is 1 if their mean has another sign than the difference
 //     runs        errors that accumulate, such as the position error of odometry, a random walk: two parts
 //                 of one path are never independent, only the runs are. The Mann-Whitney test
 //                 (lib/stats/tests.h) is applied to the mean errors of the runs of both systems
@@ -36,6 +38,8 @@ struct RunErrors {
   std::string run;               ///< label in figures
   std::vector<double> errors;    ///< may be empty
   std::vector<ErrorStep> steps;  ///< one per error
+  /// Number of later errors that share a part of the motion of an error, as all pairs 100 m apart do
+  size_t n_overlapping = 0;
 };
 
 /// Pooled statistics of one system.

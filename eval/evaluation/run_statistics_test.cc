@@ -77,7 +77,7 @@ double share_of_false_alarms(int n_runs, IndependentUnit unit, RunOf run_of) {
 TEST(RunStatistics, RandomWalksOfTheSameLawAreRarelyCalledDifferent) {
   const auto walk = [](std::mt19937_64& random, const char* system) {
     std::normal_distribution<double> step(0, 0.1);
-    RunErrors run{system, "", {}, {}};
+    RunErrors run{system, "", {}, {}, 0};
     double offset = 0;
     for (int row = 0; row < 200; ++row) {
       offset += step(random);
@@ -94,7 +94,7 @@ TEST(RunStatistics, RandomWalksOfTheSameLawAreRarelyCalledDifferent) {
 TEST(RunStatistics, ObjectsSeenByOneCameraAreNotIndependent) {
   const auto seen_together = [](std::mt19937_64& random, const char* system) {
     std::normal_distribution<double> normal(0, 1);
-    RunErrors run{system, "", {}, {}};
+    RunErrors run{system, "", {}, {}, 0};
     for (int frame = 0; frame < 60; ++frame) {
       const double of_camera = normal(random);
       for (int object = 1; object <= 10; ++object) {
@@ -107,10 +107,60 @@ TEST(RunStatistics, ObjectsSeenByOneCameraAreNotIndependent) {
   EXPECT_LT(share_of_false_alarms(1, IndependentUnit::blocks, seen_together), 0.08);
 }
 
+TEST(RunStatistics, PairsThatOverlapAreNotIndependent) {
+  constexpr size_t span = 20;
+  const auto all_pairs = [](size_t n_overlapping) {
+    return [n_overlapping](std::mt19937_64& random, const char* system) {
+      std::normal_distribution<double> step(0, 0.1);
+      RunErrors run{system, "", {}, {}, n_overlapping};
+      std::vector<double> drift = {0};
+      for (int row = 0; row < 600; ++row) {
+        drift.push_back(drift.back() + step(random));
+        if (drift.size() <= span) continue;
+        run.errors.push_back(std::abs(drift.back() - drift[drift.size() - 1 - span]));
+        run.steps.emplace_back(0, row);
+      }
+      return run;
+    };
+  };
+  EXPECT_LT(share_of_false_alarms(1, IndependentUnit::blocks, all_pairs(span - 1)), 0.09);
+  std::mt19937_64 random(1);
+  const std::vector<RunErrors> runs = {all_pairs(100)(random, "a"), all_pairs(100)(random, "b")};
+  const SystemComparison of_long_pairs = compare_systems(runs, IndependentUnit::blocks).at(0);
+  EXPECT_FALSE(of_long_pairs.p);
+  EXPECT_THAT(of_long_pairs.why_no_p, HasSubstr("each error overlaps with 100 later ones"));
+}
+
+TEST(RunStatistics, PIsThatOfTheDifference) {
+  // a is better in all frames but one, in which many objects outweigh the others in the mean of the steps.
+  RunErrors a{"a", "", {}, {}, 0}, b{"b", "", {}, {}, 0};
+  const auto add = [&](int object, int frame, double difference) {
+    for (RunErrors* run : {&a, &b}) {
+      run->errors.push_back(1 + (run == &a ? difference : 0) + 0.001 * frame);
+      run->steps.emplace_back(object, frame);
+    }
+  };
+  for (int frame = 0; frame < 39; ++frame) add(1, frame, -0.01);
+  for (int object = 1; object <= 60; ++object) add(object, 39, 0.02);
+  const SystemComparison c = compare_systems({a, b}, IndependentUnit::blocks).at(0);
+  EXPECT_GT(c.difference, 0);
+  EXPECT_EQ(c.p, 1);
+}
+
+TEST(RunStatistics, ARepeatedRunCountsOnce) {
+  const RunErrors run{"a", "", {1, 2, 3}, {{0, 1}, {0, 2}, {0, 3}}, 0};
+  RunErrors other = run;
+  other.errors[0] = 1.5;
+  const std::vector<SystemSummary> summary = summarize_systems({run, run, other, run, run, run});
+  EXPECT_EQ(summary.at(0).n_runs, 2);
+  EXPECT_EQ(summary.at(0).n_errors, 6U);
+  EXPECT_FALSE(summary.at(0).mean_interval);
+}
+
 TEST(RunStatistics, NoPWhereNoOutcomeCouldBeSignificant) {
   std::vector<RunErrors> runs;
   for (int i = 0; i < 6; ++i) {
-    RunErrors run{i < 3 ? "a" : "b", "", {}, {}};
+    RunErrors run{i < 3 ? "a" : "b", "", {}, {}, 0};
     for (int row = 0; row < 6; ++row) {
       run.errors.push_back(i + 0.1 * row);
       run.steps.emplace_back(row % 2, row / 2);

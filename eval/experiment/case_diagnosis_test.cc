@@ -11,6 +11,7 @@
 namespace sextant {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -53,6 +54,41 @@ TEST(CaseDiagnosis, PlantedMistakesAreNamedAndCorrectResultsAreNot) {
     for (auto& [k, H] : motions) H = H.inverse();
   }
   EXPECT_THAT(diagnose_case(plant, truth, "e"), ElementsAre(HasSubstr("look inverted")));
+}
+
+TEST(CaseDiagnosis, IdentityForWhatWasNeverEstimatedIsNamed) {
+  const std::string source = "synthetic:s18";
+  const CaseMotions right = run_of(source).sources[0].motions;
+  const SequenceTruth truth = truth_of(source);
+
+  CaseMotions plant = right;
+  for (auto& [k, H] : plant.objects.begin()->second) H = SE3();
+  EXPECT_THAT(diagnose_case(plant, truth, "e"), Contains(HasSubstr("are exactly the identity while")));
+
+  plant = right;
+  for (auto& [k, H] : plant.objects.begin()->second)  // the identity in camera coordinates
+    H = *right.estimated.pose(k) * right.estimated.pose(k - 1)->inverse();
+  EXPECT_THAT(diagnose_case(plant, truth, "e"), Contains(HasSubstr("are exactly the identity while")));
+
+  plant = right;
+  plant.estimated = {};
+  for (const auto& [k, pose] : right.estimated.poses()) plant.estimated.set(k, SE3());
+  EXPECT_THAT(diagnose_case(plant, truth, "e"),
+              ElementsAre(HasSubstr("repeats its pose exactly in 10 of 10 steps")));
+
+  // A camera that is lost in three of ten steps, with right motions of the objects: no other reading is right.
+  plant = right;
+  plant.estimated = {};
+  const int first_lost = truth.camera.poses().begin()->first + 6;
+  for (const auto& [k, pose] : right.estimated.poses())
+    plant.estimated.set(k,
+                        k < first_lost || k > first_lost + 2 ? pose : *right.estimated.pose(first_lost - 1));
+  EXPECT_THAT(diagnose_case(plant, truth, "e"), ElementsAre(HasSubstr("repeats its pose exactly in 3 of")));
+  plant = right;
+  for (auto& [id, motions] : plant.objects) {
+    for (auto& [k, H] : motions) H = k < first_lost ? H : SE3();
+  }
+  EXPECT_THAT(diagnose_case(plant, truth, "e"), ElementsAre(HasSubstr("are exactly the identity while")));
 }
 
 TEST(CaseDiagnosis, TranslationsThatAreThreeTimesTooLongAreNamed) {

@@ -326,10 +326,11 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
   add_lines(explain_poses(cameras), "estimated camera");
   // Motions of objects are given in the world of the estimated camera, so they cannot be judged without it.
   if (!out.empty()) return out;
-  // A camera that never moves is a statement of its program.
   const RepeatedCameraPoses repeated = repeated_camera_poses(cameras);
-  if (repeated.frames.size() >= 2 && repeated.frames.size() < repeated.n_steps)
+  if (repeated.frames.size() >= 2) {
     out.push_back(fmt::format("{}: the estimated camera {}", estimator, repeated.text()));
+    if (repeated.frames.size() == repeated.n_steps) return out;
+  }
 
   // A motion as logged, in the declared frame: the inverse of the conversion to the world of `motions`.
   const auto as_logged = [&](const SE3& H, const MotionSample& at) -> std::optional<SE3> {
@@ -339,9 +340,11 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
     return change_frame(after->inverse() * H * *before, MotionFrame::camera, declared, at);
   };
   MotionData data{declared, {}, {}};
+  size_t n_identical = 0, n_moving = 0;  // motions that are the identity while the object moves
   for (const auto& [frame, objects] : truth.objects) {
     const auto before = estimated.pose(frame), after = estimated.pose(frame + 1);
-    if (!before || !after) continue;
+    // Steps in which a lost tracker repeats its pose say nothing about what the others mean.
+    if (!before || !after || std::ranges::binary_search(repeated.frames, frame + 1)) continue;
     for (const ObjectTruth& object : objects) {
       MotionSample sample{{object.id, frame + 1}, {}, {}, *before * object.T_camera_object, before, after};
       const auto of_object = motions.objects.find(object.id);
@@ -349,6 +352,15 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
       if (of_object != motions.objects.end()) {
         const auto H = of_object->second.find(frame + 1);
         if (H != of_object->second.end()) given = as_logged(H->second, sample);
+        const auto from = true_pose(truth, frame, object.id), to = true_pose(truth, frame + 1, object.id);
+        if (given && from && to && moves(from->inverse() * *to)) {
+          ++n_moving;
+          const auto in_camera = change_frame(*given, declared, MotionFrame::camera, sample);
+          if (is_identity(H->second) || (in_camera && is_identity(*in_camera))) {
+            ++n_identical;
+            continue;
+          }
+        }
       }
       if (given) data.logged.emplace(sample.key, *given);
       const auto X = truth.object_motion(object.id, frame, frame + 1);
@@ -366,6 +378,12 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
       const MotionSample at{key, {}, {}, std::nullopt, estimated.pose(frame - 1), estimated.pose(frame)};
       if (const auto given = as_logged(H, at)) data.logged.emplace(key, *given);
     }
+  }
+  if (n_identical >= 2) {
+    out.push_back(fmt::format(
+        "{}, estimated motions: {} of {} are exactly the identity while the object moves: motions "
+        "that were never estimated? Leave them out, then they count against coverage",
+        estimator, n_identical, n_moving));
   }
   std::ranges::sort(data.samples, {}, &MotionSample::key);
   const std::vector<ObjectExplanation> found = explain_motions(data);

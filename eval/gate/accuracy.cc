@@ -1,6 +1,7 @@
 #include "sextant/eval/gate/accuracy.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -11,6 +12,8 @@
 #include "sextant/base/machine.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/stats/paired_comparison.h"
+#include "sextant/stats/summary.h"
+#include "sextant/stats/tests.h"
 
 namespace sextant {
 
@@ -121,6 +124,7 @@ std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
 struct MeasuredError {
   AccuracyRow row;     ///< without p_corrected and verdict
   int n_seeds = 0;     ///< number of seeds with different errors; 0 for the exact gate
+  int n_frames = 0;    ///< as n_seeds
   PairedSample cases;  ///< empty for the exact gate
 };
 
@@ -134,6 +138,9 @@ RatioChange change_of(std::span<const PairedSample* const> samples, const Metric
 /// With fewer seeds the signed-rank test cannot reach p = 0.05.
 constexpr size_t enough_seeds = 6;
 
+/// A single frame does not show how much a change varies between frames.
+constexpr int fewest_frames = 2;
+
 /// Counts the seeds with distinct errors; records are in order of seed.
 int count_different_seeds(const std::vector<PairedCase>& cases) {
   std::vector<std::pair<double, double>> sums;
@@ -144,6 +151,12 @@ int count_different_seeds(const std::vector<PairedCase>& cases) {
   }
   std::ranges::sort(sums);
   return static_cast<int>(std::unique(sums.begin(), sums.end()) - sums.begin());
+}
+
+int count_frames(const std::vector<PairedCase>& cases) {
+  std::set<int> frames;
+  for (const PairedCase& one : cases) frames.insert(one.frame);
+  return static_cast<int>(frames.size());
 }
 
 /// Applies the tests of the exact gate to a row that changed.
@@ -210,8 +223,10 @@ std::optional<MeasuredError> measure(const PairedErrors& errors, size_t source,
   }
   out.cases = std::move(sample);
   out.n_seeds = count_different_seeds(out.cases.cases);
+  out.n_frames = count_frames(out.cases.cases);
   if (row.is_changed()) comparison = compare_by_seeds(out, rules, policy);
-  row.too_few = out.n_seeds < policy.minimum_seeds || row.n < policy.minimum_cases;
+  row.too_few =
+      out.n_seeds < policy.minimum_seeds || out.n_frames < fewest_frames || row.n < policy.minimum_cases;
   return out;
 }
 
@@ -270,12 +285,37 @@ void judge_rows(const AccuracyPolicy& policy, std::vector<AccuracyRow>& rows) {
 
 using Members = std::vector<const MeasuredError*>;
 
-/// Selects the members with enough seeds; all members if none has enough.
+/// Selects the members with enough seeds and frames; all members if none has enough.
 Members judged_members(const Members& all, const AccuracyPolicy& policy) {
   Members judged;
-  std::ranges::copy_if(all, std::back_inserter(judged),
-                       [&](const MeasuredError* error) { return error->n_seeds >= policy.minimum_seeds; });
+  std::ranges::copy_if(all, std::back_inserter(judged), [&](const MeasuredError* error) {
+    return error->n_seeds >= policy.minimum_seeds && error->n_frames >= fewest_frames;
+  });
   return judged.empty() ? all : judged;
+}
+
+/// Returns true if the typical record got worse by more than a tenth: the median of the log ratios, by
+/// Wilcoxon's test of the medians of the seeds and of those of the frames. A few large errors, which decide a
+/// mean, have no weight in it.
+bool is_typically_worse(std::span<const PairedSample* const> samples, const MetricPolicy& rules) {
+  constexpr double least_change = 0.1, largest_p = 0.05;
+  std::map<std::pair<size_t, uint64_t>, std::vector<double>> by_seed, by_frame;
+  std::vector<double> all;
+  for (const PairedSample* sample : samples) {
+    for (const PairedCase& one : sample->cases) {
+      if (!(one.base > 0 && one.fresh > 0)) continue;
+      const double ratio = std::log(one.fresh / one.base);
+      all.push_back(rules.direction == Direction::higher ? -ratio : ratio);
+      by_seed[{sample->stratum, one.seed}].push_back(all.back());
+      by_frame[{sample->stratum, static_cast<uint64_t>(one.frame)}].push_back(all.back());
+    }
+  }
+  if (all.empty() || median(all) <= std::log1p(least_change)) return false;
+  return std::ranges::all_of(std::array{&by_seed, &by_frame}, [&](const auto* clusters) {
+    std::vector<double> medians;
+    for (const auto& [key, ratios] : *clusters) medians.push_back(median(ratios));
+    return median(medians) > 0 && wilcoxon_test(medians).p <= largest_p;
+  });
 }
 
 FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
@@ -287,7 +327,11 @@ FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
   row.metric = first.metric;
   row.n_seeds = members.front()->n_seeds;
   std::set<size_t> sources;
+  std::set<std::pair<size_t, int>> frames;
+  int fewest_of_member = members.front()->n_frames;
   for (const MeasuredError* member : members) {
+    for (const PairedCase& one : member->cases.cases) frames.emplace(member->cases.stratum, one.frame);
+    fewest_of_member = std::min(fewest_of_member, member->n_frames);
     row.n += member->row.n;
     row.n_worse += member->row.n_worse;
     row.n_better += member->row.n_better;
@@ -295,7 +339,9 @@ FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
     sources.insert(member->cases.stratum);
   }
   row.n_sources = static_cast<int>(sources.size());
-  row.too_few = row.n_seeds < policy.minimum_seeds || row.n < policy.minimum_cases;
+  row.n_frames = static_cast<int>(frames.size());
+  row.too_few =
+      row.n_seeds < policy.minimum_seeds || fewest_of_member < fewest_frames || row.n < policy.minimum_cases;
   if (!row.is_changed()) {
     row.interval = Interval{0, 0};
     return row;
@@ -304,21 +350,24 @@ FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
   for (const MeasuredError* member : members) samples.push_back(&member->cases);
   static_cast<RatioChange&>(row) = change_of(samples, rules, policy);
   row.worse = rules.direction == Direction::higher ? -row.change : row.change;
+  row.typically_worse = is_typically_worse(samples, rules);
   return row;
 }
 
 GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
   const bool evidence = is_significant(row, policy);
-  if (!row.is_changed() || std::abs(row.worse) <= policy.of(row.metric).minimum_effect)
-    return GateVerdict::ok;
+  const GateVerdict unproven = row.typically_worse ? GateVerdict::inconclusive : GateVerdict::ok;
+  if (!row.is_changed() || std::abs(row.worse) <= policy.of(row.metric).minimum_effect) return unproven;
   const int n_for = row.worse > 0 ? row.n_worse : row.n_better,
             n_against = row.worse > 0 ? row.n_better : row.n_worse;
-  const bool unanimous = n_against == 0 && n_for >= policy.minimum_cases;
+  // A change of a frame in all seeds alike is one observation.
+  const double p_of_frames = std::ldexp(2.0, -row.n_frames);
+  const bool unanimous = n_against == 0 && n_for >= policy.minimum_cases && p_of_frames <= policy.alpha;
   const bool proven = unanimous || (evidence && !row.too_few);
-  if (row.worse < 0) return proven ? GateVerdict::improved : GateVerdict::ok;
+  if (row.worse < 0) return proven ? GateVerdict::improved : unproven;
   if (proven) return GateVerdict::regressed;
   const bool suspicious = row.too_few && (evidence || n_against == 0);
-  return suspicious || row.worse > policy.inconclusive_effect ? GateVerdict::inconclusive : GateVerdict::ok;
+  return suspicious || row.worse > policy.inconclusive_effect ? GateVerdict::inconclusive : unproven;
 }
 
 /// Judges the metrics whose minimum_effect is above 0; the exact gate judges every row separately. Returns

@@ -9,9 +9,9 @@
 //   p            two-sided p-value over seeds and frames, by stats/paired_comparison.h
 //   p_corrected  Holm correction over all rows that changed and have enough seeds and records to judge
 //
-// A row with at least `minimum_seeds` seeds and `minimum_cases` records is `regressed` if its mean got worse
-// by more than minimum_effect with p_corrected <= alpha, `improved` if it got better in the same way, and
-// otherwise `ok`. A row with fewer seeds or records is `ok`; too_few is set if its mean changed by more than
+// A row with at least `minimum_seeds` seeds, two frames and `minimum_cases` records is `regressed` if its mean
+// got worse by more than minimum_effect with p_corrected <= alpha, `improved` if it got better in the same
+// way, and otherwise `ok`. A row with fewer of them is `ok`; too_few is set if its mean changed by more than
 // minimum_effect.
 //
 // The exact gate (minimum_effect 0): the same program gives the same numbers for the same seeds, so there is
@@ -43,17 +43,21 @@ namespace sextant {
 //   stratum   a source (data set and sequence); its seeds and frames are random effects that bodies and
 //             levels share
 //
-// A body with fewer than `minimum_seeds` seeds is left out of a family in which other bodies have enough.
+// A body with fewer than `minimum_seeds` seeds or a single frame is left out of a family in which other bodies have enough.
 // Seeds with identical errors, as of a deterministic estimator without noise, count once. The bodies that are
 // left out are pooled by themselves, and listed if they are `regressed`.
 //
 //   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no record better
-//                  and at least minimum_cases worse
-//   inconclusive   worse by more than minimum_effect and by more than inconclusive_effect, and not proven
+//                  and at least minimum_cases worse, in so many frames that a sign test of the frames reaches
+//                  alpha (8 for 0.01)
+//   inconclusive   not proven, and worse by more than inconclusive_effect, or the typical record is worse: the
+//                  median of new / base by more than 10 %, with p <= 0.05 in Wilcoxon's tests of the medians
+//                  of the seeds and of those of the frames
 //   improved       better by more than minimum_effect and proven
 //   ok             otherwise
 //
-// With fewer than `minimum_seeds` seeds or `minimum_cases` records a p-value is no proof. An error that is
+// With fewer than `minimum_seeds` seeds, two frames or `minimum_cases` records a p-value is no proof. An error
+// that is
 // then worse by more than minimum_effect, with p_corrected <= alpha or without any record that got better, is
 // inconclusive. p_corrected is Holm's correction over the errors of the cameras, or of the objects, of all
 // estimators.
@@ -64,7 +68,7 @@ struct JudgedError {
   int n = 0;         ///< records estimated on both sides
   int n_worse = 0;   ///< by more than rounding
   int n_better = 0;  ///< by more than rounding
-  /// Too few seeds or records to judge; in a row also: its mean changed by more than minimum_effect
+  /// Too few seeds, frames or records to judge; in a row also: its mean changed by more than minimum_effect
   bool too_few = false;
   GateVerdict verdict = GateVerdict::ok;
 
@@ -79,7 +83,9 @@ struct FamilyRow : JudgedError, RatioChange {
   std::string body;  ///< "camera" or "objects"
   int n_sources = 0;
   int n_seeds = 0;   ///< smallest number of seeds with different errors among its bodies
+  int n_frames = 0;  ///< over all sources
   double worse = 0;  ///< the change, with the sign that is positive if the error got worse
+  bool typically_worse = false;
   std::optional<double> p_corrected;
 };
 

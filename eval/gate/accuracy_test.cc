@@ -117,6 +117,70 @@ TEST_F(ComparedRuns, DecisionsThatBecomeWrongAreRegressedAndCorrectedOnesImprove
   EXPECT_EQ(unknown.statuses.at(0).n_other, 6);
 }
 
+TEST_F(ComparedRuns, ABodyThatIsStaticByTruthIsJudgedByItsDecisionsOnly) {
+  std::vector<Record> records = sweep_records();
+  for (Record& r : records) {
+    if (is_target(r)) r.values["dynamic_gt"] = 0;
+    if (!r.is_ego()) r.values["dynamic"] = 1;
+  }
+  write_run(base(), records);
+  for (Record& r : records) {
+    if (!is_target(r)) continue;
+    r.status = Status::gated;
+    r.gate = sextant::Gate::is_static;
+    r.values["dynamic"] = 0;
+    r.errors.clear();
+  }
+  write_run(fresh(), records);
+  const Comparison corrected = compare();
+  EXPECT_EQ(corrected.verdict, GateVerdict::improved) << headline(corrected);
+  EXPECT_EQ(corrected.statuses.at(0).n_lost, 0);
+  EXPECT_EQ(corrected.statuses.at(0).n_corrected, 60);
+  const Comparison wrong = compare_paths(fresh(), base(), defaults(), 1);
+  EXPECT_EQ(wrong.verdict, GateVerdict::regressed);
+  EXPECT_EQ(wrong.statuses.at(0).n_wrong, 60);
+}
+
+TEST_F(ComparedRuns, AnOutlierInBaseHidesNoWorseningOfAllOtherRecords) {
+  const auto is_outlier = [](const Record& r) { return r.is_ego() && r.seed == 3 && r.frame == 2; };
+  for (const double size : {10.0, 20.0, 200.0}) {
+    std::vector<Record> records = sweep_records();
+    std::vector<Record> worse = records;
+    for (size_t i = 0; i < records.size(); ++i) {
+      if (is_outlier(records[i])) records[i].errors["Et_m"] *= size;
+      if (records[i].is_ego() && !is_outlier(records[i])) worse[i].errors["Et_m"] *= 2;
+    }
+    write_run(base(), records);
+    write_run(fresh(), worse);
+    EXPECT_THAT(compare().verdict, testing::AnyOf(GateVerdict::inconclusive, GateVerdict::regressed)) << size;
+  }
+}
+
+TEST_F(ComparedRuns, ASingleFrameProvesNothing) {
+  const auto compare_frames = [&](int last, double change) {
+    std::vector<Record> records = sweep_records(20);
+    std::erase_if(records, [&](const Record& r) { return r.sequence != "s18" || r.frame > last; });
+    write_run(base(), records);
+    for (Record& r : records) {
+      if (r.is_ego()) r.errors["Et_m"] *= change;
+    }
+    write_run(fresh(), records);
+    return compare();
+  };
+  EXPECT_EQ(compare_frames(1, 1.05).verdict, GateVerdict::inconclusive);
+  EXPECT_EQ(compare_frames(6, 1.05).verdict, GateVerdict::regressed);
+
+  // A body that was estimated in one frame, in which a neutral change made it worse in all seeds.
+  std::vector<Record> records = sweep_records(20);
+  std::erase_if(records, [](const Record& r) { return is_target(r) && r.frame > 1; });
+  write_run(base(), records);
+  for (Record& r : records) {
+    if (is_target(r)) r.errors["Et_m"] *= 1.05;
+  }
+  write_run(fresh(), records);
+  EXPECT_EQ(compare().verdict, GateVerdict::ok) << headline(compare());
+}
+
 TEST_F(ComparedRuns, ABodyWithoutACommonCaseIsInconclusive) {
   const auto lose = [](bool first_seeds) {
     return [first_seeds](Record& r) {

@@ -132,14 +132,23 @@ ComparedStatuses compare(const PairedCases& cases, const AccuracyPolicy& policy)
   row.subject = cases.subject;
   row.n = static_cast<int>(cases.rows.size());
   const ImplausibleGains implausible(cases, policy);
+  const std::vector<double>* true_decisions = find_in(base.truth, "dynamic_gt");
   for (const auto& [b, f] : cases.rows) {
+    const bool is_static = number_at(true_decisions, b) == 0;
     const bool before = base.is_estimated(b), after = fresh.is_estimated(f);
     out.has_common_case |= before && after;
     out.statuses.add(base.seeds[b], 0, 0);
     out.decisions.add(base.seeds[b], 0, 0);
     if (base.statuses[b] == fresh.statuses[f] && base.gates[b] == fresh.gates[f]) continue;
     if (before && after)
-      continue;  // between ok and no_truth only the truth changed: check_truth() reports it
+      continue;       // between ok and no_truth only the truth changed: check_truth() reports it
+    if (is_static) {  // counts in no coverage; its decision is judged
+      row.n_other++;
+      if (row.example.empty())
+        row.example = fmt::format("{}: {} -> {}, static by truth", case_name(base, b),
+                                  to_string(base.statuses[b]), to_string(fresh.statuses[f]));
+      continue;
+    }
     const bool is_bad = !before && after && implausible.contain(f);
     (before ? row.n_lost : is_bad ? row.n_bad : after ? row.n_gained : row.n_other)++;
     out.statuses.add(base.seeds[b], before || is_bad, !before && after && !is_bad);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <tuple>
 
 #include "sextant/base/text.h"
@@ -160,6 +159,18 @@ size_t NoiseLevel::n_seeds() const {
   return n;
 }
 
+ClusterBy NoiseLevel::clusters() const {
+  if (is_summed()) return ClusterBy::seeds;
+  for (size_t error = 0; error < names_.size(); ++error) {
+    const ClusterSums seeds = sums(error, ClusterBy::seeds);
+    const bool differ = std::ranges::any_of(seeds, [&](const ClusterSum& seed) {
+      return seed.of.x != seeds.front().of.x || seed.of.xx != seeds.front().of.xx;
+    });
+    if (differ) return ClusterBy::seeds;
+  }
+  return ClusterBy::frames;
+}
+
 NoiseLevel::Sample NoiseLevel::select(size_t error, ClusterBy by, bool only_bounded) const {
   Sample sample;
   for (size_t row = 0; row < cases_.size(); ++row) {
@@ -290,15 +301,9 @@ std::vector<std::span<const NoiseLevelRef>> curves_of(std::span<const NoiseLevel
 }
 
 ClusterBy clusters_of(std::span<const NoiseLevelRef> levels) {
-  if (std::ranges::any_of(levels, [](const auto& level) { return level->is_summed(); }))
-    return ClusterBy::seeds;
-  std::set<uint64_t> seeds;
-  for (const NoiseLevelRef& level : levels) {
-    for (size_t e = 0; e < compared_errors().size(); ++e) {
-      for (const ClusterSum& seed : level->sums(e, ClusterBy::seeds)) seeds.insert(seed.label);
-    }
-  }
-  return seeds.size() < 2 ? ClusterBy::frames : ClusterBy::seeds;
+  const bool by_seeds = std::ranges::any_of(
+      levels, [](const NoiseLevelRef& level) { return level->clusters() == ClusterBy::seeds; });
+  return by_seeds ? ClusterBy::seeds : ClusterBy::frames;
 }
 
 ClusterLevels sums_by_cluster(std::span<const NoiseLevelRef> curve, size_t error, ClusterBy by) {

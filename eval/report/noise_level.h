@@ -76,7 +76,9 @@ class NoiseLevel {
   size_t n_truth() const { return n_truth_; }
   size_t n_estimated() const { return n_estimated_; }
   size_t n_seeds() const;
-  ClusterBy clusters() const { return is_summed() || n_seeds() > 1 ? ClusterBy::seeds : ClusterBy::frames; }
+  /// Returns what is drawn at random: seeds if any two of them have different errors, or in summaries.
+  /// Otherwise frames; without noise all seeds are copies of one.
+  ClusterBy clusters() const;
 
   bool has(size_t error) const { return n_of_.at(error) > 0; }
   /// Return one error of the records that have it, as sums per cluster, or as values with their clusters. The
@@ -167,8 +169,7 @@ class NoiseLevels {
   std::vector<Interned> estimators_;
 };
 
-/// Returns seeds if these levels have errors of at least two seeds together, or if they are summaries;
-/// otherwise frames.
+/// Returns seeds if they are the clusters() of any level, otherwise frames.
 ClusterBy clusters_of(std::span<const NoiseLevelRef> levels);
 
 /// Groups levels that differ in level and noise only; `levels` must be in order of key.

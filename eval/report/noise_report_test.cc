@@ -96,6 +96,36 @@ TEST(Comparisons, FewSeedsThatAgreeAreTooFewForATest) {
   }
 }
 
+TEST(Comparisons, CopiesOfASeedAreNoFurtherData) {
+  // Without noise all seeds have the same errors; they differ between the estimators in single frames.
+  const auto rows_of = [](uint64_t n_seeds) {
+    std::vector<Record> records;
+    for (uint64_t seed = 0; seed < n_seeds; ++seed) {
+      for (int frame = 1; frame <= 5; ++frame) {
+        records.push_back(record_of("a", 0, seed, frame, 1 + 0.1 * frame));
+        records.push_back(record_of("b", 0, seed, frame, 1 + 0.1 * frame + (frame % 2 == 0 ? 0.01 : -0.02)));
+      }
+    }
+    EXPECT_EQ(sweep_of(records).levels.front()->clusters(), ClusterBy::frames);
+    return compare_estimators({sweep_of(records)});
+  };
+  const ComparisonRow one = rows_of(1).front(), twenty = rows_of(20).front();
+  const ErrorComparison &once = one.errors.at("Et_m"), &often = twenty.errors.at("Et_m");
+  EXPECT_NEAR(often.interval->low, once.interval->low, 1e-12);
+  EXPECT_NEAR(often.interval->high, once.interval->high, 1e-12);
+  EXPECT_EQ(*often.p, *once.p);
+  EXPECT_EQ(verdict(often, twenty), "no difference seen");
+}
+
+TEST(Comparisons, IdenticalEstimatorsAreNoFurtherTests) {
+  const std::vector<ComparisonRow> two = compare_estimators({sweep_of({{"a", 0}, {"b", -0.1}}, 20)});
+  const std::vector<ComparisonRow> three =
+      compare_estimators({sweep_of({{"a", 0}, {"b", -0.1}, {"c", -0.1}}, 20)});
+  EXPECT_EQ(verdict(three[2].errors.at("Et_m"), three[2]), "identical");
+  // a against b and a against c: twice the tests, not three times.
+  EXPECT_NEAR(*three[0].errors.at("Et_m").p_corrected, 2 * *two[0].errors.at("Et_m").p_corrected, 1e-12);
+}
+
 TEST(Comparisons, NoiseAloneIsNoDifference) {
   std::vector<Record> records = records_of({{"a", 0}}, 30);
   const size_t n = records.size();

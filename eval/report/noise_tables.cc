@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <set>
 #include <tuple>
 
 #include "sextant/base/machine.h"
@@ -213,16 +212,12 @@ std::optional<ErrorComparison> compare(const std::vector<NoiseLevel::Common>& pa
 std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& second,
                                      const BootstrapOptions& options) {
   std::vector<std::vector<NoiseLevel::Common>> of_errors;
-  std::set<uint64_t> seeds;
   int n_pairs = 0;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
     auto common = first.common(second, e);
     if (!common) return std::nullopt;
     double n = 0;
-    for (const NoiseLevel::Common& pair : *common) {
-      seeds.insert(pair.seed);
-      n += pair.first.n;
-    }
+    for (const NoiseLevel::Common& pair : *common) n += pair.first.n;
     n_pairs = std::max(n_pairs, static_cast<int>(n));
     of_errors.push_back(std::move(*common));
   }
@@ -238,7 +233,7 @@ std::optional<ComparisonRow> compare(const NoiseLevel& first, const NoiseLevel& 
                     .n_pairs = n_pairs,
                     .n_only_first = static_cast<int>(first.n_with_error()) - n_pairs,
                     .n_only_second = static_cast<int>(second.n_with_error()) - n_pairs};
-  const bool by_frame = !first.is_summed() && seeds.size() < 2;
+  const bool by_frame = first.clusters() == ClusterBy::frames && second.clusters() == ClusterBy::frames;
   for (size_t e = 0; e < compared_errors().size(); ++e) {
     if (auto c = compare(of_errors[e], by_frame, options))
       row.errors.emplace(compared_errors()[e]->name, std::move(*c));
@@ -330,7 +325,10 @@ std::vector<ComparisonRow> compare_estimators(const std::vector<NoiseSweep>& swe
   }
   std::vector<ErrorComparison*> family;
   for (ComparisonRow& row : rows) {
-    for (auto& [name, comparison] : row.errors) family.push_back(&comparison);
+    for (auto& [name, comparison] : row.errors) {
+      comparison.p_corrected = comparison.p;
+      if (!comparison.identical) family.push_back(&comparison);  // nothing is tested where nothing differs
+    }
   }
   correct_by_holm(family);
   const auto n_tests = std::ranges::count_if(family, [](const auto* test) { return test->p.has_value(); });

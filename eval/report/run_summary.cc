@@ -35,17 +35,24 @@ auto by_body(const std::vector<Record>& records) {
 }
 
 /// Describes the error of the camera's steps that is the same in every pair, which measurement noise cannot
-/// cause. Returns nullopt unless the mean along an axis exceeds three standard errors and 0.1 mm.
+/// cause. Returns nullopt unless the mean along an axis exceeds three standard errors and 0.1 mm. Errors are
+/// averaged over the seeds of a frame first, because seeds share the errors of the truth.
 std::optional<std::string> systematic_note(const RecordRefs& ego) {
-  std::vector<int> frames;
-  std::vector<Eigen::Vector3d> errors_m;
+  std::map<int, std::pair<Eigen::Vector3d, int>> sums;
   for (const Record* record : ego) {
     const auto x = find_number(record->values, "step_error_x_m");
     const auto y = find_number(record->values, "step_error_y_m");
     const auto z = find_number(record->values, "step_error_z_m");
     if (!x || !y || !z) continue;
-    frames.push_back(record->frame);
-    errors_m.emplace_back(*x, *y, *z);
+    auto& [sum, n] = sums.try_emplace(record->frame, Eigen::Vector3d::Zero(), 0).first->second;
+    sum += Eigen::Vector3d(*x, *y, *z);
+    ++n;
+  }
+  std::vector<int> frames;
+  std::vector<Eigen::Vector3d> errors_m;
+  for (const auto& [frame, sum] : sums) {
+    frames.push_back(frame);
+    errors_m.emplace_back(sum.first / sum.second);
   }
   const std::optional<StepErrors> errors = step_errors(frames, errors_m);
   if (!errors) return std::nullopt;
@@ -291,8 +298,8 @@ std::string consistency_text(const std::vector<Record>& records) {
 
 std::string StepErrors::text() const {
   return fmt::format(
-      "mean {:.4f} m (right {:.4f}, down {:.4f}, ahead {:.4f}), scatter {:.4f}, {:.4f}, {:.4f} m; drift to "
-      "the right {:.2f} mm a frame",
+      "mean {:.4f} m (right {:.4f}, down {:.4f}, ahead {:.4f}), scatter {:.4f}, {:.4f}, {:.4f} m; the "
+      "error to the right changes by {:.2f} mm from frame to frame",
       mean_m.norm(), mean_m.x(), mean_m.y(), mean_m.z(), scatter_m.x(), scatter_m.y(), scatter_m.z(),
       1000 * drift_m);
 }

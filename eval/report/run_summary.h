@@ -72,15 +72,16 @@ std::string consistency_text(const std::vector<Record>& records);
 //
 //   e_k = estimated minus true translation of pair k (T_prev_curr, axes of the previous camera, m)
 //   mean, scatter: mean and standard deviation (n - 1) of e by axis
-//   drift: slope of the least-squares line through e_x (to the right) over the frame number, m a frame
+//   drift: slope of the least-squares line through e_x (to the right) over the frame number: the change of the
+//   error of a step from one frame to the next, m
 
 struct StepErrors {
   Eigen::Vector3d mean_m{0, 0, 0}, scatter_m{0, 0, 0};
   double drift_m = 0;
   int n = 0;
 
-  /// Formats "mean 0.0566 m (right -0.0400, down 0.0400, ahead 0.0000), scatter ... m; drift to the right
-  /// 0.45 mm a frame"; the first number is the length of the mean.
+  /// Formats "mean 0.0566 m (right -0.0400, down 0.0400, ahead 0.0000), scatter ... m; the error to the
+  /// right changes by 0.45 mm from frame to frame"; the first number is the length of the mean.
   std::string text() const;
 };
 

@@ -125,7 +125,8 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
       "rgb \"#000000\" lw 1\n",
       gp_number(from / 1.15), gp_number(to * 1.15), gp_number(static_cast<double>(lines.size()) - 0.3), tics,
       gp_number(static_cast<double>(lines.size()) - 0.3), words);
-  for (const auto& [series, colour] : drawn) {
+  for (const auto& [series, tone] : drawn) {
+    const std::string& colour = tone;  // clang 14 captures no structured binding
     const std::string y = only_where({{"series", series}, {"tone", colour}}, "column(\"y\")");
     const auto bar = [&](const char* low, const char* high, double width, const char* shade) {
       panel.plots.push_back(fmt::format(

@@ -348,16 +348,17 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
     return table;
   };
   std::vector<Figure> of_bodies = noise_level_figures(levels);
-  const auto of_estimators = std::ranges::stable_partition(
-      of_bodies, [](const Figure& figure) { return !figure.name.starts_with("estimators_"); });
+  const auto of_estimators =
+      std::stable_partition(of_bodies.begin(), of_bodies.end(),
+                            [](const Figure& figure) { return !figure.name.starts_with("estimators_"); });
   size_t n_left_out = 0;
   const std::vector<ComparisonRow> comparisons = compare_estimators(sweeps, jobs, {}, &n_left_out);
   add("Estimators compared",
       {.name = "comparisons",
        .table = linked(comparison_table(comparisons), comparisons),
        .first = first_of_comparisons},
-      {of_estimators.begin(), of_estimators.end()});
-  of_bodies.erase(of_estimators.begin(), of_estimators.end());
+      {of_estimators, of_bodies.end()});
+  of_bodies.erase(of_estimators, of_bodies.end());
   progress.advance();
   add("Errors by noise level",
       {.name = "noise_levels", .table = linked(noise_level_table(levels), levels), .first = first_of_levels},

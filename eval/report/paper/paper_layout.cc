@@ -185,7 +185,8 @@ void mark_best(const Json& columns, LayoutRow& row) {
   for (size_t j = 0; j < row.cells.size(); ++j)
     if (columns[j].contains("best") && row.cells[j].size() == 1)
       groups[columns[j].at("best").get<int>()].push_back(&row.cells[j].front());
-  for (auto& [group, values] : groups) {
+  for (const auto& entry : groups) {
+    const std::vector<LayoutValue*>& values = entry.second;
     const LayoutValue& first = *values.front();
     const auto all = [&](auto has) { return values.size() > 1 && std::ranges::all_of(values, has); };
     LayoutValue *published = nullptr, *measured = nullptr;
