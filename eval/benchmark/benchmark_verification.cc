@@ -9,6 +9,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/new_file.h"
 #include "sextant/base/text.h"
 #include "sextant/datasets/dataset.h"
 #include "sextant/eval/benchmark/benchmark_run.h"
@@ -18,8 +19,6 @@
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/eval/experiment/sweep_folder.h"
-#include "sextant/eval/records/journal.h"
-#include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 
@@ -214,7 +213,7 @@ std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, con
 
 /// Returns the first key in which two JSON values differ: "curves.3.Et_m".
 std::string first_difference(const Json& a, const Json& b, const std::string& path = "") {
-  if (a.type() != b.type() || a.size() != b.size() || !a.is_structured()) return path;
+  if (a.type() != b.type() || !a.is_structured() || (a.is_array() && a.size() != b.size())) return path;
   for (const auto& item : a.items()) {
     const std::string below = path.empty() ? item.key() : path + "." + item.key();
     const Json* other = nullptr;
@@ -226,6 +225,9 @@ std::string first_difference(const Json& a, const Json& b, const std::string& pa
     }
     if (item.value() != *other) return first_difference(item.value(), *other, below);
   }
+  for (const auto& item : b.items()) {
+    if (b.is_object() && !a.contains(item.key())) return path.empty() ? item.key() : path + "." + item.key();
+  }
   return path;
 }
 
@@ -236,8 +238,10 @@ void check_card(const Suite& suite, const Card& card, const Card& computed, Json
   expected.erase("program");
   given.erase("program");
   if (expected != given)
-    fail("{}: the value of '{}' does not agree with the records", (folder / "card.json").string(),
-         first_difference(given, expected));
+    fail(
+        "{}: the value of '{}' does not agree with the records: if the card was written by an older version, "
+        "write it again with sextant benchmark card",
+        (folder / "card.json").string(), first_difference(given, expected));
   lines.emplace_back("card.json agrees with the records to the last digit");
   const fs::path text = folder / "card.md";
   const bool is_of_this_program = card.program == program_identity();
@@ -252,9 +256,10 @@ void check_card(const Suite& suite, const Card& card, const Card& computed, Json
 }
 
 /// Compares the numbers of one map. Every stored number must agree with that of the rerun, and every number
-/// in `read` that the rerun has must be stored. Returns the first difference, or an empty text.
+/// in `read` that the rerun has must be stored. Errors of exact data may differ by their rounding, of 1 um at
+/// 10 m. Returns the first difference, or an empty text.
 std::string difference(const std::string& map, const Record::Numbers& stored, const Record::Numbers& again,
-                       const std::vector<Interned>& read, double floor) {
+                       const std::vector<Interned>& read, bool is_exact) {
   const auto text = [](const std::optional<double>& number) {
     return number ? fmt::format("{}", *number) : std::string("nothing");
   };
@@ -262,9 +267,10 @@ std::string difference(const std::string& map, const Record::Numbers& stored, co
   for (const auto& [name, number] : stored) names.insert(name);
   for (const Interned& name : names) {
     constexpr double digits = 1e-8;
+    const double rounding = name.str().ends_with("_m") ? 1e-6 : name.str().ends_with("_deg") ? 1e-5 : 1e-4;
     const auto a = find_number(stored, name), b = find_number(again, name);
     if (!a && !b) continue;
-    if (!a || !b || std::abs(*a - *b) > std::max(digits * std::abs(*a), floor))
+    if (!a || !b || std::abs(*a - *b) > std::max(digits * std::abs(*a), is_exact ? rounding : 0))
       return fmt::format("{}.{}: stored is {}, the rerun gives {}", map, name.str(), text(a), text(b));
   }
   return "";
@@ -279,14 +285,13 @@ std::string difference(const Record& stored, const Record& again, const std::str
   if (stored.n_points != again.n_points)
     return fmt::format("n_points: stored is {}, the rerun gives {}", stored.n_points, again.n_points);
   const bool is_exact = stored.noise == "none";
-  constexpr double rounding = 1e-6;
-  std::string text = difference("errors", stored.errors, again.errors, {"Et_m", "ER_deg", "Ev_kmh", metric},
-                                is_exact ? rounding : 0);
-  if (text.empty()) text = difference("bound", stored.bound, again.bound, {metric}, 0);
+  std::string text =
+      difference("errors", stored.errors, again.errors, {"Et_m", "ER_deg", "Ev_kmh", metric}, is_exact);
+  if (text.empty()) text = difference("bound", stored.bound, again.bound, {metric}, is_exact);
   if (!text.empty() || is_exact) return text;
   if (stored.n_inliers != again.n_inliers)
     return fmt::format("n_inliers: stored is {}, the rerun gives {}", stored.n_inliers, again.n_inliers);
-  return difference("values", stored.values, again.values, {"nees"}, 0);
+  return difference("values", stored.values, again.values, {"nees"}, is_exact);
 }
 
 /// Compares the stored records of a case with those of a run. Only bodies that the track counts must be

@@ -12,9 +12,9 @@
 //              of the program; card.md equals what that version writes
 //   rerun      a random sample, one case of every sweep and five cases at least, is run again. It gives the
 //              same results, and every number that a card reads agrees within a relative difference of 1e-8
-//              or, for exact data, 1e-6 m, deg or km/h, except for times. Cases of this program's estimators
-//              are always run again, cases of external programs on request only, because their command comes
-//              from the submitted configuration
+//              or, for exact data, 1e-6 m, 1e-5 deg or 1e-4 km/h, except for times. Cases of estimators of
+//              this program are always run again, cases of external programs on request only, because their
+//              command comes from the submitted configuration
 
 #include <cstdint>
 #include <filesystem>

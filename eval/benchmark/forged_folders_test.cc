@@ -301,6 +301,10 @@ TEST_F(ForgedFolder, HasTheCostsOfItsRecordsAndTheTextOfItsCard) {
   card["costs"][0]["median_ms"] = 1e-3;
   write_file(folder / "card.json", json_text(card));
   EXPECT_THAT(refusal(folder), HasSubstr("the value of 'costs.0.median_ms' does not agree with the records"));
+  card = parse_json(json, "card");
+  card.erase("options");
+  write_file(folder / "card.json", json_text(card));
+  EXPECT_THAT(refusal(folder), HasSubstr("the value of 'options' does not agree with the records: if the"));
   write_file(folder / "card.json", json);
   write_file(folder / "card.md", text + "The best of all.\n");
   EXPECT_THAT(refusal(folder), HasSubstr("card.md: does not agree with card.json"));
