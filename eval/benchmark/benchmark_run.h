@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sextant/eval/benchmark/suite.h"
@@ -18,11 +19,15 @@
 
 namespace sextant {
 
+/// Estimators whose names begin with this exist in a Python process only.
+inline constexpr std::string_view python_prefix = "python:";
+
 struct BenchmarkRequest {
   std::string suite = "sextant-1";      ///< name of a suite, or NAME.json
   std::vector<std::string> estimators;  ///< "joint_flow", "external:CONFIG.json", "python:NAME"
   std::vector<std::string> tracks;      ///< tracks to run; empty: all
   bool quick = false;
+  bool only_plans = false;  ///< nothing is run: estimators of Python need not exist
   std::string data_root;
   std::filesystem::path out;
   SweepConfig sweep;  ///< cache, shard, jobs and the like; plan and out are set for each sweep

@@ -2,18 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <random>
 #include <set>
 #include <tuple>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/new_file.h"
+#include "sextant/base/text.h"
 #include "sextant/datasets/dataset.h"
+#include "sextant/eval/benchmark/benchmark_run.h"
 #include "sextant/eval/benchmark/card.h"
+#include "sextant/eval/benchmark/card_document.h"
 #include "sextant/eval/benchmark/suite.h"
+#include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
 #include "sextant/eval/experiment/sweep_folder.h"
-#include "sextant/eval/records/journal.h"
-#include "sextant/eval/records/output.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
@@ -30,7 +36,7 @@ struct CheckedSweep {
   const SuiteTrack* track = nullptr;
   std::string name;
   fs::path folder;
-  Json plan;      ///< plan of the folder
+  Json programs;  ///< program_identity() of each program that ran its cases
   Plan expected;  ///< plan of the suite, with a placeholder for the estimator of the submission
   std::vector<std::optional<CheckedSource>> sources;  ///< of the expected plan; nullopt: its data are missing
   std::vector<uint64_t> n_records;                    ///< number of records by case
@@ -43,22 +49,13 @@ Json cases_key(Json plan) {
   return plan;
 }
 
-std::vector<uint64_t> records_by_case(const fs::path& file, uint64_t n_cases) {
-  std::vector<uint64_t> numbers;
-  const std::string text = read_file(file, records_file);
-  size_t line = 0;
-  for (size_t begin = 0; begin < text.size(); ++line) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string where = fmt::format("{}:{}", file.string(), line + 1);
-    const Json entry = parse_json(std::string_view(text).substr(begin, end - begin), where);
-    if (json_member<uint64_t>(entry, "case", where) != line) fail("{}: case {} is missing", where, line);
-    numbers.push_back(json_member<uint64_t>(entry, "records", where));
-    begin = end + 1;
+/// Returns the first error that the record of an estimated motion lacks; empty if there is none.
+std::string missing_error(const Record& record) {
+  const bool has_speed = record.values.contains("v_kmh") && record.values.contains("v_gt_kmh");
+  for (const char* name : {"Et_m", "ER_deg", "Ev_kmh"}) {
+    if (!record.errors.contains(name) && (has_speed || std::string_view(name) != "Ev_kmh")) return name;
   }
-  if (numbers.size() != n_cases)
-    fail("{}: holds {} cases, the suite has {}: its sweep is not finished, or was changed", file.string(),
-         numbers.size(), n_cases);
-  return numbers;
+  return "";
 }
 
 /// Checks that every record has the data, frames, level, noise, seed and estimator of its case, and that the
@@ -92,8 +89,6 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
   end_finished_cases();
   for_each_record(file, [&](Record& record) {
     ++line;
-    if (number == sweep.n_records.size())
-      fail("{}:{}: more records than cases.jsonl states", file.string(), line);
     const PlanCase expected = sweep.expected.at(number);
     const PlanLevel& level = sweep.expected.levels[expected.level];
     const auto refuse = [&](const std::string& what) {
@@ -123,11 +118,15 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     const bool counts = sweep.track->counts(record) && record.status != Status::no_truth;
     if (counts && missing.erase(key) == 0 && source)
       refuse(fmt::format("frame {}, body {}: has no truth in the data", record.frame, record.body.str()));
+    if (counts && record.status == Status::ok) {
+      const std::string error = missing_error(record);
+      if (!error.empty())
+        refuse(fmt::format("frame {}, body {}: status ok, but the error {} is missing", record.frame,
+                           record.body.str(), error));
+    }
     ++in_case;
     end_finished_cases();
   });
-  if (number != sweep.n_records.size())
-    fail("{}: ends before the records of case {}: the file is cut off", file.string(), number);
 }
 
 /// Returns the frames and bodies of a source that the track counts, from the records of an estimator that
@@ -163,22 +162,24 @@ std::vector<std::optional<CheckedSource>> open_sources(const Plan& plan, const S
   return sources;
 }
 
-/// Compares a sweep of the folder with the suite. If its data are not available, only the keys of the records
-/// are checked.
-CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const SuiteSweep& part, const Card& card,
-                        const fs::path& folder, const std::string& data_root) {
-  CheckedSweep sweep{.track = &track, .name = part.name, .folder = folder / part.name};
-  const Json plan_file = read_plan_file(sweep.folder);
+/// Compares a sweep of the folder with the plan that the suite requires. If its data are not available, only
+/// the keys of the records are checked.
+CheckedSweep check_plan(const Suite& suite, const SuiteTrack& track, const std::string& name, Plan expected,
+                        const Card& card, const fs::path& folder) {
+  CheckedSweep sweep{.track = &track, .name = name, .folder = folder / name, .expected = std::move(expected)};
+  const Json plan_file = read_plan_file(sweep.folder), plan = plan_file["plan"];
   const std::string where = (sweep.folder / "plan.json").string();
-  sweep.plan = plan_file["plan"];
-  sweep.expected = parse_plan(plan_text(suite, track, part, "joint_flow", card.quick), where, data_root);
-  if (cases_key(sweep.plan) != cases_key(sweep.expected.json()))
-    fail("{}: its sources, noise, seeds or options are not those of {}: {}", where, suite.name, part.name);
-  const Json estimators = json_list(sweep.plan, "estimators", where);
+  sweep.programs = json_list(plan_file, "programs", where);
+  if (cases_key(plan) != cases_key(sweep.expected.json()))
+    fail("{}: its sources, noise, seeds or options are not those of {}: {}", where, suite.name, name);
+  const Json estimators = json_list(plan, "estimators", where);
   if (estimators.size() != 1 || json_member<std::string>(estimators[0], "label", where) != card.estimator)
     fail("{}: belongs to another estimator than the card, '{}'", where, card.estimator);
   sweep.sources = open_sources(sweep.expected, track);
-  sweep.n_records = records_by_case(sweep.folder / "cases.jsonl", sweep.expected.n_cases());
+  sweep.n_records = records_by_case(sweep.folder);
+  if (sweep.n_records.size() != sweep.expected.n_cases())
+    fail("{}: holds {} cases, the suite has {}: its sweep is not finished, or was changed",
+         (sweep.folder / "cases.jsonl").string(), sweep.n_records.size(), sweep.expected.n_cases());
   return sweep;
 }
 
@@ -192,8 +193,18 @@ std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, con
       continue;
     }
     for (const SuiteSweep& part : track.sweeps) {
-      if (plan_text(suite, track, part, "joint_flow", card.quick).empty()) continue;
-      sweeps.push_back(check_plan(suite, track, part, card, folder, data_root));
+      const std::string text = plan_text(suite, track, part, "joint_flow", card.quick);
+      if (text.empty()) continue;
+      std::optional<Plan> expected;
+      try {
+        expected = parse_plan(text, suite.name + ": " + part.name, data_root);
+      } catch (const Error& error) {
+        if (!track.needs_data) throw;
+        lines.push_back(
+            fmt::format("{}: not checked, because its data are missing here: {}", part.name, error.what()));
+        continue;
+      }
+      sweeps.push_back(check_plan(suite, track, part.name, std::move(*expected), card, folder));
       check_records(sweeps.back(), card);
     }
   }
@@ -202,7 +213,7 @@ std::vector<CheckedSweep> check_sweeps(const Suite& suite, const Card& card, con
 
 /// Returns the first key in which two JSON values differ: "curves.3.Et_m".
 std::string first_difference(const Json& a, const Json& b, const std::string& path = "") {
-  if (a.type() != b.type() || a.size() != b.size() || !a.is_structured()) return path;
+  if (a.type() != b.type() || !a.is_structured() || (a.is_array() && a.size() != b.size())) return path;
   for (const auto& item : a.items()) {
     const std::string below = path.empty() ? item.key() : path + "." + item.key();
     const Json* other = nullptr;
@@ -214,53 +225,97 @@ std::string first_difference(const Json& a, const Json& b, const std::string& pa
     }
     if (item.value() != *other) return first_difference(item.value(), *other, below);
   }
+  for (const auto& item : b.items()) {
+    if (b.is_object() && !a.contains(item.key())) return path.empty() ? item.key() : path + "." + item.key();
+  }
   return path;
 }
 
-void check_card(const Suite& suite, const Json& stored, const fs::path& folder) {
-  Json computed = to_json(make_card(suite, folder));
-  Json given = stored;
-  for (const char* key : {"costs", "program"}) {
-    computed.erase(key);
-    given.erase(key);
-  }
-  if (computed != given)
-    fail("{}: the value of '{}' does not agree with the records", (folder / "card.json").string(),
-         first_difference(given, computed));
+/// Checks that card.json is the card of the records, and card.md that of card.json.
+void check_card(const Suite& suite, const Card& card, const Card& computed, Json given,
+                const fs::path& folder, std::vector<std::string>& lines) {
+  Json expected = to_json(computed);
+  expected.erase("program");
+  given.erase("program");
+  if (expected != given)
+    fail(
+        "{}: the value of '{}' does not agree with the records: if the card was written by an older version, "
+        "write it again with sextant benchmark card",
+        (folder / "card.json").string(), first_difference(given, expected));
+  lines.emplace_back("card.json agrees with the records to the last digit");
+  const fs::path text = folder / "card.md";
+  const bool is_of_this_program = card.program == program_identity();
+  if (is_of_this_program && fs::exists(text) &&
+      read_file(text) != to_markdown(card_document(card, suite, reference_cards(suite))))
+    fail("{}: does not agree with card.json: write both again with sextant benchmark card", text.string());
+  if (!is_of_this_program)
+    lines.push_back(fmt::format("the card was written by Sextant {}, this is {}: card.md is not checked",
+                                program_text(Json::array({card.program})),
+                                program_text(Json::array({program_identity()}))));
+  lines.emplace_back("not checked: card.html, and the machine, program and times that the folder states");
 }
 
-/// Returns true if the records have the same frame, body and status, and every number of the stored record
-/// agrees with that of the other one within a relative difference of 1e-8. Records may be stored without
-/// numbers that no card needs.
-bool agrees(const Record& stored, const Record& again) {
-  constexpr double digits = 1e-8;
-  const auto agree = [&](const Record::Numbers& a, const Record::Numbers& b) {
-    return std::ranges::all_of(a, [&](const auto& entry) {
-      const auto other = find_number(b, entry.first);
-      return other && std::abs(*other - entry.second) <= digits * std::abs(entry.second);
-    });
+/// Compares the numbers of one map. Every stored number must agree with that of the rerun, and every number
+/// in `read` that the rerun has must be stored. Errors of exact data may differ by their rounding, of 1 um at
+/// 10 m. Returns the first difference, or an empty text.
+std::string difference(const std::string& map, const Record::Numbers& stored, const Record::Numbers& again,
+                       const std::vector<Interned>& read, bool is_exact) {
+  const auto text = [](const std::optional<double>& number) {
+    return number ? fmt::format("{}", *number) : std::string("nothing");
   };
-  return stored.frame == again.frame && stored.body == again.body && stored.status == again.status &&
-         agree(stored.errors, again.errors) && agree(stored.bound, again.bound) &&
-         agree(stored.values, again.values);
+  std::set<Interned> names(read.begin(), read.end());
+  for (const auto& [name, number] : stored) names.insert(name);
+  for (const Interned& name : names) {
+    constexpr double digits = 1e-8;
+    const double rounding = name.str().ends_with("_m") ? 1e-6 : name.str().ends_with("_deg") ? 1e-5 : 1e-4;
+    const auto a = find_number(stored, name), b = find_number(again, name);
+    if (!a && !b) continue;
+    if (!a || !b || std::abs(*a - *b) > std::max(digits * std::abs(*a), is_exact ? rounding : 0))
+      return fmt::format("{}.{}: stored is {}, the rerun gives {}", map, name.str(), text(a), text(b));
+  }
+  return "";
+}
+
+/// Compares a stored record with that of the rerun. Errors of exact data are rounding, and so is all that is
+/// normalised by them.
+std::string difference(const Record& stored, const Record& again, const std::string& metric) {
+  if (stored.status != again.status)
+    return fmt::format("status: stored is {}, the rerun gives {}", to_string(stored.status),
+                       to_string(again.status));
+  if (stored.n_points != again.n_points)
+    return fmt::format("n_points: stored is {}, the rerun gives {}", stored.n_points, again.n_points);
+  const bool is_exact = stored.noise == "none";
+  std::string text =
+      difference("errors", stored.errors, again.errors, {"Et_m", "ER_deg", "Ev_kmh", metric}, is_exact);
+  if (text.empty()) text = difference("bound", stored.bound, again.bound, {metric}, is_exact);
+  if (!text.empty() || is_exact) return text;
+  if (stored.n_inliers != again.n_inliers)
+    return fmt::format("n_inliers: stored is {}, the rerun gives {}", stored.n_inliers, again.n_inliers);
+  return difference("values", stored.values, again.values, {"nees"}, is_exact);
 }
 
 /// Compares the stored records of a case with those of a run. Only bodies that the track counts must be
-/// stored.
-bool agree(const std::vector<Record>& stored, const std::vector<Record>& again, const SuiteTrack& track) {
-  const auto has_each = [](const std::vector<Record>& all, const auto& same) {
-    return std::ranges::any_of(all, same);
+/// stored. Returns the first difference, or an empty text.
+std::string difference(const std::vector<Record>& stored, const std::vector<Record>& again,
+                       const SuiteTrack& track, const std::string& metric) {
+  using Key = std::tuple<int, Interned, Interned>;  // frame, body, estimator
+  std::map<Key, const Record*> records;
+  for (const Record& record : stored) records[{record.frame, record.body, record.estimator}] = &record;
+  const auto where = [](const Record& record) {
+    return fmt::format("frame {}, body {}, estimator '{}': ", record.frame, record.body.str(),
+                       record.estimator.str());
   };
-  return std::ranges::all_of(stored,
-                             [&](const Record& record) {
-                               return has_each(again,
-                                               [&](const Record& other) { return agrees(record, other); });
-                             }) &&
-         std::ranges::all_of(again, [&](const Record& record) {
-           return !track.counts(record) || has_each(stored, [&](const Record& other) {
-             return other.frame == record.frame && other.body == record.body;
-           });
-         });
+  for (const Record& record : again) {
+    const auto same = records.find({record.frame, record.body, record.estimator});
+    if (same == records.end()) {
+      if (track.counts(record)) return where(record) + "there is no stored record";
+      continue;
+    }
+    const std::string text = difference(*same->second, record, metric);
+    if (!text.empty()) return where(record) + text;
+    records.erase(same);
+  }
+  return records.empty() ? "" : where(*records.begin()->second) + "the rerun gives no record";
 }
 
 /// Reads the stored records of one case, without times.
@@ -276,18 +331,19 @@ std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
   return records;
 }
 
-/// Runs the case again.
-std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, const VerifyOptions& options) {
-  const Json entry = checked.plan.at("estimators").at(0);
+/// Runs the case again with the estimator of the card.
+std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, const Card& card,
+                              const VerifyOptions& options) {
   Plan plan = checked.expected;
   const PlanCase one = plan.at(number);
   plan.sources = {plan.sources[one.source]};
   plan.levels = {plan.levels[one.level]};
   plan.seeds = {one.seed};
   PlanEstimator& estimator = plan.estimators.front();
-  estimator.name = entry.at("name").get<std::string>();
-  estimator.label = entry.at("label").get<std::string>();
-  estimator.options = entry.value("options", Json::object());
+  estimator.name = card.plan_estimator;
+  estimator.label = card.estimator;
+  estimator.options = card.options;
+  estimator.options.erase("recorded");  // would let a plan stand for a CONFIG that does not exist
   estimator.estimator = make_case_estimator(estimator.name, estimator.options);
   const ScratchFolder scratch("sextant-verify-");
   SweepConfig config = options.sweep;
@@ -300,25 +356,58 @@ std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, cons
   return records;
 }
 
-/// Runs a sample of cases again and compares their records. The sample follows from the hashes of the
-/// records, so that it is the same for everyone who verifies this card, but cannot be chosen beforehand.
-void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, const VerifyOptions& options,
-                  std::vector<std::string>& lines) {
-  const std::string name = sweeps.front().plan.at("estimators").at(0).at("name").get<std::string>();
+/// Draws cases as pairs of sweep and number, without replacement: one of every sweep and five at least, or
+/// all.
+std::vector<std::pair<size_t, uint64_t>> draw_sample(const std::vector<CheckedSweep>& sweeps, uint64_t seed,
+                                                     bool all) {
+  using Case = std::pair<size_t, uint64_t>;
+  std::vector<std::pair<std::string, Case>> shuffled;
+  for (size_t part = 0; part < sweeps.size(); ++part) {
+    for (uint64_t number = 0; number < sweeps[part].n_records.size(); ++number)
+      shuffled.push_back({sha256(fmt::format("{} {} {}", seed, part, number)), {part, number}});
+  }
+  std::ranges::sort(shuffled);
+  std::set<size_t> parts;
+  // The first case of every sweep comes first.
+  std::stable_partition(shuffled.begin(), shuffled.end(),
+                        [&](const auto& drawn) { return parts.insert(drawn.second.first).second; });
+  constexpr size_t fewest = 5;
+  if (!all) shuffled.resize(std::min(shuffled.size(), std::max(fewest, parts.size())));
+  std::vector<Case> cases;
+  for (const auto& [hash, drawn] : shuffled) cases.push_back(drawn);
+  std::ranges::sort(cases);
+  return cases;
+}
+
+uint64_t random_seed() {
+  std::random_device random;
+  return random();
+}
+
+/// Runs a random sample of cases again and compares their records.
+void check_sample(const std::vector<CheckedSweep>& sweeps, const Card& card, const Suite& suite,
+                  const VerifyOptions& options, std::vector<std::string>& lines) {
+  const std::string& name = card.plan_estimator;
+  if (name.starts_with(python_prefix)) {
+    lines.push_back(fmt::format(
+        "no case was run again: {} is a function of a Python process, which this program cannot call", name));
+    return;
+  }
   if (is_of_a_kind(name) && !options.run_external) {
     lines.push_back(
         fmt::format("no case was run again: {} is a program of its own (--run-external runs it)", name));
     return;
   }
-  const std::string key = sha256(json_line(stored.at("sweeps")));
-  constexpr int n_rerun = 5;
-  for (int i = 0; i < n_rerun; ++i) {
-    const uint64_t draw = std::stoull(sha256(fmt::format("{} {}", key, i)).substr(0, 15), nullptr, 16);
-    const CheckedSweep& part = sweeps[draw % sweeps.size()];
-    const uint64_t number = draw / sweeps.size() % part.n_records.size();
-    if (!agree(stored_records(part, number), run_again(part, number, options), *part.track))
-      fail("{}: case {} gives other records when it is run again", (part.folder / "records.jsonl").string(),
-           number);
+  const uint64_t seed = options.sample_seed.value_or(random_seed());
+  if (!options.all) lines.push_back(fmt::format("sample of cases: --sample-seed {} draws it again", seed));
+  for (const auto& [index, number] : draw_sample(sweeps, seed, options.all)) {
+    const CheckedSweep& part = sweeps[index];
+    const std::string text = difference(stored_records(part, number), run_again(part, number, card, options),
+                                        *part.track, suite.metric);
+    if (!text.empty())
+      fail("{}: case {} gives other records when it is run again: {}; it was run by Sextant {}, this is {}",
+           (part.folder / "records.jsonl").string(), number, text, program_text(part.programs),
+           program_text(Json::array({program_identity()})));
     lines.push_back(fmt::format("{}: case {} was run again and gives the same records", part.name, number));
   }
 }
@@ -326,13 +415,8 @@ void check_sample(const std::vector<CheckedSweep>& sweeps, const Json& stored, c
 }  // namespace
 
 std::vector<std::string> verify_benchmark(const fs::path& folder, const VerifyOptions& options) {
-  const fs::path file = folder / "card.json";
-  const std::string text = read_file(file, json_file);
-  const Card card = parse_card(text, file.string());
-  const Suite suite = find_suite(options.suite.empty() ? card.suite : options.suite);
-  if (card.suite_sha256 != suite.sha256)
-    fail("{}: belongs to another suite '{}': its SHA-256 is {}, that of this program's suite {}",
-         file.string(), card.suite, card.suite_sha256, suite.sha256);
+  const Card card = stored_card(folder);
+  const Suite suite = suite_of(card, options.suite, folder);
   std::vector<std::string> lines;
   const std::vector<CheckedSweep> sweeps = check_sweeps(suite, card, folder, options.data_root, lines);
   uint64_t n_cases = 0;
@@ -340,10 +424,12 @@ std::vector<std::string> verify_benchmark(const fs::path& folder, const VerifyOp
   lines.push_back(fmt::format("{} sweeps, {} cases: complete, with the levels and seeds of {}", sweeps.size(),
                               n_cases, suite.name));
   if (card.quick) lines.push_back("a quick run, with one seed and few levels: not for publication");
-  const Json stored = parse_json(text, file.string());
-  check_card(suite, stored, folder);
-  lines.push_back("the card agrees with the records to the last digit");
-  if (!sweeps.empty()) check_sample(sweeps, stored, options, lines);
+  // The estimator is that of the plans, which all sweeps share.
+  const Card computed = make_card(suite, folder);
+  check_card(suite, card, computed, read_json(folder / "card.json"), folder, lines);
+  std::ranges::copy(card_notes(computed), std::back_inserter(lines));
+  if (!sweeps.empty()) check_sample(sweeps, computed, suite, options, lines);
+  for (std::string& line : lines) line = one_line(line);
   return lines;
 }
 

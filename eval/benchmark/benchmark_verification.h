@@ -6,15 +6,19 @@
 //   plans      every sweep has the sources, noise, levels, seeds and options of the suite
 //   cases      every case of a plan exists, and its records have its source, noise, level, seed and
 //              estimator: one record for each frame and body that the track counts according to the truth
-//              of the source, which is not checked for sources whose data are missing
-//   card       the card equals the one computed from the records, to the last digit, except for costs and the
-//              version of the program
-//   rerun      a sample of five cases is run again and gives the same records within a relative difference of
-//              1e-8, except for times. Cases of this program's estimators are always run again, cases of
-//              external programs on request only, because their command comes from the submitted
-//              configuration
+//              of the source, which is not checked for sources whose data are missing; a motion that was
+//              estimated has errors
+//   card       card.json equals the card computed from the records, to the last digit, except for the version
+//              of the program; card.md equals what that version writes
+//   rerun      a random sample, one case of every sweep and five cases at least, is run again. It gives the
+//              same results, and every number that a card reads agrees within a relative difference of 1e-8
+//              or, for exact data, 1e-6 m, 1e-5 deg or 1e-4 km/h, except for times. Cases of estimators of
+//              this program are always run again, cases of external programs on request only, because their
+//              command comes from the submitted configuration
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,13 +29,15 @@ namespace sextant {
 struct VerifyOptions {
   /// Name of a suite, or NAME.json; empty: the suite of the card, which must come with this program
   std::string suite;
-  bool run_external = false;  ///< also run cases of external programs again
-  SweepConfig sweep;          ///< cache and jobs for the cases that are run again
+  bool run_external = false;            ///< also run cases of external programs again
+  bool all = false;                     ///< run all cases again
+  std::optional<uint64_t> sample_seed;  ///< seed of the sample; nullopt: a random one
+  SweepConfig sweep;                    ///< cache and jobs for the cases that are run again
   std::string data_root;
 };
 
-/// Returns lines that describe the checks. Throws Error at the first violation, with the file and the
-/// difference.
+/// Returns lines that describe the checks, without the control characters of texts of the folder. Throws
+/// Error at the first violation, with the file and the difference.
 std::vector<std::string> verify_benchmark(const std::filesystem::path& folder, const VerifyOptions& options);
 
 }  // namespace sextant

@@ -67,6 +67,15 @@ TEST(Breakdown, NothingEstimatedAtTheNominalLevelIsAtNominal) {
   EXPECT_EQ(found.text(), "at nominal");
 }
 
+TEST(Breakdown, NothingEstimatedBreaksDownWithoutARequiredCoverageToo) {
+  const Levels levels = {
+      {1, level_of({1, 1})}, {2, level_of({std::nullopt, std::nullopt})}, {3, level_of({9, 9})}};
+  const BreakdownLevel found =
+      sextant::breakdown_of(levels, compared_error("Et_m"), 1, 2, /*min_coverage=*/0);
+  EXPECT_EQ(found.cause, BreakdownCause::coverage);
+  EXPECT_EQ(found.level, 2);
+}
+
 TEST(Breakdown, IntervalCoversSeedsThatDiffer) {
   NoiseLevel nominal(NoiseLevelKey{}), high(NoiseLevelKey{});
   for (uint64_t seed = 0; seed < 8; ++seed) {

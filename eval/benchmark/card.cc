@@ -12,12 +12,13 @@
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
 #include "sextant/base/names.h"
+#include "sextant/base/text.h"
+#include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/report/noise_tables.h"
 #include "sextant/eval/report/record_reading.h"
-#include "sextant/stats/paired_comparison.h"
 #include "sextant/stats/summary.h"
 
 namespace sextant {
@@ -103,7 +104,7 @@ Crossing find_crossing(const Grid& grid, std::span<const size_t> clusters, const
       const double limit = limits.error_ratio * *nominal_error;
       if (error && *error >= limit)
         found = {BreakdownCause::error, crossing(*before_level, *before_error, level, *error, limit)};
-      if (coverage < limits.min_coverage) {
+      if (coverage < limits.min_coverage || !error) {
         const double at = crossing(*before_level, *before_coverage, level, coverage, limits.min_coverage);
         if (found.cause == BreakdownCause::none || at < found.level) found = {BreakdownCause::coverage, at};
       }
@@ -232,9 +233,10 @@ class SweepReader {
       fail("{}: it is one of several shards: join them with sextant benchmark merge", where);
     if (!fs::exists(folder / "records.jsonl"))
       fail("{}: the sweep is not finished: run it again", folder.string());
-    take_estimator(plan_file["plan"], where);
+    take_estimator(plan_file, where);
     CardSweep& part = card_.sweeps.emplace_back(CardSweep{suite_.tracks[track].name, sweep.name});
     part.n_cases = planned_cases(plan_file["plan"], where);
+    records_by_case(folder);  // throws Error if records are missing
     std::string stripped;
     for_each_record(folder / "records.jsonl", [&](Record& record) {
       ++part.n_records;
@@ -261,14 +263,37 @@ class SweepReader {
   }
 
  private:
-  void take_estimator(const Json& plan, const std::string& where) {
-    const Json estimators = json_list(plan, "estimators", where);
+  /// A card is of one estimator: all sweeps have the same name, label, options and version.
+  void take_estimator(const Json& plan_file, const std::string& where) {
+    const Json estimators = json_list(plan_file["plan"], "estimators", where);
     if (estimators.size() != 1) fail("{}: expected one estimator, found {}", where, estimators.size());
-    const auto label = json_member<std::string>(estimators[0], "label", where);
-    if (!card_.estimator.empty() && label != card_.estimator)
-      fail("{}: belongs to estimator '{}', but other sweeps belong to '{}'", where, label, card_.estimator);
-    card_.estimator = label;
-    card_.plan_estimator = json_member<std::string>(estimators[0], "name", where);
+    Json estimator = estimators[0];
+    card_.estimator = json_member<std::string>(estimator, "label", where);
+    card_.plan_estimator = json_member<std::string>(estimator, "name", where);
+    card_.options = json_object(estimator, "options", where);
+    for (const char* own_front_end : {"extraction", "pipeline"}) {
+      if (estimator.contains(own_front_end))
+        fail("{}: the estimator has its own '{}': expected that of the suite", where, own_front_end);
+    }
+    const Fingerprints versions = fingerprints_in(plan_file, where);
+    if (const auto* of_label = find_in(versions, card_.estimator); of_label != nullptr) {
+      if (of_label->size() != 1)
+        fail("{}: {} versions of '{}' made its cases: run them again without --reuse-stale or --allow-mixed",
+             where, of_label->size(), card_.estimator);
+      card_.fingerprint = of_label->front().sha256();
+    } else {
+      card_.fingerprint.clear();
+    }
+    estimator["version"] = card_.fingerprint;
+    if (estimator_.is_null()) {
+      estimator_ = estimator;
+      first_plan_ = where;
+    }
+    for (const char* key : {"label", "name", "options", "version"}) {
+      if (estimator[key] != estimator_[key])
+        fail("{}: the {} of its estimator '{}' differs from that in {}: expected one estimator; run it again",
+             where, key, card_.estimator, first_plan_);
+    }
   }
 
   void add(size_t track, const std::string& file, const Record& record) {
@@ -287,6 +312,8 @@ class SweepReader {
   Curves curves_;
   std::map<std::string, CostSamples> costs_;
   std::set<std::string> machines_;
+  Json estimator_;          ///< of the first sweep: label, name, options, version
+  std::string first_plan_;  ///< plan file of the first sweep
 };
 
 }  // namespace
@@ -302,6 +329,10 @@ std::map<std::string, std::string> left_out_of(const Suite& suite, const fs::pat
   return reasons;
 }
 
+namespace {
+
+/// Returns true if the names of the plans mark the sweeps in FOLDER/<sweep>/ as a quick run. Throws Error if
+/// there are none.
 bool is_quick_run(const Suite& suite, const fs::path& folder) {
   for (const SuiteTrack& track : suite.tracks) {
     for (const SuiteSweep& sweep : track.sweeps) {
@@ -314,6 +345,8 @@ bool is_quick_run(const Suite& suite, const fs::path& folder) {
   }
   fail("{}: holds no sweep of suite {}", folder.string(), suite.name);
 }
+
+}  // namespace
 
 Card make_card(const Suite& suite, const fs::path& folder) {
   Card card{.suite = suite.name,
@@ -349,106 +382,46 @@ Card make_card(const Suite& suite, const fs::path& folder) {
   return card;
 }
 
-namespace {
-
-/// Key of a row of the comparison.
-using RowKey = std::tuple<size_t, BodyKind, double>;  // track, kind, level
-/// Stratum, with a frame pair and seed in it.
-using PairKey = std::tuple<std::string, std::string, uint64_t, int>;  // sequence, body, seed, frame
-using Errors = std::map<RowKey, std::map<PairKey, double>>;
-
-Errors read_errors(const Suite& suite, const fs::path& folder) {
-  Errors errors;
-  const Interned metric = suite.metric;
-  for (size_t track = 0; track < suite.tracks.size(); ++track) {
-    for (const SuiteSweep& sweep : suite.tracks[track].sweeps) {
-      const fs::path file = folder / sweep.name / "records.jsonl";
-      if (!fs::exists(file)) continue;
-      for_each_record(file, [&](const Record& record) {
-        const auto error = find_number(record.errors, metric);
-        if (record.status != Status::ok || !error || !suite.tracks[track].counts(record)) return;
-        errors[{track, kind_of(record), record.level}].emplace(
-            PairKey{record.sequence, record.body, record.seed, record.frame}, *error);
-      });
-    }
-  }
-  if (errors.empty()) fail("{}: holds no records of suite {}", folder.string(), suite.name);
-  return errors;
+void check_suite(const Card& card, const Suite& suite, const fs::path& folder) {
+  if (card.suite_sha256 != suite.sha256)
+    fail(
+        "{}: belongs to another suite '{}': its SHA-256 is {}, that of the suite {} is {}: give --suite "
+        "NAME.json",
+        (folder / "card.json").string(), card.suite, card.suite_sha256, suite.name, suite.sha256);
 }
 
-/// Frame pairs that both estimated, by stratum.
-std::vector<PairedSample> paired(const std::map<PairKey, double>& base,
-                                 const std::map<PairKey, double>& fresh) {
-  std::map<std::pair<std::string, std::string>, PairedSample> strata;
-  for (const auto& [key, error] : fresh) {
-    const double* reference = find_in(base, key);
-    if (reference == nullptr) continue;
-    const auto& [sequence, body, seed, frame] = key;
-    const auto [sample, is_new] = strata.try_emplace({sequence, body});
-    if (is_new) sample->second.stratum = strata.size() - 1;
-    sample->second.cases.push_back({seed, frame, *reference, error});
-  }
-  std::vector<PairedSample> samples;
-  for (auto& [key, sample] : strata) samples.push_back(std::move(sample));
-  return samples;
+Suite suite_of(const Card& card, const std::string& requested, const fs::path& folder) {
+  Suite suite = requested.empty() ? own_suite(card.suite) : find_suite(requested);
+  check_suite(card, suite, folder);
+  return suite;
 }
 
-}  // namespace
-
-std::vector<CardComparison> compare_benchmarks(const Suite& suite, const fs::path& folder,
-                                               const fs::path& reference) {
-  const bool is_quick = is_quick_run(suite, folder);
-  if (is_quick != is_quick_run(suite, reference))
-    fail("{} is of a quick run, {} of a complete one: run the quick one again without --quick",
-         (is_quick ? folder : reference).string(), (is_quick ? reference : folder).string());
-  const Errors fresh = read_errors(suite, folder), base = read_errors(suite, reference);
-  std::vector<CardComparison> rows;
-  for (const auto& [key, errors] : fresh) {
-    const auto* of_base = find_in(base, key);
-    if (of_base == nullptr) continue;
-    const std::vector<PairedSample> samples = paired(*of_base, errors);
-    if (samples.empty()) continue;
-    std::vector<const PairedSample*> refs;
-    CardComparison row{suite.tracks[std::get<0>(key)].name, std::string(to_string(std::get<1>(key))),
-                       std::get<2>(key)};
-    for (const PairedSample& sample : samples) {
-      refs.push_back(&sample);
-      row.n_pairs += static_cast<int>(sample.cases.size());
-    }
-    const RatioChange change = ratio_of_means(refs);
-    row.change_percent = 100 * change.change;
-    if (change.interval) row.interval_percent = {100 * change.interval->low, 100 * change.interval->high};
-    row.p = change.p;
-    rows.push_back(std::move(row));
+std::vector<std::string> card_notes(const Card& card) {
+  std::vector<std::string> notes;
+  for_each_leaf(card.options, /*enters_lists=*/false, [&](const std::string& key, const Json& value) {
+    if (key == "write_truth" && value == true)
+      notes.emplace_back("The program was given the truth of the data (option write_truth).");
+    if (key.ends_with("objects.ids") && value == "overlap")
+      add_distinct("The ids of its objects were matched by their true motions (option objects.ids: overlap).",
+                   notes);
+  });
+  // The bound is that of the points of our front end: one in 300 pixels of the background, one in 9 of an
+  // object. A program that uses all pixels can have errors that are 17 times smaller.
+  constexpr double largest_efficiency = 20;
+  constexpr int fewest_pairs = 10;
+  const CurvePoint* best = nullptr;
+  for (const CurvePoint& point : card.curves) {
+    if (!point.efficiency || point.efficiency->value <= largest_efficiency ||
+        point.n_estimated < fewest_pairs)
+      continue;
+    if (best == nullptr || point.efficiency->value > best->efficiency->value) best = &point;
   }
-  if (rows.empty()) fail("{} and {}: have no case in common", folder.string(), reference.string());
-  std::vector<CardComparison*> family;
-  for (CardComparison& row : rows) family.push_back(&row);
-  correct_by_holm(family);
-  return rows;
-}
-
-Table comparison_table(const std::vector<CardComparison>& rows, const Suite& suite) {
-  using Row = CardComparison;
-  Fields<Row> fields = {{Column::text("track"), &Row::track},
-                        {Column::text("body"), &Row::body},
-                        {Column::number("level", 2), &Row::level},
-                        {Column::count("n_pairs", "pairs"), &Row::n_pairs},
-                        {Column::number("change_percent", "error, change [%]", 1), &Row::change_percent}};
-  fields.add_range(range_columns("change_low_percent", "change_high_percent", 1), &Row::interval_percent);
-  fields.add(Column::p_value("p"), &Row::p);
-  Column corrected = Column::p_value("p_corrected");
-  corrected.title = "p (Holm)";
-  fields.add(corrected, &Row::p_corrected);
-  return with_distinct(
-      table_of(
-          "Paired comparison",
-          fmt::format(
-              "Change of the mean {} against the reference over the frame pairs that both estimated, with "
-              "95 % interval; negative is better.",
-              suite.symbol()),
-          fields, rows),
-      {"level"});
+  if (best != nullptr)
+    notes.push_back(fmt::format(
+        "Efficiency {:.3g} (track {}, {}, level {:g}): no estimate from the noisy data alone can be this "
+        "accurate.",
+        best->efficiency->value, best->track, best->body, best->level));
+  return notes;
 }
 
 }  // namespace sextant

@@ -31,7 +31,7 @@ namespace sextant {
 
 // ---- Breakdown level of a curve of errors over the noise level: the smallest level above the nominal one at
 // which the mean error is `error_ratio` times that of the nominal level, or at which coverage falls below
-// `min_coverage`.
+// `min_coverage` or to 0.
 //
 //   between levels   error and coverage are interpolated linearly in the level
 //   interval         95 %, percentile bootstrap of the same function (stats/bootstrap.h); a cluster is a seed
@@ -105,6 +105,8 @@ struct Card {
   bool quick = false;
   std::string estimator;             ///< label of the estimator
   std::string plan_estimator;        ///< name in a plan: "joint_flow", "external:..."
+  Json options = Json::object();     ///< all its options, as the plans record them
+  std::string fingerprint;           ///< SHA-256 of the version of an estimator that is not part of Sextant
   std::vector<std::string> results;  ///< labels in records; several if one program gives several results
   Json program;                      ///< see program_identity()
   std::vector<CardSweep> sweeps;
@@ -120,18 +122,27 @@ inline constexpr const char* left_out_name = "left_out.json";
 /// Reads left_out.json of the folder; empty if it does not exist.
 std::map<std::string, std::string> left_out_of(const Suite& suite, const std::filesystem::path& folder);
 
-/// Returns true if the names of the plans mark the sweeps in FOLDER/<sweep>/ as a quick run. Throws Error if
-/// there are none.
-bool is_quick_run(const Suite& suite, const std::filesystem::path& folder);
-
 /// Makes a card from the sweeps in FOLDER/<sweep>/ and from FOLDER/left_out.json. Throws Error if a sweep is
-/// missing, unfinished, or one of several shards.
+/// missing, unfinished, or one of several shards, if it has lost records, and if the sweeps are not of one
+/// estimator with the same options and version.
 Card make_card(const Suite& suite, const std::filesystem::path& folder);
 
 /// Makes card.json. Everything except `costs` is independent of jobs, shards and interruptions.
 Json to_json(const Card& card);
 /// Parses card.json; throws Error "WHERE: ..." on anything that is not a card.
 Card parse_card(std::string_view text, const std::string& where);
+/// Reads FOLDER/card.json.
+Card stored_card(const std::filesystem::path& folder);
+
+/// Returns the suite `requested` (find_suite()) or, if that is empty, the suite of this program that the card
+/// in `folder` names. Throws Error if the card belongs to another suite.
+Suite suite_of(const Card& card, const std::string& requested, const std::filesystem::path& folder);
+/// Throws Error if the card in `folder` belongs to another suite.
+void check_suite(const Card& card, const Suite& suite, const std::filesystem::path& folder);
+
+/// Returns sentences that a reader of the card's numbers must know: by its recorded options the estimator was
+/// given the truth, or its errors are smaller than those of any estimate from noisy data.
+std::vector<std::string> card_notes(const Card& card);
 
 Table breakdown_table(const std::vector<Breakdown>& rows);
 Table curve_table(const std::vector<CurvePoint>& rows);
@@ -143,7 +154,7 @@ Table cost_table(const std::vector<Cost>& rows);
 // (stats/paired_comparison.h); p-values are corrected by Holm over all rows.
 
 struct CardComparison {
-  std::string track, body;
+  std::string estimator, track, body;
   double level = 0;
   int n_pairs = 0;            ///< frame pairs that both estimated
   double change_percent = 0;  ///< 100 (error of the estimator / error of the reference - 1)
@@ -151,8 +162,9 @@ struct CardComparison {
   std::optional<double> p, p_corrected;
 };
 
-/// Compares two folders of sweeps, each with one result. Throws Error if only one is of a quick run, or if
-/// they have no case in common.
+/// Compares the results of a card with the only result of a reference. Throws Error if one of the cards
+/// belongs to another suite or only one is of a quick run, if the reference has several results, or if they
+/// have no case in common.
 std::vector<CardComparison> compare_benchmarks(const Suite& suite, const std::filesystem::path& folder,
                                                const std::filesystem::path& reference);
 

@@ -9,6 +9,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/html/html.h"
 
@@ -253,11 +254,29 @@ std::string left_out_text(const Card& card) {
   return text.empty() ? "" : text + ".";
 }
 
+/// Returns the recorded options that differ from the defaults of the estimator; all options of one that is
+/// not part of this program.
+Json changed_options(const Card& card) {
+  const auto known = all_estimators();
+  const auto same = std::ranges::find(known, card.plan_estimator, &EstimatorEntry::name);
+  if (same == known.end()) return card.options;
+  const Json defaults = make_case_estimator(card.plan_estimator)->options();
+  Json changed = Json::object();
+  for (const auto& item : card.options.items()) {
+    if (defaults.value(item.key(), Json()) != item.value()) changed[item.key()] = item.value();
+  }
+  return changed;
+}
+
 std::vector<std::pair<std::string, std::string>> provenance_of(const Card& card) {
-  return {
+  std::vector<std::pair<std::string, std::string>> rows = {
       {"suite", fmt::format("{}{}, SHA-256 {}", card.suite, card.quick ? " (quick)" : "", card.suite_sha256)},
-      {"estimator", card.plan_estimator},
-      {"program", json_line(card.program)}};
+      {"estimator", card.plan_estimator}};
+  const Json changed = changed_options(card);
+  if (!changed.empty()) rows.emplace_back("options", json_line(changed));
+  if (!card.fingerprint.empty()) rows.emplace_back("fingerprint", card.fingerprint);
+  rows.emplace_back("program", json_line(card.program));
+  return rows;
 }
 
 }  // namespace
@@ -278,7 +297,7 @@ ReportDocument card_document(const Card& card, const Suite& suite,
   document.abstract =
       suite.title + ". docs/benchmark.md of Sextant defines every number." +
       (card.quick ? " A quick run has one seed and few levels: use it to look, not to publish." : "");
-  ReportSection nominal{.name = "nominal", .heading = "At the nominal level"};
+  ReportSection nominal{.name = "nominal", .heading = "At the nominal level", .paragraphs = card_notes(card)};
   if (!card.left_out.empty()) nominal.paragraphs.push_back(left_out_text(card));
   nominal.tables.push_back({"nominal_level", nominal_table(nominal_rows(card, ""), suite)});
   std::vector<const Card*> behind;
@@ -412,8 +431,11 @@ ReportDocument page_document(const std::vector<PlacedCard>& placed_cards, const 
   std::vector<NominalRow> nominal;
   std::vector<Breakdown> breakdowns;
   std::vector<Cost> costs;
+  ReportSection overview{.name = "profile", .heading = "Overall"};
   ReportSection left_out{.name = "left-out", .heading = "What did not run"};
   for (const PlacedCard& placed : cards) {
+    for (const std::string& note : card_notes(placed.card))
+      overview.paragraphs.push_back(placed.card.estimator + ": " + note);
     shown.push_back(&placed.card);
     std::ranges::move(nominal_rows(placed.card, placed.folder), std::back_inserter(nominal));
     std::ranges::copy(placed.card.costs, std::back_inserter(costs));
@@ -421,7 +443,6 @@ ReportDocument page_document(const std::vector<PlacedCard>& placed_cards, const 
       left_out.paragraphs.push_back(placed.card.estimator + ": " + left_out_text(placed.card));
   }
   const std::vector<ProfileRow> profile = performance_profile(cards, suite);
-  ReportSection overview{.name = "profile", .heading = "Overall"};
   if (cards.size() > 1) overview.figures.push_back(profile_figure(profile));
   overview.tables.push_back({"performance", profile_table(profile)});
   ReportSection table{.name = "nominal", .heading = "All tracks"};
@@ -437,26 +458,23 @@ ReportDocument page_document(const std::vector<PlacedCard>& placed_cards, const 
   return document;
 }
 
-OutputFiles page_files(const std::vector<fs::path>& folders, const fs::path& out, int jobs) {
+OutputFiles page_files(const std::vector<fs::path>& folders, const std::string& requested_suite,
+                       const fs::path& out, int jobs) {
+  if (folders.empty()) fail("no cards: expected folders with a card.json");
+  const Suite suite = suite_of(stored_card(folders.front()), requested_suite, folders.front());
   std::vector<PlacedCard> cards;
   std::set<fs::path> places;
   for (const fs::path& folder : folders) {
-    const fs::path file = folder / "card.json";
-    Card card = parse_card(read_file(file, json_file), file.string());
-    if (!cards.empty() &&
-        (card.suite_sha256 != cards.front().card.suite_sha256 || card.quick != cards.front().card.quick))
-      fail("{}: the card belongs to suite {}{}, the first card to {}{}: give cards of one suite",
-           file.string(), card.suite, card.quick ? " (quick)" : "", cards.front().card.suite,
-           cards.front().card.quick ? " (quick)" : "");
+    Card card = stored_card(folder);
+    check_suite(card, suite, folder);
+    if (!cards.empty() && card.quick != cards.front().card.quick)
+      fail("{}: is the card of a {} run, the first card of a {} one: give cards of one kind",
+           (folder / "card.json").string(), card.quick ? "quick" : "complete",
+           card.quick ? "complete" : "quick");
     const fs::path place = fs::weakly_canonical(folder);
-    if (!places.insert(place).second) fail("{}: the card is given twice", file.string());
+    if (!places.insert(place).second) fail("{}: the card is given twice", (folder / "card.json").string());
     cards.push_back({std::move(card), place.lexically_relative(fs::weakly_canonical(out)).string()});
   }
-  if (cards.empty()) fail("no cards: expected folders with a card.json");
-  const Suite suite = find_suite(cards.front().card.suite);
-  if (suite.sha256 != cards.front().card.suite_sha256)
-    fail("{}: the card belongs to another version of its suite than this program has: make it again",
-         (folders.front() / "card.json").string());
   return {{"index.html", report_page(page_document(cards, suite), jobs)}};
 }
 

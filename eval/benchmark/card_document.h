@@ -50,9 +50,8 @@ std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards
 ReportDocument page_document(const std::vector<PlacedCard>& cards, const Suite& suite);
 
 /// Makes index.html from the cards in these folders; `out` is the folder of the page. Throws Error on a
-/// folder without a card or given twice, and on cards of several suites or of another version of the suite
-/// than this program has.
-OutputFiles page_files(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
-                       int jobs);
+/// folder without a card or given twice, and on cards of other suites than that of the first (suite_of()).
+OutputFiles page_files(const std::vector<std::filesystem::path>& folders, const std::string& requested_suite,
+                       const std::filesystem::path& out, int jobs);
 
 }  // namespace sextant

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "sextant/base/error.h"
+#include "sextant/base/files.h"
 #include "sextant/base/names.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/metrics/definitions.h"
@@ -169,6 +170,8 @@ Json to_json(const Card& card) {
                {"quick", card.quick},
                {"estimator", card.estimator},
                {"plan_estimator", card.plan_estimator},
+               {"options", card.options},
+               {"fingerprint", card.fingerprint},
                {"results", card.results},
                {"program", card.program},
                {"sweeps", Json::array()},
@@ -189,6 +192,8 @@ Card parse_card(std::string_view text, const std::string& where) {
             .quick = json_member<bool>(json, "quick", where),
             .estimator = json_member<std::string>(json, "estimator", where),
             .plan_estimator = json_member<std::string>(json, "plan_estimator", where),
+            .options = json_object(json, "options", where),
+            .fingerprint = json_member<std::string>(json, "fingerprint", where, ""),
             .program = json_object(json, "program", where)};
   for (const Json& result : json_list(json, "results", where)) {
     if (!result.is_string()) fail("{}: key 'results': expected texts, got {}", where, json_excerpt(result));
@@ -211,6 +216,11 @@ Card parse_card(std::string_view text, const std::string& where) {
                           number(row, "peak_memory_mb", where),
                           json_member<std::string>(row, "machine", where)});
   return card;
+}
+
+Card stored_card(const fs::path& folder) {
+  const fs::path file = folder / "card.json";
+  return parse_card(read_file(file, json_file), file.string());
 }
 
 }  // namespace sextant

@@ -156,6 +156,8 @@ Suite parse_suite(std::string_view text, const std::string& name) {
               .title = json_member<std::string>(json, "title", name),
               .metric = json_member<std::string>(json, "metric", name),
               .sha256 = sha256(text)};
+  if (suite.name.ends_with(".json"))
+    fail("{}: name '{}': expected a name that does not end like that of a file", name, suite.name);
   check_metric(suite.metric, name);
   const Json breakdown = json_object(json, "breakdown", name);
   const std::string where = name + ": breakdown";
@@ -177,9 +179,12 @@ Suite parse_suite(std::string_view text, const std::string& name) {
   return suite;
 }
 
-Suite find_suite(const std::string& name) {
-  if (name.ends_with(".json")) return parse_suite(read_file(name, json_file), name);
+Suite own_suite(const std::string& name) {
   return parse_suite(find_entry(suite_files(), name, "suite").text, name);
+}
+
+Suite find_suite(const std::string& name) {
+  return name.ends_with(".json") ? parse_suite(read_file(name, json_file), name) : own_suite(name);
 }
 
 std::string plan_text(const Suite& suite, const SuiteTrack& track, const SuiteSweep& sweep,

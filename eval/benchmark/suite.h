@@ -76,12 +76,13 @@ struct Suite {
 
 BodyKind kind_of(const Record& record);
 
-/// Parses a suite; throws Error "NAME: ..." on anything that is not a suite, an unknown metric, and a nominal
-/// or quick level that no plan of its track has.
+/// Parses a suite; throws Error "NAME: ..." on anything that is not a suite, a name that ends with ".json",
+/// an unknown metric, and a nominal or quick level that no plan of its track has.
 Suite parse_suite(std::string_view text, const std::string& name);
 
-/// Reads a suite that comes with the program, or the file NAME.json. Throws Error on an unknown name,
-/// suggesting the nearest.
+/// Returns a suite that comes with the program. Throws Error on an unknown name, suggesting the nearest.
+Suite own_suite(const std::string& name);
+/// Reads a suite that the user names: own_suite(), or the file NAME.json.
 Suite find_suite(const std::string& name);
 
 /// Suffix of the names of all plans of a quick run.

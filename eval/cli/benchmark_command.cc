@@ -1,5 +1,8 @@
 
+#include <optional>
+
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/benchmark/benchmark_run.h"
 #include "sextant/eval/benchmark/benchmark_verification.h"
 #include "sextant/eval/benchmark/card.h"
@@ -26,7 +29,7 @@ void print_size(const BenchmarkRequest& request, const std::vector<BenchmarkPlan
       fmt::print("{}: {}: {} cases, {} frame pairs\n", plan.label, part.name, size.n_cases, size.n_pairs);
     }
     for (const auto& [track, reason] : plan.left_out)
-      fmt::print("{}: track {}: {}\n", plan.label, track, reason);
+      fmt::print("{}: track {}: {}\n", one_line(plan.label), track, one_line(reason));
   }
 }
 
@@ -40,6 +43,7 @@ void benchmark(BenchmarkFlags& flags) {
   BenchmarkRequest& request = flags.request;
   request.data_root = flags.data_root;
   request.out = flags.out;
+  request.only_plans = !flags.plans.empty();
   set_common(flags.cache, flags, request.sweep);
   std::tie(request.sweep.shard, request.sweep.n_shards) = shard_of(flags.shard);
   const Suite suite = find_suite(request.suite);
@@ -64,7 +68,8 @@ struct CardFlags : CommonFlags {
   std::string suite = "sextant-1";
   std::vector<std::string> folders;
   std::string out, cache;
-  bool allow_mixed = false, run_external = false;
+  bool allow_mixed = false, run_external = false, all = false;
+  std::optional<uint64_t> sample_seed;
 };
 
 void make_cards(const CardFlags& flags) {
@@ -87,14 +92,17 @@ void merge(const CardFlags& flags) {
 
 void make_page(const CardFlags& flags) {
   const auto lock = lock_folder(flags.out);
-  write_output_folder(flags.out,
-                      page_files({flags.folders.begin(), flags.folders.end()}, flags.out, flags.jobs));
+  write_output_folder(flags.out, page_files({flags.folders.begin(), flags.folders.end()}, flags.suite,
+                                            flags.out, flags.jobs));
   fmt::print("Page: {}\n", (fs::path(flags.out) / "index.html").string());
 }
 
 void verify(const CardFlags& flags) {
-  VerifyOptions options{
-      .suite = flags.suite, .run_external = flags.run_external, .data_root = flags.data_root};
+  VerifyOptions options{.suite = flags.suite,
+                        .run_external = flags.run_external,
+                        .all = flags.all,
+                        .sample_seed = flags.sample_seed,
+                        .data_root = flags.data_root};
   options.sweep.cache = pack_cache(flags.cache);
   options.sweep.jobs = flags.jobs;
   for (const std::string& folder : flags.folders) {
@@ -104,9 +112,9 @@ void verify(const CardFlags& flags) {
 }
 
 void compare(const CardFlags& flags) {
-  const Suite suite = find_suite(flags.suite);
-  const Table table =
-      comparison_table(compare_benchmarks(suite, flags.folders.at(0), flags.folders.at(1)), suite);
+  const fs::path folder = flags.folders.at(0);
+  const Suite suite = suite_of(stored_card(folder), flags.suite, folder);
+  const Table table = comparison_table(compare_benchmarks(suite, folder, flags.folders.at(1)), suite);
   fmt::print("{}", flags.json ? rows_to_json_text(table) : to_text(table));
 }
 
@@ -123,6 +131,12 @@ FlaggedCommand<CardFlags> add_part(CLI::App& benchmark, const std::string& name,
 void add_suite_flag(CLI::App& command, std::string& suite) {
   add_value(command, "--suite", suite, "NAME", "A suite of this program, or a file NAME.json")
       ->capture_default_str();
+}
+
+/// Adds --suite for commands on cards, which name their suite.
+void add_suite_of_cards_flag(CLI::App& command, std::string& suite) {
+  suite.clear();
+  add_value(command, "--suite", suite, "NAME.json", "The suite, where it does not come with this program");
 }
 
 void add_card_command(CLI::App& benchmark) {
@@ -148,6 +162,7 @@ void add_benchmark_merge_command(CLI::App& benchmark) {
 void add_page_command(CLI::App& benchmark) {
   auto [command, flags] = add_part(benchmark, "page", "One page of several cards", "CARD", make_page);
   add_value(command, "--out", flags.out, "DIR", "Folder for index.html")->required();
+  add_suite_of_cards_flag(command, flags.suite);
   add_jobs_flag(command, flags);
   command.footer("Example:\n  sextant benchmark page out/joint_flow out/my_estimator --out site");
 }
@@ -156,12 +171,13 @@ void add_verify_command(CLI::App& benchmark) {
   auto [command, flags] = add_part(
       benchmark, "verify", "Check a submitted card against its records, and run a sample of its cases again",
       "DIR", verify);
-  flags.suite.clear();
-  add_value(command, "--suite", flags.suite, "NAME.json",
-            "The suite, where it does not come with this program");
+  add_suite_of_cards_flag(command, flags.suite);
   command.add_flag(
       "--run-external", flags.run_external,
       "Also run cases of external programs again: starts the command of the recorded configuration");
+  command.add_flag("--all", flags.all, "Run every case again, not only a sample");
+  add_value(command, "--sample-seed", flags.sample_seed, "N",
+            "Draw the sample of an earlier verification, which printed N");
   add_cache_flag(command, flags.cache);
   add_data_flag(command, flags);
   add_jobs_flag(command, flags);
@@ -172,7 +188,7 @@ void add_benchmark_compare_command(CLI::App& benchmark) {
   auto [command, flags] = add_part(
       benchmark, "compare", "Paired tests of one estimator against another, track by track", "DIR", compare);
   command.get_option("dir")->expected(2);
-  add_suite_flag(command, flags.suite);
+  add_suite_of_cards_flag(command, flags.suite);
   command.add_flag("--json", flags.json, "Print as JSON");
   command.footer("Example:\n  sextant benchmark compare out/my_estimator results/benchmark/joint_flow");
 }

@@ -37,30 +37,40 @@ class RecordsReader : public CaseResultReader {
         fail("{}: case {} stands after case {}: expected ascending numbers", where, result.number, *last_);
       last_ = result.number;
       result.n_records = json_member<uint64_t>(json, "records", where);
+      n_stated_ += result.n_records;
       result.noise = json.value("noise", Json());
       take_lines(result.n_records, result.content);
       return result;
     }
-    if (records_.peek() != std::char_traits<char>::eof()) fail_count("more");
+    if (records_.peek() != std::char_traits<char>::eof()) fail_count();
     return std::nullopt;
   }
 
  private:
   void take_lines(uint64_t n, std::string& lines) {
     for (std::string line; n > 0; --n) {
-      if (!std::getline(records_, line) || records_.eof()) fail_count("fewer");
+      if (!std::getline(records_, line) || records_.eof()) fail_count();
+      ++n_read_;
       lines += line;
       lines += '\n';
     }
   }
-  [[noreturn]] void fail_count(const char* what) const {
-    fail("{}: has {} records than {} states: one of the files was changed or damaged", records_name_, what,
-         index_name_);
+  [[noreturn]] void fail_count() {
+    std::string line;
+    while (std::getline(records_, line) && !records_.eof()) ++n_read_;
+    while (std::getline(index_, line))
+      if (!line.empty())
+        n_stated_ += json_member<uint64_t>(parse_json(line, index_name_), "records", index_name_);
+    fail(
+        "{}: holds {} complete records, but {} states {}: one of the files was cut off or changed; restore "
+        "it, or run the sweep again with --force",
+        records_name_, n_read_, index_name_, n_stated_);
   }
 
   std::string index_name_, records_name_;
   std::ifstream index_, records_;
   int line_ = 0;
+  uint64_t n_stated_ = 0, n_read_ = 0;
   std::optional<uint64_t> last_;
 };
 
@@ -177,6 +187,17 @@ std::vector<std::string> CaseResultWriter::names() const {
 std::unique_ptr<CaseResultReader> open_case_results(const fs::path& folder, KeepOfCases keep) {
   if (keep == KeepOfCases::summary) return open_summaries(folder / summary_file_name);
   return std::make_unique<RecordsReader>(folder);
+}
+
+std::vector<uint64_t> records_by_case(const fs::path& folder) {
+  std::vector<uint64_t> numbers;
+  const auto reader = open_case_results(folder, KeepOfCases::records);
+  while (const auto result = reader->next()) {
+    if (result->number != numbers.size())
+      fail("{}: case {} is missing", (folder / "cases.jsonl").string(), numbers.size());
+    numbers.push_back(result->n_records);
+  }
+  return numbers;
 }
 
 std::unique_ptr<CaseResultReader> open_summaries(const fs::path& file) {

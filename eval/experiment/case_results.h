@@ -76,6 +76,9 @@ class CaseResultReader {
   virtual ExactNoises noise() const { return {}; }
 };
 std::unique_ptr<CaseResultReader> open_case_results(const std::filesystem::path& folder, KeepOfCases keep);
+/// Returns the number of records of each case of a finished sweep. Throws Error if cases.jsonl lacks a case
+/// or states another number of records than records.jsonl holds.
+std::vector<uint64_t> records_by_case(const std::filesystem::path& folder);
 /// Opens a file of summaries.
 std::unique_ptr<CaseResultReader> open_summaries(const std::filesystem::path& file);
 /// Opens a journal, which must not change while it is read.

@@ -60,24 +60,41 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
-/// Returns true for a plan, and for the plan file of a sweep.
-bool is_plan(const fs::path& file) {
+/// Returns the object in a small JSON file; an empty object for any other file.
+Json small_object(const fs::path& file) {
   constexpr uintmax_t most_bytes = 1'000'000;
   std::error_code error;
-  if (file.extension() != ".json" || fs::file_size(file, error) > most_bytes || error) return false;
+  if (file.extension() != ".json" || fs::file_size(file, error) > most_bytes || error) return Json::object();
   try {
     const std::optional<Json> json = try_parse_json(read_file(file));
-    if (!json || !json->is_object()) return false;
-    const bool is_of_sweep = json->contains("plan") && json->contains("shard") && json->contains("data");
-    return is_of_sweep ||
-           (json->contains("sources") && (json->contains("estimators") || json->contains("procedure")));
+    return json && json->is_object() ? *json : Json::object();
   } catch (const Error&) {
-    return false;
+    return Json::object();
   }
 }
 
-/// Returns true for folders that Sextant writes: results, also in shards, comparisons, reports,
-/// correspondence caches.
+/// Returns true for a plan, and for the plan file of a sweep.
+bool is_plan(const fs::path& file) {
+  const Json json = small_object(file);
+  const bool is_of_sweep = json.contains("plan") && json.contains("shard") && json.contains("data");
+  return is_of_sweep ||
+         (json.contains("sources") && (json.contains("estimators") || json.contains("procedure")));
+}
+
+/// Returns true for a page that Sextant wrote (eval/report/html).
+bool is_page(const fs::path& file) {
+  constexpr size_t head_bytes = 512;
+  if (file.extension() != ".html") return false;
+  std::string head(head_bytes, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(head.data(), head_bytes);
+  return head.find("<meta name=\"generator\" content=\"Sextant\">") != std::string::npos;
+}
+
+bool is_file_of_ours(const fs::path& file) { return is_plan(file) || is_page(file); }
+
+/// Returns true for folders that Sextant writes: results, also in shards, comparisons, reports, estimators of
+/// a benchmark, correspondence caches.
 bool is_folder_of_ours(const fs::path& folder) {
   for (const char* name :
        {"records.jsonl", "summary.bin", "journal.jsonl", "unfinished.jsonl", "comparison.json"}) {
@@ -91,7 +108,12 @@ bool is_folder_of_ours(const fs::path& folder) {
     std::error_code error;
     return std::ranges::any_of(fs::directory_iterator(there, error), is_ours);
   };
-  return any_in(folder,
+  const bool is_of_benchmark =
+      small_object(folder / "card.json").contains("sextant_card") ||
+      (is_there(folder / "left_out.json") &&
+       any_in(folder, [](const fs::directory_entry& sweep) { return is_plan(sweep.path() / "plan.json"); }));
+  return is_of_benchmark ||
+         any_in(folder,
                 [](const fs::directory_entry& entry) { return entry.path().extension() == ".pack"; }) ||
          any_in(folder / "shards",
                 [](const fs::directory_entry& shard) { return is_there(shard.path() / "plan.json"); });
@@ -139,7 +161,7 @@ void match(const fs::path& folder, const std::vector<std::string>& parts, size_t
     if (part == "**" && is_own_folder(entry)) match(path, parts, at, found);
     const bool fits = part == "**" ? is_last : ::fnmatch(part.c_str(), path.filename().c_str(), 0) == 0;
     if (fits && !is_last) match(path, parts, at + 1, found);
-    if (fits && is_last && is_regular(path) && !is_plan(path)) found.insert(path.lexically_normal());
+    if (fits && is_last && is_regular(path) && !is_file_of_ours(path)) found.insert(path.lexically_normal());
   }
 }
 
@@ -177,7 +199,7 @@ class FilesBeside {
   bool add(const fs::path& folder, bool below) {
     for (const fs::directory_entry& entry : entries_of(folder)) {
       if (below && is_own_folder(entry) && !add(entry.path(), below)) return false;
-      if (!is_regular(entry.path()) || is_noise(entry.path()) || is_plan(entry.path()) ||
+      if (!is_regular(entry.path()) || is_noise(entry.path()) || is_file_of_ours(entry.path()) ||
           is_output_of_this_process(entry.path()))
         continue;
       std::error_code error;

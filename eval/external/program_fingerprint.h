@@ -16,10 +16,10 @@
 // program knows, environment variables, and words that depend on the case ({input}, {seed}).
 //
 // Patterns with * or ? skip names that begin with a dot, __pycache__, and files written by Sextant: folders
-// of results, reports and correspondence caches, and plans. ** does not follow links to folders. The pattern
-// "**" alone, which is the default, also skips files above most_bytes_beside, *.log, *.tmp, *.pyc, *~, and
-// the files to which stdout and stderr of this process go; if it finds more than most_files_beside, it is
-// restricted to the folder itself.
+// of results, benchmarks, reports and correspondence caches, plans and pages. ** does not follow links to
+// folders. The pattern "**" alone, which is the default, also skips files above most_bytes_beside, *.log,
+// *.tmp, *.pyc, *~, and the files to which stdout and stderr of this process go; if it finds more than
+// most_files_beside, it is restricted to the folder itself.
 
 #include <filesystem>
 

@@ -89,7 +89,19 @@ TEST_F(ProgramFingerprintTest, FilesWrittenByTheProgramAreSkipped) {
   write("cluster/slurm/plan.json", R"({"sources": ["a"], "estimators": ["b"]})");
   write("begun/plan.json", R"({"plan": {}, "shard": [0, 1], "data": {}})");
   write("gate.json", R"({"sources": ["a"], "estimators": ["b"]})");
+  write("benchmark/mine/card.json", R"({"sextant_card": 1})");
+  write("benchmark/mine/card.md", "x");
+  write("benchmark/mine/left_out.json", "{}");
+  write("shard1/mine/left_out.json", "{}");
+  write("shard1/mine/depth/plan.json", R"({"plan": {}, "shard": [0, 2], "data": {}})");
+  write("site/index.html", "<!DOCTYPE html>\n<meta name=\"generator\" content=\"Sextant\">\n");
   EXPECT_EQ(difference(before, now()), "");
+}
+
+TEST_F(ProgramFingerprintTest, CardsAndPagesOfTheProgramItselfCount) {
+  EXPECT_EQ(after([&] { write("model/card.json", R"({"model": 1})"); }), "model/card.json is new");
+  EXPECT_EQ(after([&] { write("model/left_out.json", "{}"); }), "model/left_out.json is new");
+  EXPECT_EQ(after([&] { write("model/index.html", "<!DOCTYPE html>"); }), "model/index.html is new");
 }
 
 TEST_F(ProgramFingerprintTest, DependsNamesFilesAnywhere) {

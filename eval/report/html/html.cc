@@ -344,6 +344,7 @@ std::string page_html(const ReportDocument& document, Page page, const OutputFil
 std::string page_head(const std::string& title, const std::string& style, bool has_scripts) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"generator\" content=\"Sextant\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
       "style-src 'unsafe-inline'{}\">\n"
