@@ -110,7 +110,17 @@ double TextRows::radians(size_t i, std::string_view what) const {
 
 ImageBox TextRows::box(size_t first) const {
   const auto edge = [&](size_t i) { return finite(first + i, "the box"); };
-  return {edge(0), edge(1), edge(2), edge(3)};
+  return ordered({edge(0), edge(1), edge(2), edge(3)});
+}
+
+ImageBox TextRows::ordered(const ImageBox& box) const {
+  if (box.right < box.left || box.bottom < box.top) {
+    fail_here(
+        "expected a box with left <= right and top <= bottom, got left {}, top {}, right {}, bottom {}: is "
+        "it written as x, y, width, height?",
+        box.left, box.top, box.right, box.bottom);
+  }
+  return box;
 }
 
 int TextRows::integer(size_t i, std::string_view what) const {

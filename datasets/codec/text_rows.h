@@ -118,9 +118,12 @@ class TextRows {
   double metres(size_t i,
                 std::string_view what) const;  ///< finite and at most 1e7 in magnitude, as poses are
   double radians(size_t i, std::string_view what) const;  ///< finite, between -4 pi and 4 pi
-  ImageBox box(size_t first) const;                       ///< left, top, right, bottom
-  int integer(size_t i, std::string_view what) const;     ///< also accepts "3.0" and "3e0"
-  int frame(size_t i) const;                              ///< frame number: 0 to 9,999,999
+  ImageBox box(size_t first) const;                       ///< left, top, right, bottom; as ordered()
+  /// Returns the box. Throws Error that names the row if the right edge is left of the left one, or the
+  /// bottom one above the top one.
+  ImageBox ordered(const ImageBox& box) const;
+  int integer(size_t i, std::string_view what) const;  ///< also accepts "3.0" and "3e0"
+  int frame(size_t i) const;                           ///< frame number: 0 to 9,999,999
   int track(size_t i) const;  ///< track id: 0 to 65534, so that masks can contain id + 1
 
   template <typename... Args>

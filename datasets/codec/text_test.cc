@@ -118,6 +118,21 @@ TEST(YamlCameraErrors, NameFileAndKeys) {
   expect_error([] { decode_yaml_camera("%YAML:1.0\n---\n\t{ ] broken\n", "c.yaml"); }, "c.yaml: ");
 }
 
+TEST(TextRows, BoxesWhoseEdgesAreExchangedAreRefused) {
+  const auto box_of = [](std::string_view text) {
+    TextRows rows(text, "x.txt");
+    rows.next();
+    return rows.box(0);
+  };
+  EXPECT_EQ(box_of("100 50 140 80"), (ImageBox{100, 50, 140, 80}));
+  EXPECT_EQ(box_of("0 0 0 0"), (ImageBox{0, 0, 0, 0}));  // written in place of an unknown box
+  expect_error(
+      [&] { box_of("100 50 40 80"); },
+      "x.txt:1: expected a box with left <= right and top <= bottom, got left 100, top 50, right 40, "
+      "bottom 80: is it written as x, y, width, height?");
+  expect_error([&] { box_of("100 50 140 30"); }, "x.txt:1: expected a box with left <= right");
+}
+
 TEST(TextRows, NumbersOutsideThePlausibleRangeAreRefused) {
   const auto first_of = [](std::string_view text) {
     TextRows rows(text, "x.txt");

@@ -46,6 +46,7 @@ Vkitti1Object read_object(TextTable& row) {
   object.occluded = row.integer();
   auto& [left, top, right, bottom] = object.box;
   for (double* value : {&object.alpha, &left, &top, &right, &bottom}) *value = row.finite();
+  row.rows().ordered(object.box);
   object.size_m = row.vector_m();
   object.position_m = row.vector_m();
   if (!(object.size_m.minCoeff() > 0))
@@ -252,6 +253,7 @@ std::vector<Vkitti2Box> decode_vkitti2_boxes(std::string_view text, const std::s
     auto row = seen.begin<Vkitti2Box>(table);
     for (double* value : {&row.box.left, &row.box.right, &row.box.top, &row.box.bottom})
       *value = table.finite();
+    table.rows().ordered(row.box);
     row.number_pixels = table.not_negative();
     row.truncation_ratio = table.finite();
     row.occupancy_ratio = table.finite();

@@ -50,6 +50,21 @@ TEST(Vkitti1Text, BadExtrinsics) {
   error(header + good + good, "x.txt:3: frame 0 has a pose already");
 }
 
+TEST(VkittiTextErrors, BoxesWhoseEdgesAreExchangedAreRefused) {
+  const std::string row = " 1.6 1.4 3.8 3 1.4 13 -1.6 0 0 0 0.4 Car 1 Hatchback Black\n";
+  expect_error(
+      [&] { decode_vkitti1_objects(header_row + ("0 1 Car 0 2 -1.8 722 186 144 281" + row), "motgt.txt"); },
+      "motgt.txt:2: expected a box with left <= right and top <= bottom, got left 722");
+  expect_error(
+      [] {
+        decode_vkitti2_boxes(
+            "frame cameraID trackID left right top bottom number_pixels truncation_ratio occupancy_ratio "
+            "isMoving\n25 0 7 565 595 202 181 412 0.25 0.66 True\n",
+            "bbox.txt");
+      },
+      "bbox.txt:2: expected a box with left <= right and top <= bottom, got left 565");
+}
+
 TEST(Vkitti1Text, ObjectsAsTheDataSetHasThem) {
   const auto objects = decode_vkitti1_objects(
       header_row +

@@ -102,21 +102,33 @@ Json check_json(const std::string& source, const std::vector<SourceCheck>& check
 }
 
 std::vector<std::string> failures(const std::string& source, const std::vector<SourceCheck>& checks) {
-  std::vector<std::pair<std::string, std::string>> names_of_cause;
-  for (const SourceCheck& check : checks) {
-    if (check.outcome != CheckOutcome::fail) continue;
+  struct Group {
+    CheckOutcome outcome;
+    std::string cause, names;
+  };
+  std::vector<Group> groups;
+  const auto add = [&](const SourceCheck& check) {
     const std::string& cause = check.cause.empty() ? check.message : check.cause;
-    const auto known = std::ranges::find(names_of_cause, cause, [](const auto& at) { return at.first; });
-    if (known == names_of_cause.end()) {
-      names_of_cause.emplace_back(cause, check.name);
-    } else {
-      known->second += ", " + check.name;
+    const auto known = std::ranges::find(groups, cause, &Group::cause);
+    if (known == groups.end()) {
+      groups.push_back({check.outcome, cause, check.name});
+    } else if (known->outcome == check.outcome) {
+      known->names += ", " + check.name;
     }
+  };
+  for (const SourceCheck& check : checks) {
+    if (check.outcome == CheckOutcome::fail) add(check);
+  }
+  constexpr int fewest = 5;  // a cause can agree with fewer samples by chance
+  for (const SourceCheck& check : checks) {
+    const bool has_cause = !check.cause.empty() && check.cause != no_known_cause;
+    if (check.outcome == CheckOutcome::suspect && has_cause && check.n.value_or(fewest) >= fewest) add(check);
   }
   std::vector<std::string> lines;
-  for (const auto& [cause, names] : names_of_cause)
-    lines.push_back(fmt::format("{}: {} (failed: {}); `sextant data check {}` shows the numbers", source,
-                                cause, names, shell_word(source)));
+  for (const Group& group : groups)
+    lines.push_back(fmt::format("{}: {} ({}: {}); `sextant data check {}` shows the numbers", source,
+                                group.cause, group.outcome == CheckOutcome::fail ? "failed" : "suspect",
+                                group.names, shell_word(source)));
   return lines;
 }
 

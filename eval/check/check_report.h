@@ -18,7 +18,8 @@ std::string check_page(const std::string& source, const SequenceInfo& info,
 /// Returns {"source","failed","suspect","checks":[{"check","outcome",..,"cause","message"}]}.
 Json check_json(const std::string& source, const std::vector<SourceCheck>& checks);
 /// Returns one line for each different cause of the failed checks, with the names of these checks, "SOURCE:
-/// CAUSE (failed: static flow, heading); `sextant data check SOURCE` shows the numbers".
+/// CAUSE (failed: static flow, heading); `sextant data check SOURCE` shows the numbers", then the same for
+/// other causes of checks that are SUSPECT over five samples or more.
 std::vector<std::string> failures(const std::string& source, const std::vector<SourceCheck>& checks);
 /// Returns failures() of the quick checks of a source; empty if it cannot be checked.
 std::vector<std::string> failures_of(const SourceSpec& source, int jobs);

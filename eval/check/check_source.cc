@@ -32,16 +32,26 @@ struct ChannelFrame {
   std::string error;
 };
 
-/// A channel: its name, the unit of its values, and the flag that requests it.
+/// A channel: its name, the unit of its values, and the flag that requests it. The convention checks do not
+/// use an `extra` channel, which only some sources have.
 struct ChannelKind {
   const char* name;
   const char* unit;
   bool Channels::*flag;
+  bool extra = false;
 };
-constexpr std::array<ChannelKind, 4> channel_kinds = {{{"gray", "level", &Channels::gray},
-                                                       {"depth", "m", &Channels::depth},
-                                                       {"flow", "px", &Channels::flow},
-                                                       {"mask", "id", &Channels::mask}}};
+constexpr std::array<ChannelKind, 6> channel_kinds = {
+    {{"gray", "level", &Channels::gray},
+     {"right image", "level", &Channels::rgb_right, true},
+     {"depth", "m", &Channels::depth},
+     {"flow", "px", &Channels::flow},
+     {"backward flow", "px", &Channels::backward_flow, true},
+     {"mask", "id", &Channels::mask}}};
+
+/// Returns true if the source has the channel and it is decoded; quick checks leave out extra channels.
+bool is_decoded(const Sequence& sequence, const ChannelKind& kind, bool quick) {
+  return sequence.info().channels.*kind.flag && !(quick && kind.extra);
+}
 
 template <typename T, typename Value>
 ChannelFrame measure(const Image<T>& image, const Value& value) {
@@ -61,18 +71,22 @@ using FrameContent = std::array<ChannelFrame, channel_kinds.size()>;
 /// Summarises one channel of a frame.
 ChannelFrame look_at(const Frame& data, const ChannelKind& kind) {
   const auto as_it_is = [](auto value) { return static_cast<double>(value); };
+  const auto mean_of_colours = [](const Rgb& c) { return (c.r + c.g + c.b) / 3.0; };
+  const auto length = [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); };
   if (kind.flag == &Channels::gray) return measure(data.gray, as_it_is);
+  if (kind.flag == &Channels::rgb_right) return measure(data.rgb_right, mean_of_colours);
   if (kind.flag == &Channels::depth) return measure(data.depth_m, as_it_is);
   if (kind.flag == &Channels::mask)
     return measure(data.mask, [](uint16_t id) { return id == 0 ? NAN : static_cast<double>(id); });
-  return measure(data.flow, [](const Flow& f) { return std::hypot(double{f.u}, double{f.v}); });
+  return measure(kind.flag == &Channels::flow ? data.flow : data.backward_flow, length);
 }
 
 /// Reads the channels of a frame; the data for the convention checks are stored in `grid`. A channel that
 /// cannot be read does not prevent reading the others.
-FrameContent read_frame(const Sequence& sequence, int frame, int step, bool sampled, GridFrame& grid) {
+FrameContent read_frame(const Sequence& sequence, int frame, int step, bool sampled, bool quick,
+                        GridFrame& grid) {
   Channels all;
-  for (const ChannelKind& kind : channel_kinds) all.*kind.flag = sequence.info().channels.*kind.flag;
+  for (const ChannelKind& kind : channel_kinds) all.*kind.flag = is_decoded(sequence, kind, quick);
   FrameContent content;
   Frame data;
   try {
@@ -165,6 +179,16 @@ void judge_rounding(const ConventionData& data, SourceCheck& line) {
   line.message = "were they stored in 8 bits, or rounded? Write disparity * 256 in 16 bits";
 }
 
+/// Images that repeat although the flow shows motion are of a frozen camera, or stand for missing frames.
+void judge_repeated_images(const ConventionData& data, SourceCheck& line) {
+  const std::vector<int> repeated = frames_with_repeated_image(data);
+  if (repeated.empty()) return;
+  line.outcome = CheckOutcome::fail;
+  line.cause = "images are repeated: a frozen camera, or missing frames written as the last image";
+  line.message = fmt::format("the images of frames {} equal the ones before, although the flow shows motion",
+                             frame_list(repeated));
+}
+
 /// An id without a true object that spans the whole image in most frames is void or background.
 void judge_void_id(const ConventionData& data, SourceCheck& line) {
   constexpr double spans = 0.95;
@@ -202,10 +226,11 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
   size_t pixels = 0, valid = 0;
   double min = std::numeric_limits<double>::infinity(), max = -min;
   std::vector<float> sample;
-  std::vector<int> empty_frames;
+  std::vector<int> empty_frames, uniform_frames;
   for (const auto& [number, content] : frames) {
     const ChannelFrame& frame = *content;
-    const bool expected = kind.flag != &Channels::flow || number < info.last_frame;
+    const bool expected = (kind.flag != &Channels::flow || number < info.last_frame) &&
+                          (kind.flag != &Channels::backward_flow || number > info.first_frame);
     *line.n_expected += expected ? 1 : 0;
     if (!frame.error.empty()) set_fail(line, frame.error);
     if (!frame.present) {
@@ -219,6 +244,7 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
                                  info.width, info.height));
     }
     if (expected && frame.n_valid == 0) empty_frames.push_back(number);
+    if (kind.flag == &Channels::gray && frame.min == frame.max) uniform_frames.push_back(number);
     pixels += frame.n_pixels;
     valid += frame.n_valid;
     min = std::min(min, frame.min);
@@ -230,6 +256,10 @@ SourceCheck judge_channel(const Sequence& sequence, const ChannelKind& kind,
     line.min = min;
     line.max = max;
     line.median = median(std::vector<double>(sample.begin(), sample.end()));
+  }
+  if (!uniform_frames.empty()) {
+    set_fail(line, fmt::format("all pixels have the same value in frames {}: are their images missing?",
+                               frame_list(uniform_frames)));
   }
   if (line.outcome != CheckOutcome::pass || pixels == 0) return line;
   if (valid == 0) {
@@ -392,7 +422,8 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
     check_interrupt();
     const int i = looked_at[static_cast<size_t>(k)];
     const auto at = static_cast<size_t>(i);
-    frames[at] = read_frame(sequence, info.first_frame + i, data.step, sampled[at], data.frames[at]);
+    frames[at] =
+        read_frame(sequence, info.first_frame + i, data.step, sampled[at], options.quick, data.frames[at]);
     progress.advance();
   });
   std::set<int> mask_ids;
@@ -400,7 +431,8 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
     for (const auto& [id, outline] : frame.outlines) mask_ids.insert(id);
   }
   for (size_t c = 0; c < channel_kinds.size(); ++c) {
-    if (!(info.channels.*channel_kinds[c].flag)) {
+    if (!is_decoded(sequence, channel_kinds[c], options.quick)) {
+      if (channel_kinds[c].extra) continue;
       lines.push_back(note(channel_kinds[c].name, "the source has no such channel"));
       continue;
     }
@@ -408,6 +440,7 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
     for (const int i : looked_at) of_channel[info.first_frame + i] = &frames[static_cast<size_t>(i)][c];
     SourceCheck& line = lines.emplace_back(judge_channel(sequence, channel_kinds[c], of_channel));
     if (line.outcome != CheckOutcome::pass) continue;
+    if (channel_kinds[c].flag == &Channels::gray) judge_repeated_images(data, line);
     if (channel_kinds[c].flag == &Channels::depth) judge_rounding(data, line);
     if (channel_kinds[c].flag == &Channels::mask) judge_void_id(data, line);
   }

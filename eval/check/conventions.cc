@@ -7,8 +7,6 @@
 #include <numbers>
 #include <tuple>
 
-#include "sextant/base/interrupt.h"
-#include "sextant/base/machine.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/stats/summary.h"
 
@@ -34,7 +32,8 @@ bool moves(const Trajectory& camera, int prev, int curr) {
   return motion && motion->translation().norm() > moves_m;
 }
 
-/// Returns true if the background's flow from `frame` shows that the camera moved.
+}  // namespace
+
 bool flow_shows_motion(const GridFrame& frame) {
   std::vector<double> lengths;
   for (size_t i = 0; i < frame.flow.size(); ++i) {
@@ -45,8 +44,6 @@ bool flow_shows_motion(const GridFrame& frame) {
   return !lengths.empty() && median(lengths) > moving_flow_px;
 }
 
-}  // namespace
-
 std::string cause_in_equal_poses(const ConventionData& data) {
   const std::map<int, SE3>& poses = data.truth.camera.poses();
   if (poses.size() < 2) return "";
@@ -56,6 +53,39 @@ std::string cause_in_equal_poses(const ConventionData& data) {
   if (2 * std::ranges::count_if(data.frames, flow_shows_motion) <= with_flow) return "";
   return fmt::format("all camera poses are {}, although the camera moves: missing truth?",
                      same(first, SE3()) ? "the identity" : "equal");
+}
+
+void find_wrong_parts(const CheckedParts& checked, Finding& finding) {
+  constexpr double contrast = 5;
+  const std::vector<CheckedPart>& parts = checked.parts;
+  std::vector<double> all, wrong;
+  std::vector<int> numbers;
+  for (const CheckedPart& part : parts) all.push_back(part.value);
+  for (size_t i = 0; i < parts.size() && parts.size() > 1; ++i) {
+    std::vector<double> others = all;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    if (parts[i].value <= std::max(parts[i].fail_limit, contrast * median(others))) continue;
+    wrong.push_back(parts[i].value);
+    numbers.push_back(parts[i].number);
+  }
+  if (wrong.empty()) return;
+  finding.cause = checked.cause;
+  finding.value = median(wrong);
+  finding.message =
+      fmt::format("in {} of {} {} {}; the median over all {} is {:.3f} {}: {}", wrong.size(), parts.size(),
+                  checked.kind, frame_list(numbers), checked.kind.substr(0, checked.kind.find(',')),
+                  median(all), finding.unit, checked.advice);
+}
+
+void find_wrong_objects(const std::map<int, std::vector<double>>& values, Finding& finding) {
+  constexpr size_t least_values = 3;
+  if (finding.fails()) return;
+  CheckedParts objects{{}, "objects, of ids", "only some objects are wrong", "check their poses and ids"};
+  for (const auto& [id, of_object] : values) {
+    if (of_object.size() >= least_values)
+      objects.parts.push_back({id, median(of_object), finding.fail_limit});
+  }
+  find_wrong_parts(objects, finding);
 }
 
 std::string frame_list(const std::vector<int>& frames) {
@@ -118,24 +148,36 @@ Finding check_repeated_poses(const ConventionData& data) {
     const bool neighbours = moves(camera, frame - 2, frame - 1) && moves(camera, frame, frame + 1);
     if (same(*before, *now) && (neighbours || flow_shows_motion(data.at(frame - 1)))) ++repeated;
   }
-  int objects = 0;
+  int objects = 0, repeated_objects = 0;
   for (const auto& [frame, list] : data.truth.objects) {
     if (!data.has(frame)) continue;
-    for (const ObjectTruth& object : list) objects += same(object.T_camera_object, SE3()) ? 1 : 0;
+    for (const ObjectTruth& object : list) {
+      objects += same(object.T_camera_object, SE3()) ? 1 : 0;
+      const ObjectTruth* const before = data.truth.find(frame - 1, object.id);
+      const bool repeats = before != nullptr && same(before->T_camera_object, object.T_camera_object) &&
+                           !same(object.T_camera_object, SE3());
+      repeated_objects += repeats && moves(camera, frame - 1, frame) ? 1 : 0;
+    }
   }
   if (finding.n == 0 && objects == 0) {
     return finding.not_checkable("no true poses in successive frames");
   }
-  finding.value = repeated + identities + objects;
+  finding.value = repeated + identities + objects + repeated_objects;
   if (repeated > 0)
     finding.message =
         fmt::format("the pose of {} frames repeats the one before although the camera moves; ", repeated);
   if (identities > 0)
     finding.message += fmt::format("{} camera poses are exactly the identity; ", identities);
   if (objects > 0) finding.message += fmt::format("{} object poses are exactly the identity; ", objects);
-  if (*finding.value > 0)
+  if (repeated_objects > 0)
+    finding.message +=
+        fmt::format("{} object poses equal the ones before in camera coordinates although the camera moves; ",
+                    repeated_objects);
+  if (repeated + identities + objects > 0)
     finding.message += "was missing truth written as the identity, or as the last pose?";
   if (repeated > 0) finding.cause = cause_in_equal_poses(data);
+  if (repeated_objects > 0 && *finding.value == repeated_objects)
+    finding.cause = "object poses repeat the ones before: the last pose in place of missing truth?";
   return finding;
 }
 
@@ -350,105 +392,12 @@ double Finding::ratio() const {
 }
 
 std::vector<Finding> check_conventions(const ConventionData& data) {
-  return {check_static_flow(data), check_depth_scale(data),    check_depth_order(data),
-          check_image_flow(data),  check_object_flow(data),    check_object_depth(data),
-          check_mask_ids(data),    check_mask_boxes(data),     check_box_sideways(data),
-          check_box_upright(data), check_heading(data),        check_camera_model(data),
-          check_camera_path(data), check_repeated_poses(data), check_jumps(data),
-          check_speed(data),       check_times(data)};
-}
-
-namespace {
-
-constexpr double max_penalty = 6;
-constexpr double lost = 3;      // penalty of a check that is no longer possible
-constexpr double alike = 0.25;  // difference of penalties that does not distinguish two hypotheses
-constexpr size_t max_causes = 3;
-constexpr double negligible = 0.002;  // share of the limit below which a residual needs no explanation
-constexpr double taken_away = 0.1;  // remaining share of the residual of a sharp check whose cause was found
-
-/// A hypothesis and the results of the checks under it.
-struct Trial {
-  std::string cause;
-  std::vector<Finding> findings;
-  double penalty = 0;
-  bool fits_number = false;
-};
-
-/// Returns the penalty of a check under a hypothesis: it grows with the ratio of value and limit at a
-/// decreasing rate, by a step of 1 at the limit.
-double penalty(const Finding& before, const Finding& after) {
-  if (!after.checkable()) return before.checkable() ? lost : 0;
-  return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
-}
-
-Trial try_out(const Hypothesis<ConventionData>& hypothesis, const ConventionData& data,
-              const std::vector<Finding>& before) {
-  check_interrupt();
-  ConventionData changed = data;
-  double fitted = 0;
-  if (!hypothesis.undo(changed, fitted)) return {};
-  Trial trial{fmt::format(fmt::runtime(hypothesis.cause), fitted), check_conventions(changed),
-              hypothesis.price, hypothesis.fits_number};
-  bool breaks_another = false;
-  for (size_t i = 0; i < before.size(); ++i) {
-    const Finding& after = trial.findings[i];
-    trial.penalty += penalty(before[i], after);
-    breaks_another |= after.fails() && !before[i].fails() && before[i].checkable();
-  }
-  if (breaks_another) trial.findings.clear();
-  return trial;
-}
-
-std::string causes_text(std::vector<const Trial*> fits) {
-  std::ranges::stable_sort(fits, {}, &Trial::penalty);
-  std::string causes;
-  for (size_t i = 0; i < std::min(fits.size(), max_causes); ++i) {
-    if (fits[i]->penalty > fits[0]->penalty + alike) break;
-    causes += (i > 0 ? "; or: " : "") + fits[i]->cause;
-  }
-  return causes;
-}
-
-Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::vector<Trial>& trials) {
-  const Finding& finding = findings[check];
-  Diagnosis out{finding, finding.outcome(), ""};
-  if (!finding.checkable()) return out;
-  if (!finding.cause.empty()) {
-    out.cause = finding.cause;
-    return out;
-  }
-  const bool passes = finding.passes();
-  if (passes && (!finding.sharp || finding.ratio() < negligible)) return out;
-  std::vector<const Trial*> fits, perfect;
-  for (const Trial& trial : trials) {
-    if (trial.findings.empty() || !trial.findings[check].passes()) continue;
-    fits.push_back(&trial);
-    // A number is fitted to the static flow; its effect on another check can be chance.
-    if (trial.fits_number && finding.check != "static flow") continue;
-    if (*trial.findings[check].value < taken_away * *finding.value) perfect.push_back(&trial);
-  }
-  if (!passes) out.cause = fits.empty() ? "no known cause fits" : causes_text(fits);
-  if (!perfect.empty() && finding.sharp) {
-    out.outcome = CheckOutcome::fail;
-    out.cause = causes_text(perfect);
-  }
-  return out;
-}
-
-}  // namespace
-
-std::vector<Diagnosis> diagnose(const ConventionData& data, int jobs) {
-  const std::vector<Finding> findings = check_conventions(data);
-  const std::vector<Hypothesis<ConventionData>> table = hypotheses(data);
-  std::vector<Trial> trials(table.size());
-  parallel_for(static_cast<int>(table.size()), jobs, [&](int i) {
-    const auto at = static_cast<size_t>(i);
-    trials[at] = try_out(table[at], data, findings);
-  });
-  std::vector<Diagnosis> out;
-  for (size_t i = 0; i < findings.size(); ++i) out.push_back(judge(i, findings, trials));
-  return out;
+  return {check_static_flow(data),  check_depth_scale(data), check_depth_order(data),
+          check_image_flow(data),   check_object_flow(data), check_object_depth(data),
+          check_mask_ids(data),     check_mask_boxes(data),  check_box_sideways(data),
+          check_box_upright(data),  check_heading(data),     check_moving_flags(data),
+          check_camera_model(data), check_camera_path(data), check_repeated_poses(data),
+          check_jumps(data),        check_speed(data),       check_times(data)};
 }
 
 }  // namespace sextant

@@ -93,7 +93,7 @@ struct Finding {
   int n = 0;            ///< number of samples behind the value
   std::string counted;  ///< unit of n: "points", "objects", "steps", ...
   std::string message;  ///< may be empty
-  /// The value is about 0 for exact data, so a hypothesis that makes it about 0 is right.
+  /// The value is about 0 for exact data and above rounding, so a hypothesis that makes it about 0 is right.
   bool sharp = false;
   std::string cause;  ///< cause that the check itself determines; then no other cause is searched for
 
@@ -110,10 +110,29 @@ struct Finding {
   double ratio() const;
 };
 
+/// The value of a check in one frame or for one object, and the value above which it fails.
+struct CheckedPart {
+  int number = 0;  ///< frame or id
+  double value = 0;
+  double fail_limit = 0;
+};
+struct CheckedParts {
+  std::vector<CheckedPart> parts;
+  std::string_view kind;    ///< "pairs, of frames": what the parts are, and their numbers
+  std::string_view cause;   ///< "only some frames are wrong"
+  std::string_view advice;  ///< "check their flow, depth and poses"
+};
+/// Replaces the result by that of single parts which contradict the others, because a median over all hides
+/// them: parts above their limit of failure and five times the median of the others.
+void find_wrong_parts(const CheckedParts& checked, Finding& finding);
+/// Applies find_wrong_parts() to the medians of the objects with three values or more, unless the check fails
+/// already. `values` is by id.
+void find_wrong_objects(const std::map<int, std::vector<double>>& values, Finding& finding);
+
 // ---- depth, flow and poses (flow_conventions.cc)
 
 /// Compares the positions of background points after the true camera motion with the flow. Median residual,
-/// px; that of single pairs, which are named, if their residuals are five times the typical one.
+/// px; that of single pairs, which are named, if they contradict the others.
 Finding check_static_flow(const ConventionData& data);
 /// Share of the background points whose flow differs by more than 0.25 px from that of their depth after the
 /// true camera motion, %. It is about 0 for exact depth and flow, and depth of another rendering exceeds it
@@ -138,11 +157,13 @@ std::optional<double> range_share(const ConventionData& data);
 /// Determines the factor s on depth for which the true camera motion explains the flow. |s - 1|, %.
 Finding check_depth_scale(const ConventionData& data);
 /// Compares the positions of points on an object's mask, after the object's true motion, with the flow.
-/// Median over objects, m at the object.
+/// Median over objects, m at the object; that of single objects if they contradict the others.
 Finding check_object_flow(const ConventionData& data);
 /// Divides depth (median of valid pixels) at the bottom of the image by that in the middle. Median over
 /// frames.
 Finding check_depth_order(const ConventionData& data);
+// ---- images (image_conventions.cc)
+
 /// Compares each image with the next one at the end of the flow: mean absolute difference of
 /// the grey values, as a ratio to the difference at the same pixel. Median over pairs.
 Finding check_image_flow(const ConventionData& data);
@@ -150,7 +171,7 @@ Finding check_image_flow(const ConventionData& data);
 // ---- objects (object_conventions.cc)
 
 /// Counts true boxes whose best fitting mask has another id than the track. Share of the boxes that a mask
-/// fits, %; 100 % if no mask fits any box.
+/// fits, %; 100 % if no mask fits any box. 100 % if two tracks exchange their masks in successive frames.
 Finding check_mask_ids(const ConventionData& data);
 /// Compares the outline of each mask with the true 2-D box of its id: largest distance between their edges, %
 /// of the box. 40 % quantile over boxes.
@@ -158,16 +179,21 @@ Finding check_mask_boxes(const ConventionData& data);
 /// Horizontal and vertical offset of the projected 3-D box from the 2-D box. |median|, m at the object.
 Finding check_box_sideways(const ConventionData& data);
 Finding check_box_upright(const ConventionData& data);
-/// Compares depth on an object's mask with the surface of its true 3-D box. |median ratio - 1|, %.
+/// Compares depth on an object's mask with the surface of its true 3-D box. |median ratio - 1|, %; that of
+/// single near objects if they contradict the others.
 Finding check_object_depth(const ConventionData& data);
 /// Computes the angle between an object's z axis and its displacement in the world. Median, deg.
 Finding check_heading(const ConventionData& data);
+/// Counts flags ObjectTruth::moving that contradict the object's step in the world to the next frame: moving
+/// below 1 cm, resting above 10 cm. Share of the flags, %.
+Finding check_moving_flags(const ConventionData& data);
 
 // ---- plausibility of the camera, poses and time stamps on their own (conventions.cc)
 
 Finding check_camera_model(const ConventionData& data);  ///< worst deviation in units of its limit
 Finding check_camera_path(const ConventionData& data);   ///< angle between displacement and z axis, deg
-/// Counts camera poses that equal the pose before although the camera moves, and poses that are the identity.
+/// Counts poses of camera and objects that equal the pose before although the camera moves, and poses that
+/// are the identity.
 Finding check_repeated_poses(const ConventionData& data);
 /// Compares each position in the world with that predicted at the velocity of the step before. Distance of
 /// the first of the largest jumps of the camera, or of an object if the camera does not jump, m.
@@ -178,6 +204,12 @@ Finding check_times(const ConventionData& data);  ///< largest deviation of a st
 /// Returns the cause of contradictions with the true camera poses if all of them are equal, although the flow
 /// of most frames shows that the camera moved; otherwise an empty text.
 std::string cause_in_equal_poses(const ConventionData& data);
+
+/// Returns the frames whose image equals the one before although the flow shows motion.
+std::vector<int> frames_with_repeated_image(const ConventionData& data);
+
+/// Returns true if the background's flow from `frame` shows that the camera moved.
+bool flow_shows_motion(const GridFrame& frame);
 
 /// Formats "1, 3, 5": the first 10 frames, followed by ".." if there are more.
 std::string frame_list(const std::vector<int>& frames);
@@ -190,9 +222,11 @@ std::vector<Finding> check_conventions(const ConventionData& data);
 // passes, no further check fails, and all checks together have the lowest penalty; to several hypotheses if
 // they are equally good; otherwise to "no known cause fits".
 //
-// A sharp check that passes with more than 0.2 % of its limit is analysed as well: if undoing a mistake
-// removes more than 90 % of its residual, the data are exact and contain that mistake, and the check is
-// reported as FAIL.
+// A sharp check of five or more samples that passes with more than 0.2 % of its limit is analysed as well: if
+// undoing a mistake removes more than 90 % of its residual, and leaves at least half of the samples, the data
+// are exact and contain that mistake, and the check is reported as FAIL.
+
+inline constexpr const char* no_known_cause = "no known cause fits";
 
 struct Diagnosis {
   Finding finding;

@@ -171,35 +171,6 @@ double static_limit(double parallax_px, double truth_error_px) {
                     truth_error_px);
 }
 
-/// The median residual of a pair.
-struct PairResidual {
-  int frame = 0;
-  double residual_px = 0;
-  double limit_px = 0;
-};
-
-/// Replaces the result by that of single pairs which contradict all others: a median over all pairs hides
-/// frames whose flow, depth or pose is wrong.
-void find_wrong_pairs(const std::vector<PairResidual>& pairs, Finding& finding) {
-  constexpr double contrast = 5;
-  std::vector<double> all, wrong;
-  std::vector<int> frames;
-  for (const PairResidual& pair : pairs) all.push_back(pair.residual_px);
-  const double typical = median(all);
-  for (const PairResidual& pair : pairs) {
-    if (pair.residual_px <= std::max(static_fail_factor * pair.limit_px, contrast * typical)) continue;
-    wrong.push_back(pair.residual_px);
-    frames.push_back(pair.frame);
-  }
-  if (wrong.empty()) return;
-  finding.cause = "only some frames are wrong";
-  finding.value = median(wrong);
-  finding.message = fmt::format(
-      "in {} of {} pairs, of frames {}; the median over all pairs is {:.3f} px: check their flow, depth and "
-      "poses",
-      wrong.size(), pairs.size(), frame_list(frames), typical);
-}
-
 /// Returns the step length computed from flow and depth, as a share of the true one; NaN without parallax.
 /// The weights are the parallax, so that near points dominate. Parallax is proportional to step / depth only
 /// to first order, which a few iterations correct.
@@ -245,39 +216,13 @@ double truth_variance(const ConventionData& data, const StaticPair& pair) {
   return variance;
 }
 
-constexpr double min_flow_px = 2;         // shorter flow hardly changes the grey value
-constexpr double min_difference = 8;      // levels; below, the noise of the images hides the flow
-constexpr double capped_difference = 60;  // levels; of occlusions and reflections
-constexpr size_t min_samples = 200;
-constexpr double flow_limit = 0.8, flow_fail_limit = 0.95;
-
-/// Returns the grey value at (x, y), interpolated linearly; (x, y) must not lie in the last row or column.
-double grey_at(const Image<uint8_t>& gray, double x, double y) {
-  const int i = static_cast<int>(x), j = static_cast<int>(y);
-  const double right = x - i, below = y - j;
-  return (1 - below) * ((1 - right) * gray(i, j) + right * gray(i + 1, j)) +
-         below * ((1 - right) * gray(i, j + 1) + right * gray(i + 1, j + 1));
-}
-
-/// Returns the mean absolute deviation from the median, which is a change of the exposure.
-double mean_difference(const std::vector<double>& differences) {
-  const double exposure = median(differences);
-  double sum = 0;
-  for (const double d : differences) sum += std::min(std::abs(d - exposure), capped_difference);
-  return sum / static_cast<double>(differences.size());
-}
-
-bool has_size(const GridFrame& frame, const ConventionData& data) {
-  return frame.gray && frame.gray->width() == data.width && frame.gray->height() == data.height;
-}
-
 }  // namespace
 
 Finding check_static_flow(const ConventionData& data) {
   Finding finding{.check = "static flow", .unit = "px", .counted = "points", .sharp = true};
   const PinholeCamera& camera = data.camera.left;
   std::vector<double> residuals, parallax, truth_errors;
-  std::vector<PairResidual> pairs;
+  std::vector<CheckedPart> pairs;
   const std::vector<StaticPair> seen = static_pairs(data);
   for (const StaticPair& pair : seen) {
     const SE3 rotation(pair.T_to_from.rotation(), Eigen::Vector3d::Zero());
@@ -292,7 +237,8 @@ Finding check_static_flow(const ConventionData& data) {
     residuals.insert(residuals.end(), r.begin(), r.end());
     parallax.insert(parallax.end(), without_rotation.begin(), without_rotation.end());
     truth_errors.push_back(truth_error_px(data, pair));
-    pairs.push_back({pair.frame, median(r), static_limit(median(without_rotation), truth_errors.back())});
+    pairs.push_back({pair.frame, median(r),
+                     static_fail_factor * static_limit(median(without_rotation), truth_errors.back())});
   }
   if (!finding.measure(residuals)) {
     return finding.not_checkable(nothing_to_compare(
@@ -301,7 +247,9 @@ Finding check_static_flow(const ConventionData& data) {
   }
   finding.limit = static_limit(median(parallax), median(truth_errors));
   finding.fail_limit = static_fail_factor * finding.limit;
-  find_wrong_pairs(pairs, finding);
+  find_wrong_parts(
+      {pairs, "pairs, of frames", "only some frames are wrong", "check their flow, depth and poses"},
+      finding);
   if (!finding.passes() && finding.cause.empty()) finding.cause = cause_in_equal_poses(data);
   return finding;
 }
@@ -400,6 +348,7 @@ Finding check_object_flow(const ConventionData& data) {
                   .sharp = true};
   const PinholeCamera& camera = data.camera.left;
   std::vector<double> residuals;
+  std::map<int, std::vector<double>> residuals_of;
   for (int k = data.first_frame; k <= data.last_frame(); ++k) {
     std::map<int, std::vector<FlowSample>> by_id;
     for (const FlowSample& s : flow_samples(data, k)) {
@@ -412,11 +361,13 @@ Finding check_object_flow(const ConventionData& data) {
       for (const FlowSample& s : samples)
         metres.push_back(residual_px(camera, s, *motion) * s.z_m / camera.fx);
       residuals.push_back(median(metres));
+      residuals_of[id].push_back(residuals.back());
     }
   }
   if (!finding.measure(residuals)) {
     finding.not_checkable(nothing_to_compare(data, false, true, "no mask of a true object in two frames"));
   }
+  find_wrong_objects(residuals_of, finding);
   return finding;
 }
 
@@ -439,52 +390,6 @@ Finding check_depth_order(const ConventionData& data) {
   if (!finding.measure(ratios)) return finding.not_checkable("no depth");
   if (*finding.value > 1) {
     finding.message = "depth grows towards the bottom of the image: is it disparity, or upside down?";
-  }
-  return finding;
-}
-
-// ---- images and flow
-
-Finding check_image_flow(const ConventionData& data) {
-  Finding finding{.check = "image flow",
-                  .limit = flow_limit,
-                  .fail_limit = flow_fail_limit,
-                  .unit = "x",
-                  .counted = "pairs"};
-  std::vector<double> ratios;
-  bool any_images = false, any_flow = false;
-  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
-    const int from = k + data.flow_from, to = k + data.flow_to;
-    if (!data.has(from) || !data.has(to) || !has_size(data.at(from), data) || !has_size(data.at(to), data))
-      continue;
-    any_images = true;
-    const Image<uint8_t>&before = *data.at(from).gray, &after = *data.at(to).gray;
-    const Image<Flow>& flow = data.at(k).flow;
-    any_flow |= !flow.empty();
-    std::vector<double> with_flow, without;
-    for (const auto [i, j] : pixels(flow)) {
-      const Flow f = flow(i, j);
-      if (!f.valid() || std::hypot(double{f.u}, double{f.v}) < min_flow_px) continue;
-      const int x = static_cast<int>(data.pixel(i)), y = static_cast<int>(data.pixel(j));
-      const double u = x + double{f.u}, v = y + double{f.v};
-      if (!(u >= 0 && v >= 0 && u < data.width - 1 && v < data.height - 1) || !before.contains(x, y))
-        continue;
-      with_flow.push_back(grey_at(after, u, v) - before(x, y));
-      without.push_back(static_cast<double>(after(x, y)) - before(x, y));
-    }
-    if (without.size() < min_samples) continue;
-    const double still = mean_difference(without);
-    if (still >= min_difference) ratios.push_back(mean_difference(with_flow) / still);
-  }
-  if (!finding.measure(ratios)) {
-    return finding.not_checkable(!any_images ? "no successive images"
-                                 : !any_flow ? "no flow"
-                                             : "the flow is too short, or the images are too smooth");
-  }
-  if (!finding.passes()) {
-    finding.message =
-        "with the flow, successive images agree no better than without: are images or flow of another "
-        "sequence, frame or size?";
   }
   return finding;
 }

@@ -7,6 +7,7 @@
 
 #include "sextant/eval/check/conventions.h"
 #include "sextant/eval/diagnosis/dense_readings.h"
+#include "sextant/eval/diagnosis/number_readings.h"
 
 namespace sextant {
 
@@ -162,6 +163,7 @@ Undo shifted_channel(int shift, Take take) {
   });
 }
 void take_mask(GridFrame& to, const GridFrame& from) { to.mask = from.mask, to.outlines = from.outlines; }
+void take_gray(GridFrame& to, const GridFrame& from) { to.gray = from.gray; }
 void take_depth(GridFrame& to, const GridFrame& from) { to.depth_m = from.depth_m; }
 
 // ---- fitted numbers
@@ -323,6 +325,13 @@ void add_poses(Table& table) {
   table.add("camera poses have OpenGL axes (y up, z backward) instead of the camera's",
             turned(axes(V::UnitX(), -V::UnitY(), -V::UnitZ())));
   table.add("camera poses are motions from frame to frame, not poses in the world", accumulated_poses());
+  for (const NumberReading& reading : number_readings("camera positions", 0)) {
+    if (!reading.code.starts_with("mirrored_")) continue;
+    table.add(
+        fmt::format("camera poses are left-handed: the {} axes of world and camera point the opposite way",
+                    reading.code.back()),
+        poses(reading.read), reading.price);
+  }
   const auto scaled = [](double s) {
     return poses([s](const SE3& pose) { return SE3(pose.rotation(), s * pose.translation()); });
   };
@@ -420,6 +429,8 @@ void add_masks(Table& table) {
 }
 
 void add_images(Table& table) {
+  table.add("images are of the next frame (files shifted by one)", shifted_channel(-1, take_gray));
+  table.add("images are of the previous frame (files shifted by one)", shifted_channel(1, take_gray));
   table.add(
       "images are mirrored: left and right are exchanged", always([](ConventionData& data) {
         for (GridFrame& frame : data.frames) {

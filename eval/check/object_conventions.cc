@@ -21,6 +21,8 @@ constexpr double full_share = 0.5;    // smallest share of its box that the mask
 constexpr double min_displacement_m = 1;
 constexpr int max_steps = 5;
 constexpr size_t min_mask_samples = 6;
+constexpr double max_disparity_error_px =
+    5;  // of the median over an object, from stereo matching or networks
 const Eigen::Vector3d typical_car_m(1.7, 1.5, 4.2);  // width, height, length
 
 std::optional<ImageBox> label_box(const ObjectTruth& object) {
@@ -143,6 +145,33 @@ double box_depth_m(const PinholeCamera& camera, const ObjectTruth& object, doubl
   return enter < leave && enter > 0 ? enter : NAN;  // the ray has z = 1, so its parameter is the depth
 }
 
+/// Two tracks of which each box is fitted best by the mask with the id of the other in `frames`.
+struct ExchangedIds {
+  int one = 0, other = 0;
+  std::vector<int> frames;
+};
+
+/// Returns the first two tracks that exchange their masks in two or more successive frames. A track that is
+/// hidden by another one may be fitted best by its mask, but not the other way round at the same time.
+std::optional<ExchangedIds> exchanged_ids(const ConventionData& data) {
+  std::map<std::pair<int, int>, std::vector<int>> frames_of;
+  for_each_object(data, [&](int frame, const ObjectTruth& object) {
+    const auto mask_of = [&](const ObjectTruth& of) {
+      const auto box = label_box(of);
+      return box ? id_in_box(data.at(frame), *box) : 0;
+    };
+    const int id = mask_of(object);
+    const ObjectTruth* const other = data.truth.find(frame, id);
+    if (id > object.id && other != nullptr && mask_of(*other) == object.id)
+      frames_of[{object.id, id}].push_back(frame);
+  });
+  for (const auto& [ids, frames] : frames_of) {
+    const auto next = std::ranges::adjacent_find(frames, [](int a, int b) { return b == a + 1; });
+    if (next != frames.end()) return ExchangedIds{ids.first, ids.second, frames};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Finding check_mask_ids(const ConventionData& data) {
@@ -168,13 +197,19 @@ Finding check_mask_ids(const ConventionData& data) {
   }
   finding.value = 100.0 * wrong / finding.n;
   if (empty > 0) finding.message = fmt::format("{} more boxes have no mask that fits", empty);
+  const auto exchanged = finding.fails() ? std::nullopt : exchanged_ids(data);
+  if (!exchanged) return finding;
+  finding.value = 100;
+  finding.cause = fmt::format("ids {} and {} are exchanged between masks and truth from frame {} on",
+                              exchanged->one, exchanged->other, exchanged->frames.front());
+  finding.message = fmt::format("in frames {}", frame_list(exchanged->frames));
   return finding;
 }
 
 Finding check_mask_boxes(const ConventionData& data) {
-  Finding finding{
-      .check = "mask boxes", .limit = 15, .fail_limit = 40, .unit = "%", .counted = "boxes", .sharp = true};
-  std::vector<double> shares;
+  Finding finding{.check = "mask boxes", .limit = 15, .fail_limit = 40, .unit = "%", .counted = "boxes"};
+  constexpr double rounding_px = 1;
+  std::vector<double> shares, beyond_rounding_px;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const auto box = label_box(object);
     const auto& outlines = data.at(frame).outlines;
@@ -190,11 +225,13 @@ Finding check_mask_boxes(const ConventionData& data) {
     const double y = std::max(off(std::max(box->top, 0.0) - mask.top),
                               off(mask.bottom - std::min(box->bottom, data.height - 1.0)));
     shares.push_back(100 * std::max(x / box->width(), y / box->height()));
+    beyond_rounding_px.push_back(std::max(x, y) - rounding_px);
   });
   if (!finding.measure(shares)) {
     return finding.not_checkable(any_masks(data) ? "no true 2-D box has a mask of its id" : "no masks");
   }
   finding.value = quantile(shares, box_quantile);
+  finding.sharp = quantile(beyond_rounding_px, box_quantile) > 0;
   return finding;
 }
 
@@ -220,7 +257,11 @@ Finding check_box_upright(const ConventionData& data) {
 Finding check_object_depth(const ConventionData& data) {
   Finding finding{.check = "object depth", .limit = 12, .fail_limit = 20, .unit = "%", .counted = "objects"};
   const PinholeCamera& camera = data.camera.left;
+  const auto percent_off = [](double ratio) { return std::min(100 * std::abs(ratio - 1), 1e6); };
+  // Farther objects may exceed the limit because of errors of disparity.
+  const double near_m = data.camera.bf / max_disparity_error_px * finding.fail_limit / 100;
   std::vector<double> ratios;
+  std::map<int, std::vector<double>> percent_of_near;
   bool sizes_known = true;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
     const GridFrame& grid = data.at(frame);
@@ -240,13 +281,15 @@ Finding check_object_depth(const ConventionData& data) {
     const double z =
         expected.size() < min_mask_samples / 2 ? object.T_camera_object.translation().z() : median(expected);
     ratios.push_back(median(given) / std::max(z, 1e-3));
+    if (median(given) < near_m) percent_of_near[object.id].push_back(percent_off(ratios.back()));
   });
   if (!finding.measure(ratios)) return finding.not_checkable("no mask of a true object with depth");
   const double ratio = *finding.value;
-  finding.value = std::min(100 * std::abs(ratio - 1), 1e6);
+  finding.value = percent_off(ratio);
   finding.message = fmt::format("depth is {:.4g} of that of the true box{}", ratio,
                                 sizes_known ? "" : " (of a typical car: sizes unknown)");
   if (!sizes_known) finding.limit *= 1.8, finding.fail_limit *= 1.8;
+  find_wrong_objects(percent_of_near, finding);
   return finding;
 }
 
@@ -273,6 +316,30 @@ Finding check_heading(const ConventionData& data) {
   });
   if (!finding.measure(angles)) finding.not_checkable("no object moves by 1 m within 5 frames");
   if (finding.checkable() && !finding.passes()) finding.cause = cause_in_equal_poses(data);
+  return finding;
+}
+
+Finding check_moving_flags(const ConventionData& data) {
+  constexpr double rests_m = 0.01, moves_m = 0.1;
+  Finding finding{.check = "moving flags", .limit = 20, .fail_limit = 50, .unit = "%", .counted = "flags"};
+  int n_rest = 0, n_move = 0;
+  for_each_object(data, [&](int frame, const ObjectTruth& object) {
+    const ObjectTruth* const next = data.truth.find(frame + 1, object.id);
+    const auto T_world_a = data.truth.camera.pose(frame), T_world_b = data.truth.camera.pose(frame + 1);
+    if (!object.moving || next == nullptr || !T_world_a || !T_world_b) return;
+    const double step_m =
+        (*T_world_a * object.T_camera_object.translation() - *T_world_b * next->T_camera_object.translation())
+            .norm();
+    ++finding.n;
+    n_rest += *object.moving && step_m < rests_m ? 1 : 0;
+    n_move += !*object.moving && step_m > moves_m ? 1 : 0;
+  });
+  if (finding.n == 0) return finding.not_checkable("no object with a flag and a pose in the next frame");
+  finding.value = 100.0 * (n_rest + n_move) / finding.n;
+  if (finding.passes()) return finding;
+  finding.cause = "the flags of moving and of resting objects are exchanged, or of another sequence";
+  finding.message =
+      fmt::format("{} flagged as moving rest, {} flagged as resting move by more than 0.1 m", n_rest, n_move);
   return finding;
 }
 

@@ -226,6 +226,12 @@ inline std::vector<Seed> seeds() {
       {"PosesInvertedInTurn", "inverted", pose([](const SE3& T) { return T.inverse(); }), turning},
       {"PosesWithRobotAxes", "robot axes", pose([=](const SE3& T) { return T * T_camera_robot; })},
       {"PosesWithOpenGlAxes", "OpenGL axes", pose([=](const SE3& T) { return T * T_camera_opengl; })},
+      {"PosesLeftHanded", "left-handed: the x axes", pose([](const SE3& T) {
+         const Eigen::Quaterniond& q = T.rotation();
+         const Eigen::Vector3d& t = T.translation();
+         return SE3(Eigen::Quaterniond(q.w(), q.x(), -q.y(), -q.z()), {-t.x(), t.y(), t.z()});
+       }),
+       turning},
       {"PosesScaled", "camera positions are too large by a factor 1.2",
        pose([](const SE3& T) { return SE3(T.rotation(), 1.2 * T.translation()); })},
       {"PosesSlightlyScaled", "camera positions are too large by a factor 1.04",

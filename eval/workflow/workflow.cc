@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sextant/base/error.h"
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
 #include "sextant/eval/check/check_report.h"
-#include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/eval/diagnosis/motion_readings.h"
 #include "sextant/eval/evaluation/ego_report.h"
 #include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/evaluation/trajectory_series.h"
@@ -42,35 +43,46 @@ void set_noise(const std::string& text, RunConfig& config) {
   config.options.erase("noise");
 }
 
-/// Returns true if the true steps of the track are longer than 5 cm RMS, but the estimated ones deviate from
-/// them by more than a quarter of their length, or, for the camera, do not exist (pose_readings.h).
-bool contradicts_truth(const BodyTrack& track) {
-  constexpr double least_step_m = 0.05, largest_share = 0.25;
-  PoseData data{SharedFrame::body, {}, {}, {}};
-  for (const TrackPoint& at : track.points) {
-    if (at.truth_m && at.truth_rotation)
-      data.reference.emplace(ObjectFrame(0, at.frame), SE3(*at.truth_rotation, *at.truth_m));
-    if (at.estimate_m && at.estimate_rotation)
-      data.given.emplace(ObjectFrame(0, at.frame), SE3(*at.estimate_rotation, *at.estimate_m));
-  }
-  const auto steps = null_of_poses({SharedFrame::body, data.reference, data.reference, {}});
-  if (!steps || *steps < least_step_m * least_step_m) return false;
-  const auto errors = pose_residual(data);
-  if (!errors) return track.body == "ego";
-  return *errors > largest_share * largest_share * *steps;
+/// Returns true if the errors exceed a quarter of the true values, and these exceed `least`. Both are given
+/// as squares and compared by their RMS without the largest fifth.
+bool deviates(const std::vector<double>& errors, const std::vector<double>& truths, double least) {
+  constexpr double largest_share = 0.25;
+  const auto error = trimmed_mean(errors, 1), truth = trimmed_mean(truths, 1);
+  return error && truth && *truth >= least * least && *error > largest_share * largest_share * *truth;
 }
 
-/// Checks the conventions of a source if its camera or most of its objects contradict the truth, because an
+/// Returns true if the estimated steps of the track deviate from the true ones, by their translations or by
+/// their rotations, or if those of a camera that moves do not exist.
+bool contradicts_truth(const BodyTrack& track) {
+  constexpr double least_step_m = 0.05, least_turn_rad = 0.3 * std::numbers::pi / 180;
+  std::vector<double> steps, turns, errors_of_steps, errors_of_turns;
+  bool moves = false;
+  const auto pose = [](const auto& rotation, const auto& position) {
+    return rotation && position ? std::optional(SE3(*rotation, *position)) : std::nullopt;
+  };
+  for (size_t i = 1; i < track.points.size(); ++i) {
+    const TrackPoint &before = track.points[i - 1], &at = track.points[i];
+    const auto r0 = pose(before.truth_rotation, before.truth_m), r1 = pose(at.truth_rotation, at.truth_m);
+    if (at.frame != before.frame + 1 || !r0 || !r1) continue;
+    const SE3 truth = r0->inverse() * *r1;
+    moves = moves || truth.translation().norm() > least_step_m;
+    const auto g0 = pose(before.estimate_rotation, before.estimate_m);
+    const auto g1 = pose(at.estimate_rotation, at.estimate_m);
+    if (!g0 || !g1) continue;
+    const SE3 error = (g0->inverse() * *g1).inverse() * truth;
+    steps.push_back(truth.translation().squaredNorm());
+    turns.push_back(std::pow(rotation_angle_rad(truth.rotation()), 2));
+    errors_of_steps.push_back(error.translation().squaredNorm());
+    errors_of_turns.push_back(std::pow(rotation_angle_rad(error.rotation()), 2));
+  }
+  if (steps.empty()) return track.body == "ego" && moves;
+  return deviates(errors_of_steps, steps, least_step_m) || deviates(errors_of_turns, turns, least_turn_rad);
+}
+
+/// Checks the conventions of a source if its camera or one of its objects contradicts the truth, because an
 /// estimator cannot be better than its input. Returns failures_of() the source.
 std::vector<std::string> mistakes_of_input(const RunConfig& config, const SourceRun& run, SourceSpec spec) {
-  bool of_camera = false;
-  std::ptrdiff_t n_wrong = 0;
-  for (const BodyTrack& track : run.tracks) {
-    const bool is_wrong = contradicts_truth(track);
-    n_wrong += is_wrong;
-    of_camera = of_camera || (is_wrong && track.body == "ego");
-  }
-  if (!of_camera && 2 * n_wrong <= std::ssize(run.tracks)) return {};
+  if (std::ranges::none_of(run.tracks, contradicts_truth)) return {};
   spec.add_options(config.options.value("source", Json::object()));
   return failures_of(spec, config.jobs);
 }
