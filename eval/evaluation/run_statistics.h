@@ -11,9 +11,10 @@
 //               averaged over its runs. Its p-value depends on what is independent:
 //     blocks      errors that depend on their neighbours only, such as errors of single motions: the
 //                 differences are averaged over the bodies of a frame, because bodies seen by one camera
-//                 share its error, then over up to 20 blocks of successive frames, each at least twice as long
-//                 as an error overlaps with later ones. The sign-flip test (lib/stats/tests.h) is applied to
-//                 the means of the blocks; p is 1 if their mean has another sign than the difference
+//                 share its error, then over up to 20 blocks of successive frames, each at least twice as
+//                 long as an error overlaps with later ones. The sign-flip test (lib/stats/tests.h) is
+//                 applied to the means of the blocks; p is 1 if their mean has another sign than the
+//                 difference
 //     runs        errors that accumulate, such as the position error of odometry, a random walk: two parts
 //                 of one path are never independent, only the runs are. The Mann-Whitney test
 //                 (lib/stats/tests.h) is applied to the mean errors of the runs of both systems

@@ -76,7 +76,7 @@ TEST(CaseDiagnosis, IdentityForWhatWasNeverEstimatedIsNamed) {
   EXPECT_THAT(diagnose_case(plant, truth, "e"),
               ElementsAre(HasSubstr("repeats its pose exactly in 10 of 10 steps")));
 
-  // A camera that is lost in three of ten steps, with right motions of the objects: no other reading is right.
+  // A camera that is lost in three of ten steps, with right motions of the objects: nothing else is wrong.
   plant = right;
   plant.estimated = {};
   const int first_lost = truth.camera.poses().begin()->first + 6;

@@ -9,9 +9,9 @@
 //   p            two-sided p-value over seeds and frames, by stats/paired_comparison.h
 //   p_corrected  Holm correction over all rows that changed and have enough seeds and records to judge
 //
-// A row with at least `minimum_seeds` seeds, two frames and `minimum_cases` records is `regressed` if its mean
-// got worse by more than minimum_effect with p_corrected <= alpha, `improved` if it got better in the same
-// way, and otherwise `ok`. A row with fewer of them is `ok`; too_few is set if its mean changed by more than
+// A row with at least `minimum_seeds` seeds, two frames and `minimum_cases` records is `regressed` if its
+// mean got worse by more than minimum_effect with p_corrected <= alpha, `improved` if it got better in the
+// same way, and otherwise `ok`. A row with fewer of them is `ok`; too_few is set if its mean changed by more than
 // minimum_effect.
 //
 // The exact gate (minimum_effect 0): the same program gives the same numbers for the same seeds, so there is
@@ -43,22 +43,21 @@ namespace sextant {
 //   stratum   a source (data set and sequence); its seeds and frames are random effects that bodies and
 //             levels share
 //
-// A body with fewer than `minimum_seeds` seeds or a single frame is left out of a family in which other bodies have enough.
-// Seeds with identical errors, as of a deterministic estimator without noise, count once. The bodies that are
+// A body with fewer than `minimum_seeds` seeds or a single frame is left out of a family in which other
+// bodies have enough. Seeds with identical errors, as of a deterministic estimator without noise, count once. The bodies that are
 // left out are pooled by themselves, and listed if they are `regressed`.
 //
 //   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no record better
 //                  and at least minimum_cases worse, in so many frames that a sign test of the frames reaches
 //                  alpha (8 for 0.01)
-//   inconclusive   not proven, and worse by more than inconclusive_effect, or the typical record is worse: the
-//                  median of new / base by more than 10 %, with p <= 0.05 in Wilcoxon's tests of the medians
-//                  of the seeds and of those of the frames
+//   inconclusive   not proven, and worse by more than inconclusive_effect, or the typical record is worse:
+//                  the median of new / base by more than 10 %, with p <= 0.05 in Wilcoxon's tests of the
+//                  medians of the seeds and of those of the frames
 //   improved       better by more than minimum_effect and proven
 //   ok             otherwise
 //
-// With fewer than `minimum_seeds` seeds, two frames or `minimum_cases` records a p-value is no proof. An error
-// that is
-// then worse by more than minimum_effect, with p_corrected <= alpha or without any record that got better, is
+// With fewer than `minimum_seeds` seeds, two frames or `minimum_cases` records a p-value is no proof. An
+// error that is then worse by more than minimum_effect, with p_corrected <= alpha or without any record that got better, is
 // inconclusive. p_corrected is Holm's correction over the errors of the cameras, or of the objects, of all
 // estimators.
 

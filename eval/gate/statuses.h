@@ -3,9 +3,10 @@
 // Compares the statuses of records, and their decisions between dynamic and static, record by record.
 //
 // Statuses: a record that was estimated in BASE (status ok or no_truth) and is not in NEW is lost; the
-// opposite is gained. Records of bodies that are static by truth are neither: they count in no coverage. A gained record with an error above gained_error times the largest one of the subject
-// in BASE is bad and counts as lost: a grossly wrong estimate is no gain. A subject with more than gained +
-// max_lost lost records is
+// opposite is gained. Records of bodies that are static by truth are neither: they count in no coverage. A
+// gained record with an error above gained_error times the largest one of the subject in BASE is bad and
+// counts as lost: a grossly wrong estimate is no gain. A subject with more than gained + max_lost lost
+// records is
 //
 //   regressed      if no record of its family (the camera, or the objects, of its estimator) is gained, or if
 //                  the loss of the subject or of the family is proven: p <= alpha, both of the sign test of
@@ -38,8 +39,8 @@ struct StatusRow {
   int n_lost = 0;
   int n_gained = 0;
   int n_bad = 0;  ///< estimated in NEW only, with a gross error; they count as lost
-  /// Cases that neither side estimated or that are static by truth, with another status or another Gate; other decisions that differ
-  /// but are not judged: without truth, of a body gated for another reason, or made by one side only
+  /// Cases that neither side estimated or that are static by truth, with another status or another Gate; and
+  /// other decisions that differ but are not judged: without truth, of a body gated for another reason, or made by one side only
   int n_other = 0;
   int n_wrong = 0;      ///< decisions that are wrong in NEW, but not in BASE
   int n_corrected = 0;  ///< decisions that are wrong in BASE, but not in NEW

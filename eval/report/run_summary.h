@@ -72,8 +72,8 @@ std::string consistency_text(const std::vector<Record>& records);
 //
 //   e_k = estimated minus true translation of pair k (T_prev_curr, axes of the previous camera, m)
 //   mean, scatter: mean and standard deviation (n - 1) of e by axis
-//   drift: slope of the least-squares line through e_x (to the right) over the frame number: the change of the
-//   error of a step from one frame to the next, m
+//   drift: slope of the least-squares line through e_x (to the right) over the frame number: the change of
+//   the error of a step from one frame to the next, m
 
 struct StepErrors {
   Eigen::Vector3d mean_m{0, 0, 0}, scatter_m{0, 0, 0};

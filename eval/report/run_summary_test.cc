@@ -69,10 +69,10 @@ TEST(Summary, SaysWhatIsSystematic) {
   const std::vector<std::string> notes = summary_table(records, find_preset("paper")).notes;
   ASSERT_EQ(notes.size(), n_notes + 1);
   // Three pairs: -0.03, -0.04, -0.05 m to the right.
-  EXPECT_EQ(
-      notes.back(),
-      "Estimated minus true step of ego, vdo s e: mean 0.0566 m (right -0.0400, down 0.0400, "
-      "ahead 0.0000), scatter 0.0100, 0.0000, 0.0000 m; the error to the right changes by -10.00 mm from frame to frame.");
+  EXPECT_EQ(notes.back(),
+            "Estimated minus true step of ego, vdo s e: mean 0.0566 m (right -0.0400, down 0.0400, "
+            "ahead 0.0000), scatter 0.0100, 0.0000, 0.0000 m; the error to the right changes by "
+            "-10.00 mm from frame to frame.");
   for (Record& record : records) {  // 0, 0.03 and 0.02 m: may be chance
     if (record.is_ego()) record.values["step_error_x_m"] = record.values["step_error_y_m"] = 0;
     if (record.is_ego()) record.values["step_error_z_m"] = record.frame == 1 ? 0 : 0.05 - 0.01 * record.frame;
