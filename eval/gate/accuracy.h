@@ -11,8 +11,8 @@
 //
 // A row with at least `minimum_seeds` seeds, two frames and `minimum_cases` records is `regressed` if its
 // mean got worse by more than minimum_effect with p_corrected <= alpha, `improved` if it got better in the
-// same way, and otherwise `ok`. A row with fewer of them is `ok`; too_few is set if its mean changed by more than
-// minimum_effect.
+// same way, and otherwise `ok`. A row with fewer of them is `ok`; too_few is set if its mean changed by
+// more than minimum_effect.
 //
 // The exact gate (minimum_effect 0): the same program gives the same numbers for the same seeds, so there is
 // no noise between the two sides. A row is `regressed` if its mean got worse at all and either no record got
@@ -44,8 +44,8 @@ namespace sextant {
 //             levels share
 //
 // A body with fewer than `minimum_seeds` seeds or a single frame is left out of a family in which other
-// bodies have enough. Seeds with identical errors, as of a deterministic estimator without noise, count once. The bodies that are
-// left out are pooled by themselves, and listed if they are `regressed`.
+// bodies have enough. Seeds with identical errors, as of a deterministic estimator without noise, count
+// once. The bodies that are left out are pooled by themselves, and listed if they are `regressed`.
 //
 //   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no record better
 //                  and at least minimum_cases worse, in so many frames that a sign test of the frames reaches
@@ -57,9 +57,9 @@ namespace sextant {
 //   ok             otherwise
 //
 // With fewer than `minimum_seeds` seeds, two frames or `minimum_cases` records a p-value is no proof. An
-// error that is then worse by more than minimum_effect, with p_corrected <= alpha or without any record that got better, is
-// inconclusive. p_corrected is Holm's correction over the errors of the cameras, or of the objects, of all
-// estimators.
+// error that is then worse by more than minimum_effect, with p_corrected <= alpha or without any record
+// that got better, is inconclusive. p_corrected is Holm's correction over the errors of the cameras, or of
+// the objects, of all estimators.
 
 /// One error over the records that both sides have estimated, with its verdict.
 struct JudgedError {

@@ -40,7 +40,8 @@ struct StatusRow {
   int n_gained = 0;
   int n_bad = 0;  ///< estimated in NEW only, with a gross error; they count as lost
   /// Cases that neither side estimated or that are static by truth, with another status or another Gate; and
-  /// other decisions that differ but are not judged: without truth, of a body gated for another reason, or made by one side only
+  /// other decisions that differ but are not judged: without truth, of a body gated for another reason, or
+  /// made by one side only
   int n_other = 0;
   int n_wrong = 0;      ///< decisions that are wrong in NEW, but not in BASE
   int n_corrected = 0;  ///< decisions that are wrong in BASE, but not in NEW
