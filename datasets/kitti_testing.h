@@ -4,6 +4,7 @@
 // adapter. The values are patterns without a scene, since they only have to be read back. And the text files
 // of a car that drives straight ahead.
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -73,7 +74,8 @@ class PatternSequence final : public MemorySequence {
     const double yaw = 0.4 * id + 0.37 * frame;  // exceeds a full turn, so that rotation_y wraps
     const Eigen::Vector3d move(0.01 * frame * frame, 0.001 * frame, 0.11 * frame);
     o.T_camera_object = SE3(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), at + move);
-    o.box = id == 1 ? ImageBox{21.0 + frame, 10, 59, 30} : ImageBox{101, 10, 109.0 + frame, 30};
+    o.box =
+        id == 1 ? ImageBox{std::min(21.0 + frame, 55.0), 10, 59, 30} : ImageBox{101, 10, 109.0 + frame, 30};
     return o;
   }
 };

@@ -360,9 +360,11 @@ GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
   if (!row.is_changed() || std::abs(row.worse) <= policy.of(row.metric).minimum_effect) return unproven;
   const int n_for = row.worse > 0 ? row.n_worse : row.n_better,
             n_against = row.worse > 0 ? row.n_better : row.n_worse;
-  // A change of a frame in all seeds alike is one observation.
+  // A small change of a frame in all seeds alike is one observation.
+  constexpr double large = 0.5;
   const double p_of_frames = std::ldexp(2.0, -row.n_frames);
-  const bool unanimous = n_against == 0 && n_for >= policy.minimum_cases && p_of_frames <= policy.alpha;
+  const bool unanimous = n_against == 0 && n_for >= policy.minimum_cases &&
+                         (p_of_frames <= policy.alpha || std::abs(row.worse) > large);
   const bool proven = unanimous || (evidence && !row.too_few);
   if (row.worse < 0) return proven ? GateVerdict::improved : unproven;
   if (proven) return GateVerdict::regressed;

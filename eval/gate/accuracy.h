@@ -48,8 +48,8 @@ namespace sextant {
 // once. The bodies that are left out are pooled by themselves, and listed if they are `regressed`.
 //
 //   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no record better
-//                  and at least minimum_cases worse, in so many frames that a sign test of the frames reaches
-//                  alpha (8 for 0.01)
+//                  and at least minimum_cases worse, by more than 50 % or in so many frames that a sign test
+//                  of the frames reaches alpha (8 for 0.01)
 //   inconclusive   not proven, and worse by more than inconclusive_effect, or the typical record is worse:
 //                  the median of new / base by more than 10 %, with p <= 0.05 in Wilcoxon's tests of the
 //                  medians of the seeds and of those of the frames

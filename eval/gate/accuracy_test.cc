@@ -168,6 +168,7 @@ TEST_F(ComparedRuns, ASingleFrameProvesNothing) {
     return compare();
   };
   EXPECT_EQ(compare_frames(1, 1.05).verdict, GateVerdict::inconclusive);
+  EXPECT_EQ(compare_frames(1, 3).verdict, GateVerdict::regressed);
   EXPECT_EQ(compare_frames(6, 1.05).verdict, GateVerdict::regressed);
 
   // A body that was estimated in one frame, in which a neutral change made it worse in all seeds.
