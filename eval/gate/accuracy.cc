@@ -1,7 +1,6 @@
 #include "sextant/eval/gate/accuracy.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -294,11 +293,12 @@ Members judged_members(const Members& all, const AccuracyPolicy& policy) {
   return judged.empty() ? all : judged;
 }
 
-/// Returns true if the typical record got worse by more than a tenth: the median of the log ratios, by
+/// Returns true if the typical record got worse by more than a quarter: the median of the log ratios, by
 /// Wilcoxon's test of the medians of the seeds and of those of the frames. A few large errors, which decide a
 /// mean, have no weight in it.
-bool is_typically_worse(std::span<const PairedSample* const> samples, const MetricPolicy& rules) {
-  constexpr double least_change = 0.1, largest_p = 0.05;
+bool is_typically_worse(std::span<const PairedSample* const> samples, const MetricPolicy& rules,
+                        const AccuracyPolicy& policy) {
+  constexpr double least_change = 0.25, largest_p_of_frames = 0.05;  // six frames reach 0.03
   std::map<std::pair<size_t, uint64_t>, std::vector<double>> by_seed, by_frame;
   std::vector<double> all;
   for (const PairedSample* sample : samples) {
@@ -311,11 +311,12 @@ bool is_typically_worse(std::span<const PairedSample* const> samples, const Metr
     }
   }
   if (all.empty() || median(all) <= std::log1p(least_change)) return false;
-  return std::ranges::all_of(std::array{&by_seed, &by_frame}, [&](const auto* clusters) {
+  const auto is_worse = [](const auto& clusters, double largest_p) {
     std::vector<double> medians;
-    for (const auto& [key, ratios] : *clusters) medians.push_back(median(ratios));
+    for (const auto& [key, ratios] : clusters) medians.push_back(median(ratios));
     return median(medians) > 0 && wilcoxon_test(medians).p <= largest_p;
-  });
+  };
+  return is_worse(by_seed, policy.alpha) && is_worse(by_frame, largest_p_of_frames);
 }
 
 FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
@@ -350,7 +351,7 @@ FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
   for (const MeasuredError* member : members) samples.push_back(&member->cases);
   static_cast<RatioChange&>(row) = change_of(samples, rules, policy);
   row.worse = rules.direction == Direction::higher ? -row.change : row.change;
-  row.typically_worse = is_typically_worse(samples, rules);
+  row.typically_worse = is_typically_worse(samples, rules, policy);
   return row;
 }
 

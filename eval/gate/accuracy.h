@@ -51,8 +51,8 @@ namespace sextant {
 //                  and at least minimum_cases worse, by more than 50 % or in so many frames that a sign test
 //                  of the frames reaches alpha (8 for 0.01)
 //   inconclusive   not proven, and worse by more than inconclusive_effect, or the typical record is worse:
-//                  the median of new / base by more than 10 %, with p <= 0.05 in Wilcoxon's tests of the
-//                  medians of the seeds and of those of the frames
+//                  the median of new / base by more than 25 %, in Wilcoxon's tests of the medians of the
+//                  seeds (p <= alpha) and of those of the frames (p <= 0.05)
 //   improved       better by more than minimum_effect and proven
 //   ok             otherwise
 //
