@@ -92,9 +92,9 @@ NoiseLevelRow summarize_level(const std::string& parameter, const NoiseLevel& le
   row.n_seeds = static_cast<int>(level.n_seeds());
   row.n_truth = static_cast<int>(level.n_truth());
   row.n_estimated = static_cast<int>(level.n_estimated());
+  const ClusterBy by = level.clusters();
   for (size_t e = 0; e < compared_errors().size(); ++e) {
-    if (level.has(e))
-      row.errors[compared_errors()[e]->name] = summarize_sample(level.sample(e, level.clusters()), options);
+    if (level.has(e)) row.errors[compared_errors()[e]->name] = summarize_sample(level.sample(e, by), options);
   }
   row.limit = summarize_limit(level, options);
   if (level.epe_initial_px().n > 0) row.epe_initial_px = level.epe_initial_px().mean();

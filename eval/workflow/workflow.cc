@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "sextant/base/error.h"
 #include "sextant/base/new_file.h"
@@ -54,7 +53,7 @@ bool deviates(const std::vector<double>& errors, const std::vector<double>& trut
 /// Returns true if the estimated steps of the track deviate from the true ones, by their translations or by
 /// their rotations, or if those of a camera that moves do not exist.
 bool contradicts_truth(const BodyTrack& track) {
-  constexpr double least_step_m = 0.05, least_turn_rad = 0.3 * std::numbers::pi / 180;
+  constexpr double least_step_m = 0.05, least_turn_rad = 0.3 * degree;
   std::vector<double> steps, turns, errors_of_steps, errors_of_turns;
   bool moves = false;
   const auto pose = [](const auto& rotation, const auto& position) {
