@@ -64,6 +64,42 @@ TEST_F(Benchmark, NumbersAreThoseOfAPlainSweep) {
   EXPECT_DOUBLE_EQ(point->Et_m->value, sum / n);
 }
 
+TEST_F(Benchmark, AbstainingInTheWorstPairsGainsNothingInTheProfile) {
+  std::string suite = small_suite;
+  const std::string coverage = "\"min_coverage\": 0.9";
+  write_file(suite_file(), suite.replace(suite.find(coverage), coverage.size(), "\"min_coverage\": 0.6"));
+  const fs::path folder = run("joint_flow");
+  const auto camera = [&] {
+    const Card card = make_card(find_suite(suite_file()), folder);
+    return *std::ranges::find(card.curves, "camera", &CurvePoint::body);
+  };
+  const CurvePoint whole = camera();
+  ASSERT_EQ(whole.n_truth, 6);
+  std::vector<double> errors;
+  const auto abstain_in_the_worst = [&](std::vector<Record>& records) {
+    Record* worst = nullptr;
+    for (Record& record : records) {
+      if (!record.is_ego() || record.level != whole.level || record.status != Status::ok) continue;
+      if (errors.size() < 6) errors.push_back(record.errors.at("Et_m"));
+      if (worst == nullptr || record.errors.at("Et_m") > worst->errors.at("Et_m")) worst = &record;
+    }
+    worst->status = Status::diverged;
+    worst->errors = {};
+  };
+  const fs::path file = folder / "depth" / "records.jsonl";
+  for (int n = 1; n <= 2; ++n) {
+    edit(file, abstain_in_the_worst);
+    const CurvePoint left = camera();
+    EXPECT_EQ(left.n_estimated, 6 - n);
+    EXPECT_LT(left.Et_m->value, whole.Et_m->value);
+    EXPECT_EQ(left.best_Et_m, whole.best_Et_m);
+  }
+  std::ranges::sort(errors);
+  EXPECT_DOUBLE_EQ(*whole.best_Et_m, (errors[0] + errors[1] + errors[2] + errors[3]) / 4);
+  edit(file, abstain_in_the_worst);
+  EXPECT_FALSE(camera().best_Et_m);
+}
+
 TEST_F(Benchmark, RefusesAnErrorWithOneDigitChanged) {
   const fs::path folder = run("joint_flow");
   edit(folder / "depth" / "records.jsonl", [](auto& records) { records[0].errors["Et_m"] *= 1 + 1e-9; });
@@ -193,7 +229,7 @@ TEST_F(Benchmark, APageHasEveryCardAndAComparisonPairsTheirRecords) {
   const std::string page = to_markdown(page_document(cards, suite));
   EXPECT_THAT(page, HasSubstr("joint_flow"));
   EXPECT_THAT(page, HasSubstr("motion_only"));
-  const std::vector<ProfileRow> profile = performance_profile(cards, suite);
+  const std::vector<ProfileRow> profile = performance_profile(cards);
   ASSERT_EQ(profile.size(), 2U);
   EXPECT_EQ(profile[0].n_cases, 4);
   EXPECT_DOUBLE_EQ(profile[0].share_within(1) + profile[1].share_within(1), 1);
@@ -215,6 +251,7 @@ std::vector<PlacedCard> two_cards(const std::vector<std::pair<double, double>>& 
       if (std::isfinite(error)) {
         point.n_estimated = 10;
         point.Et_m = IntervalEstimate{.value = error};
+        point.best_Et_m = error;
       }
       cards[i].card.curves.push_back(point);
     }
@@ -225,7 +262,7 @@ std::vector<PlacedCard> two_cards(const std::vector<std::pair<double, double>>& 
 TEST_F(Benchmark, TheProfileCountsCasesThatNobodySolvesAndExactSolutions) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const std::vector<PlacedCard> cards = two_cards({{1e-12, 1e-8}, {none, none}, {0.1, 0.2}, {none, 0.2}});
-  const std::vector<ProfileRow> profile = performance_profile(cards, find_suite(suite_file()));
+  const std::vector<ProfileRow> profile = performance_profile(cards);
   ASSERT_EQ(profile.size(), 2U);
   for (const ProfileRow& row : profile) {
     EXPECT_EQ(row.n_cases, 4) << row.estimator;
@@ -241,7 +278,7 @@ TEST_F(Benchmark, CardsWithTheSameNameStayApart) {
   const std::string page = to_markdown(page_document(cards, find_suite(suite_file())));
   EXPECT_THAT(page, HasSubstr("a (of_a)"));
   EXPECT_THAT(page, HasSubstr("a (of_b)"));
-  EXPECT_THROW(performance_profile(cards, find_suite(suite_file())), Error);
+  EXPECT_THROW(performance_profile(cards), Error);
   const fs::path folder = run("joint_flow");
   EXPECT_THROW(page_files({folder, folder}, suite_file(), folder_.path(), 1), Error);
 }

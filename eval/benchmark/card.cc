@@ -195,6 +195,20 @@ std::optional<IntervalEstimate> mean_of(const NoiseLevel& level, std::string_vie
                           [&](std::span<const size_t> chosen) { return total(clusters, chosen).mean(); });
 }
 
+/// Returns the mean of the smallest errors, over the share `share` of the pairs with truth. Returns nullopt if
+/// fewer pairs were estimated.
+std::optional<double> mean_of_best(const NoiseLevel& level, size_t error, double share) {
+  std::vector<double> values;
+  for (size_t row = 0; row < level.n_rows(); ++row) {
+    if (const double value = level.error(error, row); !std::isnan(value)) values.push_back(value);
+  }
+  const auto n_best = static_cast<size_t>(std::ceil(share * static_cast<double>(level.n_truth()) - 1e-9));
+  if (n_best == 0 || values.size() < n_best) return std::nullopt;
+  std::ranges::sort(values);
+  values.resize(n_best);
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(n_best);
+}
+
 CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& suite, double level,
                      const NoiseLevel& errors, const std::string& file) {
   CurvePoint point{.estimator = std::get<0>(key),
@@ -209,6 +223,7 @@ CurvePoint summarize(const CurveKey& key, const SuiteTrack& track, const Suite& 
   point.Et_m = mean_of(errors, "Et_m");
   point.ER_deg = mean_of(errors, "ER_deg");
   point.Ev_kmh = mean_of(errors, speed_error);
+  point.best_Et_m = mean_of_best(errors, compared_error("Et_m"), suite.min_coverage);
   const LimitSummary limit = summarize_limit(errors, {});
   if (const Efficiency* efficiency = find_in(limit.efficiency, suite.metric))
     point.efficiency = IntervalEstimate{efficiency->efficiency, efficiency->interval};

@@ -7,6 +7,8 @@
 //
 //   coverage       share of the frame pairs with truth for which the estimator returned a motion
 //   error          mean of E_t, E_R and (objects) E_v over the estimated pairs
+//   best pairs     mean of E_t over the share `min_coverage` of the frame pairs with truth that has the
+//                  smallest errors, of which pairs without a motion are the worst; none if coverage is lower
 //   efficiency     RMS of the Cramer-Rao bounds of the track's metric / RMS of its errors, over pairs with a
 //                  bound
 //   ANEES          mean normalised error squared, if the estimator returns a covariance
@@ -72,6 +74,7 @@ struct CurvePoint {
   bool is_nominal = false;
   int n_seeds = 0, n_truth = 0, n_estimated = 0;
   std::optional<IntervalEstimate> Et_m, ER_deg, Ev_kmh;
+  std::optional<double> best_Et_m;  ///< mean E_t of the best pairs
   std::optional<IntervalEstimate> efficiency;
   std::optional<double> anees;
   std::optional<Interval> anees_expected;

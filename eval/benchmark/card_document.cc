@@ -337,7 +337,7 @@ constexpr double rounding_m = 1e-6;
 
 }  // namespace
 
-std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite) {
+std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards) {
   std::map<std::string, ProfileRow> rows;
   // Errors of the estimators that solve a case; the entry of a case that nobody solves is empty.
   std::map<std::tuple<std::string, std::string, double>, std::map<std::string, double>> errors;
@@ -349,8 +349,7 @@ std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards
     for (const CurvePoint& point : placed.card.curves) {
       if (point.n_truth == 0) continue;
       std::map<std::string, double>& by_estimator = errors[{point.track, point.body, point.level}];
-      if (point.Et_m && point.coverage() >= suite.min_coverage)
-        by_estimator.emplace(point.estimator, std::max(point.Et_m->value, rounding_m));
+      if (point.best_Et_m) by_estimator.emplace(point.estimator, std::max(*point.best_Et_m, rounding_m));
     }
   }
   for (const auto& [key, by_estimator] : errors) {
@@ -377,16 +376,19 @@ std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards
 
 namespace {
 
-Table profile_table(const std::vector<ProfileRow>& rows) {
+Table profile_table(const std::vector<ProfileRow>& rows, const Suite& suite) {
   using Row = ProfileRow;
   const auto within = [](double tau) {
     return [tau](const Row& row) { return Cell(100 * row.share_within(tau)); };
   };
   return table_of(
       "Performance profile",
-      "Share of cases (track, kind of body, level) in which the mean E_t is within a factor tau of the best "
-      "estimator; a case that an estimator does not solve with the required coverage, or did not run, "
-      "counts against it, and one that no estimator solves against all. Errors below 1 um count as 1 um.",
+      fmt::format(
+          "Share of cases (track, kind of body, level) in which the mean E_t of the best {:g} % of the frame "
+          "pairs is within a factor tau of the best estimator. Pairs without a motion are the worst ones; a "
+          "case with fewer motions than that, or that an estimator did not run, counts against it, and one "
+          "that no estimator solves against all. Errors below 1 um count as 1 um.",
+          100 * suite.min_coverage),
       Fields<Row>{{Column::text("estimator"), &Row::estimator},
                   {Column::count("n_cases", "cases"), &Row::n_cases},
                   {Column::count("n_solved", "solved"), &Row::n_solved},
@@ -442,9 +444,9 @@ ReportDocument page_document(const std::vector<PlacedCard>& placed_cards, const 
     if (!placed.card.left_out.empty())
       left_out.paragraphs.push_back(placed.card.estimator + ": " + left_out_text(placed.card));
   }
-  const std::vector<ProfileRow> profile = performance_profile(cards, suite);
+  const std::vector<ProfileRow> profile = performance_profile(cards);
   if (cards.size() > 1) overview.figures.push_back(profile_figure(profile));
-  overview.tables.push_back({"performance", profile_table(profile)});
+  overview.tables.push_back({"performance", profile_table(profile, suite)});
   ReportSection table{.name = "nominal", .heading = "All tracks"};
   table.tables.push_back({"nominal_level", nominal_table(nominal, suite)});
   ReportSection curves{.name = "curves", .heading = "Growth of the errors"};

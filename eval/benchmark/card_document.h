@@ -43,7 +43,7 @@ struct ProfileRow {
 };
 /// Computes the profiles, ordered by rho(1), then rho(2), then the share of solved cases, best first.
 /// Throws Error if two cards have a result of the same name.
-std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards, const Suite& suite);
+std::vector<ProfileRow> performance_profile(const std::vector<PlacedCard>& cards);
 
 /// Makes the page of all cards, which must belong to one suite. Results of several cards with the same name
 /// are called "NAME (FOLDER)".

@@ -14,7 +14,7 @@
 namespace sextant {
 namespace {
 
-constexpr int schema = 1;
+constexpr int schema = 2;
 
 std::optional<double> number(const Json& row, const std::string& key, const std::string& where) {
   if (!row.contains(key)) return std::nullopt;
@@ -63,6 +63,7 @@ Fields<CurvePoint> curve_fields() {
   add("Et_m", &Row::Et_m);
   add("ER_deg", &Row::ER_deg);
   add("Ev_kmh", &Row::Ev_kmh);
+  fields.add(Column::number("best_Et_m", 3).only_in_files(), &Row::best_Et_m);
   fields.add(estimate_columns("efficiency", "efficiency"), &Row::efficiency);
   fields.add(Column::number("anees", "ANEES", 2), &Row::anees);
   fields.add_range(range_columns("anees_expected_low", "anees_expected_high", 2, "expected"),
@@ -116,6 +117,7 @@ CurvePoint point_from(const Json& row, const std::string& where) {
           .Et_m = estimate(row, "Et_m", where),
           .ER_deg = estimate(row, "ER_deg", where),
           .Ev_kmh = estimate(row, "Ev_kmh", where),
+          .best_Et_m = number(row, "best_Et_m", where),
           .efficiency = estimate(row, "efficiency", where),
           .anees = number(row, "anees", where),
           .anees_expected = interval(row, "anees_expected_low", "anees_expected_high", where),
@@ -186,7 +188,10 @@ Json to_json(const Card& card) {
 Card parse_card(std::string_view text, const std::string& where) {
   const Json json = parse_json(text, where);
   if (json_member<int>(json, "sextant_card", where) != schema)
-    fail("{}: the card has another version: expected \"sextant_card\": {}", where, schema);
+    fail(
+        "{}: the card has another version: expected \"sextant_card\": {}: make it again from its records "
+        "with sextant benchmark card",
+        where, schema);
   Card card{.suite = json_member<std::string>(json, "suite", where),
             .suite_sha256 = json_member<std::string>(json, "suite_sha256", where),
             .quick = json_member<bool>(json, "quick", where),

@@ -1,15 +1,20 @@
-// The order of the reference systems whose records and cards are stored in results/benchmark.
+// The reference systems whose records and cards are stored in results/benchmark: they follow from this
+// program, and their order.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <tuple>
 
 #include "sextant/base/files.h"
 #include "sextant/base/testing.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
+#include "sextant/eval/experiment/sweep.h"
+#include "sextant/eval/records/record_stream.h"
 
 namespace sextant {
 namespace {
@@ -44,6 +49,43 @@ TEST(References, CardsAreWhatTheirRecordsGive) {
     ++n;
   }
   EXPECT_GE(n, 9);
+}
+
+// A stored reference that an estimator of this program no longer gives would be compared with results of the
+// present one. The tolerance leaves room for other compilers.
+TEST(References, OneCaseOfEachBuiltInEstimatorGivesTheStoredNumbersAgain) {
+  const Suite suite = find_suite("sextant-1");
+  const SuiteTrack& track = suite.track("far");
+  const TempFolder folder;
+  using Key = std::tuple<double, uint64_t, int, Interned>;
+  for (const std::string name : {"joint_flow", "joint_flow_depth", "motion_only"}) {
+    std::map<Key, Record> stored;
+    for (const Record& record : read_records(references() / name / "far" / "records.jsonl")) {
+      if (record.sequence == "s18") stored[{record.level, record.seed, record.frame, record.body}] = record;
+    }
+    SweepConfig config;
+    config.plan = parse_plan(plan_text(suite, track, track.sweeps.front(), name, /*quick=*/false), "plan", "");
+    std::erase_if(config.plan.sources, [](const SourceSpec& source) { return !source.text.starts_with("synthetic:s18"); });
+    config.plan.levels = {config.plan.levels.back()};
+    config.plan.seeds = {0};
+    config.out = folder.path() / name;
+    config.cache = PackCache(folder.path() / "cache");
+    config.quiet = true;
+    sweep(config);
+    int n = 0;
+    for (const Record& record : read_records(config.out / "records.jsonl")) {
+      if (!track.counts(record) || record.status != Status::ok) continue;
+      const auto same = stored.find({record.level, record.seed, record.frame, record.body});
+      ASSERT_NE(same, stored.end()) << name << ", frame " << record.frame << ", " << record.body;
+      for (const auto& [error, value] : same->second.errors)
+        EXPECT_NEAR(record.errors.at(error), value, 1e-4 * value + 1e-6)
+            << name << ", frame " << record.frame << ", " << record.body << ", " << error;
+      const auto nees = find_number(same->second.values, "nees");
+      if (nees) EXPECT_NEAR(record.values.at("nees"), *nees, 1e-3 * *nees) << name << ", frame " << record.frame;
+      ++n;
+    }
+    EXPECT_GE(n, 20) << name;
+  }
 }
 
 TEST(References, InliersOfRansacAreWorseThanTheJointOptimisation) {

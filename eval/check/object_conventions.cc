@@ -293,26 +293,50 @@ Finding check_object_depth(const ConventionData& data) {
   return finding;
 }
 
+namespace {
+
+/// Returns the poses of an object in the world in `frame` and the frames after it, max_steps at most, as long
+/// as it and the camera have true poses.
+std::vector<SE3> next_poses(const ConventionData& data, int frame, int id) {
+  std::vector<SE3> poses;
+  for (int at = frame; at <= std::min(frame + max_steps, data.last_frame()); ++at) {
+    const ObjectTruth* const object = data.truth.find(at, id);
+    const auto T_world_camera = data.truth.camera.pose(at);
+    if (object == nullptr || !T_world_camera) break;
+    poses.push_back(*T_world_camera * object->T_camera_object);
+  }
+  return poses;
+}
+
+/// Returns the first of the poses that is min_displacement_m away from poses[0]; poses.size() if there is none,
+/// or if the way there is a jump: more than three times as long as the median step of these poses.
+size_t end_of_way(const std::vector<SE3>& poses) {
+  std::vector<double> steps_m;
+  for (size_t i = 1; i < poses.size(); ++i)
+    steps_m.push_back((poses[i].translation() - poses[i - 1].translation()).norm());
+  for (size_t i = 1; i < poses.size(); ++i) {
+    const double way_m = (poses[i].translation() - poses[0].translation()).norm();
+    if (way_m < min_displacement_m) continue;
+    return way_m > 3 * static_cast<double>(i) * median(steps_m) ? poses.size() : i;
+  }
+  return poses.size();
+}
+
+}  // namespace
+
 Finding check_heading(const ConventionData& data) {
   Finding finding{.check = "heading", .limit = 15, .fail_limit = 30, .unit = "deg", .counted = "steps"};
   if (data.truth.objects.empty()) return finding.not_checkable("no true objects");
   if (data.truth.camera.poses().size() < 2) return finding.not_checkable("no true camera poses");
   std::vector<double> angles;
   for_each_object(data, [&](int frame, const ObjectTruth& object) {
-    const auto T_world_a = data.truth.camera.pose(frame);
-    for (int later = frame + 1; T_world_a && later <= std::min(frame + max_steps, data.last_frame());
-         ++later) {
-      const ObjectTruth* end = data.truth.find(later, object.id);
-      const auto T_world_b = data.truth.camera.pose(later);
-      if (end == nullptr || !T_world_b) return;
-      const SE3 a = *T_world_a * object.T_camera_object, b = *T_world_b * end->T_camera_object;
-      const Eigen::Vector3d way = b.translation() - a.translation();
-      if (way.norm() < min_displacement_m) continue;
-      const Eigen::Vector3d ahead =
-          (a.rotation() * Eigen::Vector3d::UnitZ() + b.rotation() * Eigen::Vector3d::UnitZ());
-      angles.push_back(std::atan2(way.cross(ahead).norm(), way.dot(ahead)) * 180 / std::numbers::pi);
-      return;
-    }
+    const std::vector<SE3> poses = next_poses(data, frame, object.id);
+    const size_t end = end_of_way(poses);
+    if (end >= poses.size()) return;
+    const Eigen::Vector3d way = poses[end].translation() - poses[0].translation();
+    const Eigen::Vector3d ahead =
+        poses[0].rotation() * Eigen::Vector3d::UnitZ() + poses[end].rotation() * Eigen::Vector3d::UnitZ();
+    angles.push_back(std::atan2(way.cross(ahead).norm(), way.dot(ahead)) * 180 / std::numbers::pi);
   });
   if (!finding.measure(angles)) finding.not_checkable("no object moves by 1 m within 5 frames");
   if (finding.checkable() && !finding.passes()) finding.cause = cause_in_equal_poses(data);
