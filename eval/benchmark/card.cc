@@ -195,8 +195,8 @@ std::optional<IntervalEstimate> mean_of(const NoiseLevel& level, std::string_vie
                           [&](std::span<const size_t> chosen) { return total(clusters, chosen).mean(); });
 }
 
-/// Returns the mean of the smallest errors, over the share `share` of the pairs with truth. Returns nullopt if
-/// fewer pairs were estimated.
+/// Returns the mean of the smallest errors, over the share `share` of the pairs with truth. Returns nullopt
+/// if fewer pairs were estimated.
 std::optional<double> mean_of_best(const NoiseLevel& level, size_t error, double share) {
   std::vector<double> values;
   for (size_t row = 0; row < level.n_rows(); ++row) {

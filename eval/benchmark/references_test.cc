@@ -64,8 +64,10 @@ TEST(References, OneCaseOfEachBuiltInEstimatorGivesTheStoredNumbersAgain) {
       if (record.sequence == "s18") stored[{record.level, record.seed, record.frame, record.body}] = record;
     }
     SweepConfig config;
-    config.plan = parse_plan(plan_text(suite, track, track.sweeps.front(), name, /*quick=*/false), "plan", "");
-    std::erase_if(config.plan.sources, [](const SourceSpec& source) { return !source.text.starts_with("synthetic:s18"); });
+    config.plan =
+        parse_plan(plan_text(suite, track, track.sweeps.front(), name, /*quick=*/false), "plan", "");
+    std::erase_if(config.plan.sources,
+                  [](const SourceSpec& source) { return !source.text.starts_with("synthetic:s18"); });
     config.plan.levels = {config.plan.levels.back()};
     config.plan.seeds = {0};
     config.out = folder.path() / name;
@@ -81,7 +83,8 @@ TEST(References, OneCaseOfEachBuiltInEstimatorGivesTheStoredNumbersAgain) {
         EXPECT_NEAR(record.errors.at(error), value, 1e-4 * value + 1e-6)
             << name << ", frame " << record.frame << ", " << record.body << ", " << error;
       const auto nees = find_number(same->second.values, "nees");
-      if (nees) EXPECT_NEAR(record.values.at("nees"), *nees, 1e-3 * *nees) << name << ", frame " << record.frame;
+      if (nees)
+        EXPECT_NEAR(record.values.at("nees"), *nees, 1e-3 * *nees) << name << ", frame " << record.frame;
       ++n;
     }
     EXPECT_GE(n, 20) << name;
