@@ -51,8 +51,8 @@ TEST(References, CardsAreWhatTheirRecordsGive) {
   EXPECT_GE(n, 9);
 }
 
-// A stored reference that an estimator of this program no longer gives would be compared with results of the
-// present one. The tolerance leaves room for other compilers.
+// The estimators must still give the stored numbers, because users compare their results with these. The
+// tolerances allow for the rounding of other compilers.
 TEST(References, OneCaseOfEachBuiltInEstimatorGivesTheStoredNumbersAgain) {
   const Suite suite = find_suite("sextant-1");
   const SuiteTrack& track = suite.track("far");

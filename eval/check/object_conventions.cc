@@ -308,8 +308,8 @@ std::vector<SE3> next_poses(const ConventionData& data, int frame, int id) {
   return poses;
 }
 
-/// Returns the first of the poses that is min_displacement_m away from poses[0]; poses.size() if there is none,
-/// or if the way there is a jump: more than three times as long as the median step of these poses.
+/// Returns the first of the poses that is min_displacement_m away from poses[0]. Returns poses.size() if
+/// there is none, or if the body jumps there: the way is longer than three times as many median steps.
 size_t end_of_way(const std::vector<SE3>& poses) {
   std::vector<double> steps_m;
   for (size_t i = 1; i < poses.size(); ++i)

@@ -10,16 +10,7 @@
 // Subsets: every label of a mask image (8 or 16-bit PNG, 0 is background). With KITTI's flow_noc or disp_noc
 // as second truth also the pixels visible in both images (noc) and all others (occ).
 //
-// Warnings name the likely cause if another reading of the estimate or of the truth
-// (diagnosis/dense_readings.h) explains the errors by the rule of diagnosis/hypothesis.h. Residuals are means
-// over up to 2000 pixels of every image:
-//
-//   flow    squared length of the error, px^2; the null reading is no flow
-//   depth   (ln z - ln z_true)^2; the null reading is one depth everywhere, the geometric mean of the truth
-//
-// Further readings: flow that holds target coordinates, and an estimate that is one factor times the truth
-// (its median over the pixels). Other warnings: PNG flow in the order B, G, R, and flow that is exactly (0,
-// 0) in a quarter of the pixels, although it is not in truth.
+// Warnings name the likely cause of large errors (dense_warnings.h), and PNG flow in the order B, G, R.
 
 #include <string>
 #include <vector>

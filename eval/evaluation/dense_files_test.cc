@@ -160,6 +160,10 @@ TEST(DenseFiles, OtherReadingsOfTheFilesAreNamed) {
                 return Flow{1.2F * f.u, 1.2F * f.v};  // an error of the estimate
               }),
               IsEmpty());
+  EXPECT_THAT(changed([](Flow f, float e) {
+                return Flow{0.8F * f.u + e, 1.2F * f.v - e};
+              }),
+              ElementsAre(HasSubstr("the estimate has v / u about 1.5 times that of the truth")));
   // Pixels without an estimate that are not marked; a part of the scene that stands still.
   const auto partly = [&](bool in_truth) {
     const auto half = image_of(40, 30, [&](int x, int y) { return y % 2 == 0 ? Flow{0, 0} : truth(x, y); });
@@ -201,6 +205,13 @@ TEST(DenseFiles, OtherReadingsOfTheFilesAreNamed) {
   };
   EXPECT_THAT(scaled(0.5F), ElementsAre(HasSubstr("the estimate is about 0.5 times the truth")));
   EXPECT_THAT(scaled(1.1F), IsEmpty());
+  const auto along_rays = image_of(40, 30, [&](int x, int y) {
+    const double secant = std::sqrt(1 + (std::pow(x - 20, 2) + std::pow(y - 15, 2)) / std::pow(24, 2));
+    return static_cast<float>(secant) * true_z(x, y);
+  });
+  EXPECT_THAT(
+      depth_warnings(encode_png(depth256_from_depth(along_rays)), DepthFormat::depth256),
+      ElementsAre(HasSubstr("the distance along the viewing ray instead of z, for a focal length of")));
   const auto clipped = image_of(
       40, 30, [&](int x, int y) { return static_cast<uint16_t>(std::min(65535.0F, 5000 * true_z(x, y))); });
   EXPECT_THAT(depth_warnings(encode_png(clipped), DepthFormat::depth256),
