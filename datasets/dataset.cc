@@ -66,18 +66,36 @@ SourceSpec SourceSpec::parse(const std::string& text) {
   return spec;
 }
 
+namespace {
+
+/// Throws Error if a member of `group` is not an option of the adapter.
+void check_group(const Adapter& adapter, const Json& group) {
+  if (!group.is_object())
+    fail("option source.{}: expected an object, got {}", adapter.name, json_excerpt(group));
+  std::vector<std::string> names;
+  for (const OptionHelp& option : adapter.options()) {
+    const std::string key = option.key.substr(option.key.find('.') + 1);  // without "source."
+    names.push_back(key.substr(0, key.find('.')));
+  }
+  for (const auto& item : group.items()) {
+    if (std::ranges::find(names, item.key()) == names.end())
+      fail("unknown option key 'source.{}.{}': {}", adapter.name, item.key(), suggest(item.key(), names));
+  }
+}
+
+}  // namespace
+
 void SourceSpec::add_options(const Json& tree) {
-  const auto is_adapter = [](const std::string& key) {
-    return std::ranges::any_of(adapters(), [&](const Adapter& a) { return a.name == key; });
-  };
   if (!tree.is_object()) fail("option source: expected an object, got {}", json_excerpt(tree));
   for (const auto& item : tree.items()) {
-    if (!is_adapter(item.key())) options[item.key()] = item.value();
+    const auto of_key = std::ranges::find(adapters(), item.key(), &Adapter::name);
+    if (of_key == adapters().end()) {
+      options[item.key()] = item.value();
+    } else {
+      check_group(*of_key, item.value());
+    }
   }
-  if (const auto own = tree.find(adapter); own != tree.end()) {
-    if (!own->is_object()) fail("option source.{}: expected an object, got {}", adapter, json_excerpt(*own));
-    options.update(*own);
-  }
+  if (const auto own = tree.find(adapter); own != tree.end()) options.update(*own);
 }
 
 SourceSpec find_source(const std::string& text, const std::string& data_root) {

@@ -31,6 +31,18 @@ TEST(SourceSpec, SequenceWithASlashAndPathWithSigns) {
   EXPECT_EQ(SourceSpec::parse("vdo:demo@home#2/").path, "demo@home#2/");
 }
 
+TEST(SourceSpec, OptionsOfOtherAdaptersAreCheckedToo) {
+  SourceSpec spec = SourceSpec::parse("synthetic:s18");
+  spec.add_options({{"rate_hz", 20}, {"kitti", {{"flow", "dis"}}}, {"synthetic", {{"every", 2}}}});
+  EXPECT_EQ(spec.options, (Json{{"rate_hz", 20}, {"every", 2}}));
+  expect_error(
+      [&] {
+        spec.add_options({{"kitti", {{"flwo", "dis"}}}});
+      },
+      "unknown option key 'source.kitti.flwo': did you mean 'flow'");
+  expect_error([&] { spec.add_options({{"kitti", 1}}); }, "option source.kitti: expected an object");
+}
+
 TEST(SourceSpecErrors, ShowTheExpectedForm) {
   for (const char* text : {"", "demo", "/data/demo", ":demo", "vdo:", "vdo:demo#", "vdo:demo@", "vdo:demo@5",
                            "vdo:demo@-", "vdo:demo@3-", "vdo:demo@-3", "vdo:demo@a-b", "vdo:demo@1-2-3",

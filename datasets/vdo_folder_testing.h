@@ -34,6 +34,7 @@ struct VdoFixtureOptions {
   int height = 96;    ///< px
   bool yaml = true;   ///< write camera.yaml
   bool truth = true;  ///< write pose_gt.txt and object_pose.txt
+  double speed = 1;   ///< factor on the motions of camera and object
 };
 
 /// The written folder and its truth.
@@ -121,8 +122,10 @@ inline void fixture_tracks(const VdoFixtureOptions& options, VdoFixture& fixture
   for (int i = 0; i < options.n_frames; ++i) {
     fixture.T_world_camera[options.first_frame + i] = camera;
     fixture.T_world_object[options.first_frame + i] = object;
-    camera = camera * fixture_pose(0.008 - 0.003 * (i % 3), 0.02 * (i % 2), 0.0, 0.70 + 0.05 * (i % 2));
-    object = object * fixture_pose(-0.02 + 0.006 * (i % 2), 0.0, 0.0, 0.85 + 0.04 * (i % 3));
+    const double k = options.speed;
+    camera = camera * fixture_pose(k * (0.008 - 0.003 * (i % 3)), k * 0.02 * (i % 2), 0.0,
+                                   k * (0.70 + 0.05 * (i % 2)));
+    object = object * fixture_pose(k * (-0.02 + 0.006 * (i % 2)), 0.0, 0.0, k * (0.85 + 0.04 * (i % 3)));
   }
 }
 

@@ -83,8 +83,9 @@ TEST(References, OneCaseOfEachBuiltInEstimatorGivesTheStoredNumbersAgain) {
         EXPECT_NEAR(record.errors.at(error), value, 1e-4 * value + 1e-6)
             << name << ", frame " << record.frame << ", " << record.body << ", " << error;
       const auto nees = find_number(same->second.values, "nees");
-      if (nees)
+      if (nees) {
         EXPECT_NEAR(record.values.at("nees"), *nees, 1e-3 * *nees) << name << ", frame " << record.frame;
+      }
       ++n;
     }
     EXPECT_GE(n, 20) << name;

@@ -250,6 +250,7 @@ void fit(FitFlags& flags) {
   const SourceSpec source = source_of(flags.source, flags);
   const NoiseProfile profile = write_noise_profile(source, options, flags.out, flags.figure);
   if (!flags.quiet) {  // a mistake such as backward flow would be measured as noise
+    for (const std::string& warning : profile.warnings()) print_message("warning", warning);
     for (const std::string& failure : failures_of(source, flags.jobs))
       print_message("warning", failure + "; the profile may describe this mistake instead of noise");
   }

@@ -1,6 +1,6 @@
 #include "sextant/eval/evaluation/body_offset.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <vector>
 
@@ -14,16 +14,18 @@ constexpr size_t fewest_poses = 10;
 /// Components with less than this share of the largest information are not determined.
 constexpr double least_information = 0.03;
 
-/// Solves N x = b in the eigenvectors of N whose eigenvalue exceeds `least`; x is 0 in the others.
-Eigen::Vector3d solve_determined(const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>& N,
-                                 const Eigen::Vector3d& b, double least) {
-  Eigen::Vector3d x = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) {
+/// Returns the inverse of a symmetric matrix in its eigenvectors whose eigenvalue exceeds `least`, and 0 in
+/// the others.
+template <int size>
+Eigen::Matrix<double, size, size> inverse_of_determined(
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, size, size>>& N, double least) {
+  Eigen::Matrix<double, size, size> inverse = Eigen::Matrix<double, size, size>::Zero();
+  for (int i = 0; i < size; ++i) {
     if (N.eigenvalues()[i] <= least) continue;
-    const Eigen::Vector3d direction = N.eigenvectors().col(i);
-    x += direction * (direction.dot(b) / N.eigenvalues()[i]);
+    const Eigen::Matrix<double, size, 1> direction = N.eigenvectors().col(i);
+    inverse += direction * direction.transpose() / N.eigenvalues()[i];
   }
-  return x;
+  return inverse;
 }
 
 }  // namespace
@@ -68,7 +70,7 @@ std::optional<Eigen::Vector3d> estimate_lever_arm(const TrajectoryPair& pair) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(M);
   const double largest = solver.eigenvalues()[2];
   if (!(largest > 0)) return std::nullopt;
-  const Eigen::Vector3d l = solve_determined(solver, c, least_information * largest);
+  const Eigen::Vector3d l = inverse_of_determined(solver, least_information * largest) * c;
   if (!l.allFinite()) return std::nullopt;
   return l;
 }
@@ -131,13 +133,16 @@ std::optional<BodyRotation> estimate_body_rotation(const TrajectoryPair& pair) {
       across += scale * scale * t.squaredNorm();
     }
     N.diagonal().segment<3>(3).array() += variance / (lever_sigma_m * lever_sigma_m);
-    const Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> others(N.bottomRightCorner<4, 4>());
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> others(N.bottomRightCorner<4, 4>());
+    constexpr double rounding = 1e-14;
     const Eigen::Matrix<double, 3, 4> C = N.topRightCorner<3, 4>();
-    const Eigen::Matrix3d M =
-        N.topLeftCorner<3, 3>() - C * others.solve(Eigen::Matrix<double, 4, 3>(C.transpose()));
-    const Eigen::Vector3d c = b.head<3>() - C * others.solve(Eigen::Vector4d(b.tail<4>()));
+    const Eigen::Matrix<double, 3, 4> R =
+        C * inverse_of_determined(others, rounding * others.eigenvalues()[3]);
+    const Eigen::Matrix3d M = N.topLeftCorner<3, 3>() - R * C.transpose();
+    const Eigen::Vector3d c = b.head<3>() - R * b.tail<4>();
     const Eigen::Vector3d turn =
-        solve_determined(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(M), c, least_information * across);
+        inverse_of_determined(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(M), least_information * across) *
+        c;
     if (!turn.allFinite()) return std::nullopt;
     camera_from_body = so3_exp(turn).toRotationMatrix() * camera_from_body;
   }

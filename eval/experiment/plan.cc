@@ -177,8 +177,13 @@ class PlanReader {
 
   void add_grid(const Json& grid, Plan& plan) const {
     if (!grid.is_object()) fail("expected {{\"parameter\", \"levels\"}}, got {}", json_excerpt(grid));
-    if (grid.contains("level")) {
+    if (grid.contains("level") || grid.contains("noise")) {
       check_keys(grid, {"level", "noise"});
+      const bool is_zero = grid.contains("level") && grid["level"] == 0;  // the level without noise
+      for (const char* key : {"level", "noise"})
+        if (!grid.contains(key) && !is_zero)
+          fail("key '{}' is missing: a setting has \"level\" and \"noise\", which is {{}} without noise",
+               key);
       plan.levels.push_back({level_of(grid["level"], "level"), Noise(grid.value("noise", Json::object()))});
       return;
     }

@@ -69,6 +69,8 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error([&] { noisy(R"({"parameter":"depth.delta","levels":[1]})"); }, "p.json:3: noise");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_px","levels":[1]})"); }, "did you mean 'delta_d_px'");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[]})"); }, "list that is not empty");
+  expect_error([&] { noisy(R"({"level":1})"); }, "key 'noise' is missing");
+  expect_error([&] { noisy(R"({"noise":{"flow":{"epe_px":1}}})"); }, "key 'level' is missing");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,-0.2]})"); }, "got -0.2");
   expect_error([&] { noisy(R"({"parameter":"depth.delta_d_px","levels":[0.1,0.1]})"); }, "is repeated");
   expect_error([&] { noisy(R"({"parameter":"flow.scale","levels":[1]})"); }, "does not change the noise");
@@ -91,12 +93,12 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
         parse(plan_text(fmt::format("[{},{}]", correlated("[0.4,0.5]"), correlated("[0.5,0.4]")), "1"));
       },
       "give them different levels");
-  expect_error([&] { parse(plan_text("{\"level\":1}", "1000000000")); }, "more than the 10000000 cases");
-  expect_error([&] { parse(plan_text("{\"level\":1}", "[1,1]")); }, "p.json:4: seeds");
-  expect_error([&] { parse(plan_text("{\"level\":1}", "0")); }, "expected at least one seed");
-  expect_error([&] { parse(plan_text("{\"level\":1}", R"({"first":18446744073709551610,"count":7})")); },
+  expect_error([&] { parse(plan_text("{\"level\":0}", "1000000000")); }, "more than the 10000000 cases");
+  expect_error([&] { parse(plan_text("{\"level\":0}", "[1,1]")); }, "p.json:4: seeds");
+  expect_error([&] { parse(plan_text("{\"level\":0}", "0")); }, "expected at least one seed");
+  expect_error([&] { parse(plan_text("{\"level\":0}", R"({"first":18446744073709551610,"count":7})")); },
                "p.json:4: seeds: key 'first': 18446744073709551610 and the 6 seeds after it go beyond");
-  EXPECT_EQ(parse_plan(plan_text("{\"level\":1}", R"({"first":18446744073709551610,"count":6})"), "p", "")
+  EXPECT_EQ(parse_plan(plan_text("{\"level\":0}", R"({"first":18446744073709551610,"count":6})"), "p", "")
                 .seeds.back(),
             18446744073709551615U);
   expect_error([&] { parse(plan_text("{\"level\":1e400}")); }, "p.json:3: the number 1e400");
@@ -104,7 +106,7 @@ TEST_F(PlanTest, BadPlansNameLineAndKey) {
   expect_error(
       [&] { parse("{\"sources\":[{\"source\":\"synthetic:s18\",\"options\":3}],\n\"estimators\":[]}"); },
       "option source: expected an object");
-  expect_error([&] { parse(plan_text("{\"level\":1}", "1,\"options\":{\"pipeline\":[]}")); },
+  expect_error([&] { parse(plan_text("{\"level\":0}", "1,\"options\":{\"pipeline\":[]}")); },
                "expected an object");
   std::string text = plan_text();
   text.insert(1, "\"optoins\":{},");

@@ -189,6 +189,8 @@ SourceRun run_source(const RunConfig& config, const Plan& plan, size_t source, c
   out.motions = std::move(done->motions);
   if (!config.noise.none()) out.noise = done->noise.json(config.noise.options());
   out.problems = std::move(done->problems);
+  if (const std::string warning = config.noise.baseline_warning(out.info.camera); !warning.empty())
+    out.problems.push_back(fmt::format("{}: {}", out.source, warning));
   out.inputs = std::move(done->inputs);
   return out;
 }

@@ -142,6 +142,21 @@ std::vector<uint64_t> numbers_of(const SweepConfig& config) {
   return cases_of_shard(config.plan, config.shard % config.n_shards, config.n_shards);
 }
 
+/// Returns a warning for each source whose camera has another stereo baseline than the depth noise of a
+/// level.
+std::vector<std::string> baseline_warnings(const SweepConfig& config, const PlanRunner& runner) {
+  std::vector<std::string> warnings;
+  for (const OpenSource& source : runner.sources()) {
+    if (!source.sequence) continue;
+    const SequenceInfo& info = source.sequence->info();
+    for (const PlanLevel& level : config.plan.levels) {
+      const std::string warning = level.noise.baseline_warning(info.camera);
+      if (!warning.empty()) add_distinct(fmt::format("{}: {}", info.sequence, warning), warnings);
+    }
+  }
+  return warnings;
+}
+
 /// Returns the sources with a case in this shard for run.json, each with the hashes of its files.
 Json sources_json(const SweepConfig& config, const PlanRunner& runner) {
   Json sources = Json::array();
@@ -381,6 +396,7 @@ SweepOutcome sweep(const SweepConfig& config) {
       progress.advance();
     });
     outcome.wall_time_s = seconds_since(start);
+    outcome.problems = baseline_warnings(config, runner);
     for (std::vector<std::string>& of_case : problems)
       std::ranges::move(of_case, std::back_inserter(outcome.problems));
     const Json before = claimed;

@@ -68,8 +68,10 @@ struct SweepOutcome {
   uint64_t n_stale =
       0;  ///< finished before by another version of an estimator: run again, or kept with reuse_stale
   uint64_t n_records = 0;
-  double wall_time_s = 0;             ///< time of the cases run now, without filling the cache
-  std::vector<std::string> problems;  ///< problems of the estimators in the cases run now, in order of case
+  double wall_time_s = 0;  ///< time of the cases run now, without filling the cache
+  /// Depth noise of another baseline than the camera's, then problems of the estimators in the cases run now,
+  /// in order of case
+  std::vector<std::string> problems;
 };
 
 /// Returns {"out", "cases", "cases_before", "cases_stale", "records", "problems", "wall_time_s"} of the sweep

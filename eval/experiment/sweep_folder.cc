@@ -146,9 +146,14 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
   const FolderLock lock(out);
   Json plan, shards = Json::array();
   uint64_t n_shards = 0;
-  std::map<uint64_t, std::string> folder_of;      // by number of the shard
-  std::map<std::string, std::string> first_with;  // by source: the first folder that names its data
-  std::map<std::string, Json> sources;            // of run.json, by source
+  std::map<uint64_t, std::string> folder_of;  // by number of the shard
+  struct DataOfSource {
+    std::string folder;  ///< the first that names them
+    Json packs;
+  };
+  // By length and text of the source's index, which is the order of the indices.
+  std::map<std::pair<size_t, std::string>, DataOfSource> data_of;
+  std::map<std::string, Json> sources;  // of run.json, by source
   SameDefinitions definitions;
   Fingerprints versions;  // of estimators, by label
   for (const fs::path& folder : folders) {
@@ -172,12 +177,12 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       fail("{}: shard {} of {} is also in {}: list each shard once", folder.string(), shard.number, n_shards,
            other->second);
     const Json data = json_object(of_folder, "data", (folder / "plan.json").string());
-    for (const auto& [source, packs] : data.items()) {
-      const auto [known, is_new] = first_with.emplace(source, folder.string());
-      if (is_new) plan["data"][source] = packs;
-      if (plan["data"][source] != packs)
+    for (const auto& item : data.items()) {
+      const std::pair<size_t, std::string> source{item.key().size(), item.key()};
+      const auto known = data_of.try_emplace(source, DataOfSource{folder.string(), item.value()}).first;
+      if (known->second.packs != item.value())
         fail("{}: the files of its sources differ from those of {}: give shards of the same data",
-             folder.string(), known->second);
+             folder.string(), known->second.folder);
     }
     if (!is_finished_sweep(folder)) {
       fail("{}: its sweep is not finished: run its command again to resume it", folder.string());
@@ -212,6 +217,7 @@ SweepOutcome merge_sweeps(const std::vector<fs::path>& folders, const fs::path& 
       sources.emplace(json_member<std::string>(source, "source", (folder / "run.json").string()), source);
   }
   check_all_there(folder_of, n_shards);
+  for (const auto& [source, data] : data_of) plan["data"][source.second] = data.packs;
   Json provenance = read_run_json(folders.front());
   const auto n_cases = provenance.value("cases", uint64_t{0});
   const uint64_t n_planned = planned_cases(plan["plan"], (folders.front() / "plan.json").string());

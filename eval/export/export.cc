@@ -15,6 +15,7 @@
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/text.h"
+#include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/records/zip_file.h"
@@ -441,6 +442,10 @@ ExportOutcome export_records(const fs::path& folder, ExportFormat format, const 
   const fs::path parent = out.has_parent_path() ? out.parent_path() : fs::path(".");
   if (!fs::is_directory(parent, ignored)) fail("{}: there is no folder {}", out.string(), parent.string());
   const RecordColumns records(folder);
+  if (fs::exists(folder / "run.json", ignored)) {
+    const std::string missing = missing_records(read_run_json(folder), records.n_rows(), folder);
+    if (!missing.empty()) fail("{}", missing);
+  }
   constexpr int step = 1000;
   Progress progress("thousand records", static_cast<int>(records.n_rows() / step), quiet);
   const Rows rows = [&](const RowVisitor& visit) {

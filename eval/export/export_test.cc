@@ -90,6 +90,15 @@ TEST_F(Export, NpzNamesNoFolder) {
   EXPECT_EQ(bytes.find("../"), std::string::npos);
 }
 
+TEST_F(Export, RefusesRecordsThatWereCutOffOrRepeated) {
+  for (const int stated : {1, 3}) {
+    write_file(folder() / "run.json", json_text({{"records", stated}}));
+    expect_error([&] { export_records(folder(), ExportFormat::csv, folder() / "out"); },
+                 "records.jsonl holds 2 records, but run.json states");
+    EXPECT_FALSE(fs::exists(folder() / "out"));
+  }
+}
+
 TEST_F(Export, AnErrorKeepsTheExistingFile) {
   const fs::path out = exported(ExportFormat::csv);
   const std::string before = read_file(out);

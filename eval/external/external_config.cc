@@ -7,6 +7,7 @@
 #include "sextant/base/json.h"
 #include "sextant/base/text.h"
 #include "sextant/datasets/layout.h"
+#include "sextant/eval/logs/trajectory_files.h"
 
 namespace sextant {
 
@@ -28,6 +29,13 @@ const Placeholders& any_placeholders() {
     return p;
   }();
   return any;
+}
+
+void ExternalCamera::check() const {
+  std::vector<std::string> names = {"auto"};
+  for (const TrajectoryFormat& known : trajectory_formats()) names.push_back(known.name);
+  if (std::ranges::find(names, format) == names.end())
+    fail("option camera.format: unknown format '{}': {}", format, suggest(format, names));
 }
 
 void ExternalObjects::check() const {

@@ -34,6 +34,7 @@ struct ExternalCamera {
                   (std::string, format, "auto", "",
                    "auto, tum, kitti, euroc, vdo, dynosam or vdo_xml (docs/evaluate.md)"),
                   (bool, inverse, false, "", "the file holds T_camera_world instead of T_world_camera"))
+  void check() const;
 };
 
 /// Format of object motions: a file of motions or of poses per object, or the logs of a system.

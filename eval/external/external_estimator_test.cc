@@ -33,7 +33,7 @@ TEST_F(ExternalEstimatorTest, TheWorkedExampleRuns) {
 TEST_F(ExternalEstimatorTest, RecordsHaveTheKeysOfBuiltInEstimators) {
   write_camera();
   write_motions();
-  const std::string noise = R"({"depth":{"delta_d_px":0.1},"flow":{"epe_px":0.2}})";
+  const std::string noise = R"({"depth":{"delta_d_px":0.1,"baseline_m":0},"flow":{"epe_px":0.2}})";
   last_ = run_with(config("cp $(dirname $0)/camera.txt $(dirname $0)/obj_1.txt $output/", motions_), noise);
   EXPECT_THAT(last_.sources.front().problems, ElementsAre());
   const RunResult inside = run_with("joint_flow", noise);
@@ -414,6 +414,7 @@ TEST_F(ExternalEstimatorTest, ConfigurationsAreReadStrictly) {
   expect_error([&] { open(R"({"command": "a", "environment": "B"})"); }, "NAME=VALUE");
   expect_error([&] { open(R"({"command": "a", "objects": {"format": "tum"}})"); }, "objects.format");
   expect_error([&] { open(R"({"command": "a", "objects": {"files": "obj.txt"}})"); }, "with one *");
+  expect_error([&] { open(R"({"command": "a", "camera": {"format": "tumm"}})"); }, "did you mean 'tum'");
   expect_error([] { make_case_estimator("external:/no/such.json"); }, "/no/such.json");
   expect_error([] { make_case_estimator("extrenal:a.json"); }, "external:CONFIG.json");
 }

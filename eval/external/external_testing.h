@@ -54,7 +54,10 @@ class ExternalEstimatorTest : public testing::Test {
     SweepConfig c;
     const Json plan = {{"sources", {fixture_.source()}},
                        {"estimators", {estimator, "motion_only"}},
-                       {"noise", {{"parameter", "depth.delta_d_px"}, {"levels", {0.1, 0.2}}}},
+                       {"noise",
+                        {{"parameter", "depth.delta_d_px"},
+                         {"levels", {0.1, 0.2}},
+                         {"base", {{"depth", {{"baseline_m", 0}}}}}}},
                        {"seeds", n_seeds}};
     c.plan = parse_plan(plan.dump(2), file("plan.json").string(), "");
     c.out = file(out);

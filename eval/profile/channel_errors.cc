@@ -300,6 +300,7 @@ ChannelErrors channel_errors(const std::vector<ChannelField>& frames, const std:
   double tail_length = 0;
   long n_tails = 0;
   std::vector<double> error(n_axes);
+  Samples of_core(n_axes);
   for (size_t i = 0; i < errors[0].size(); ++i) {
     double squares = 0;
     for (size_t a = 0; a < n_axes; ++a) {
@@ -308,10 +309,14 @@ ChannelErrors channel_errors(const std::vector<ChannelField>& frames, const std:
       squares += error[a] * error[a];
     }
     out.mean_px += std::sqrt(squares) / static_cast<double>(out.n);
-    if (core.holds(error)) continue;
+    if (core.holds(error)) {
+      for (size_t a = 0; a < n_axes; ++a) of_core[a].push_back(error[a]);
+      continue;
+    }
     ++n_tails;
     tail_length += std::sqrt(squares);
   }
+  for (std::vector<double>& axis : of_core) out.robust_sigma_px.push_back(robust_sigma(std::move(axis)));
   out.tail_share = static_cast<double>(n_tails) / static_cast<double>(out.n);
   if (n_tails > 0) out.tail_radius_px = 1.5 * tail_length / static_cast<double>(n_tails);
 

@@ -56,7 +56,8 @@ struct ChannelErrors {
   long n = 0;  ///< number of pixels with an error, in every third row and column
   /// by axis; offset and sigma of the core, the mean absolute error over core and tails
   std::vector<double> offset_px, sigma_px, mean_abs_px;
-  double mean_px = 0;  ///< mean length of the error, over core and tails
+  std::vector<double> robust_sigma_px;  ///< by axis; 1.4826 MAD of the core, which is sigma if it is Gaussian
+  double mean_px = 0;                   ///< mean length of the error, over core and tails
   double tail_share = 0, tail_radius_px = 0;
   std::vector<CorrelationBin> correlation;
   SpatialCorrelation spatial;

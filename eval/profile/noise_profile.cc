@@ -62,12 +62,10 @@ std::vector<double> injected_correlation(const std::vector<ChannelField>& frames
   return out;
 }
 
-std::optional<ProfileChannel> channel_of(std::vector<ChannelField> frames, const std::string& reference,
-                                         const std::string& name) {
+std::optional<ProfileChannel> channel_of(const std::vector<ChannelField>& frames,
+                                         const std::string& reference, const std::string& name) {
   if (frames.empty()) return std::nullopt;
-  ProfileChannel channel{reference, channel_errors(frames, name), {}};
-  channel.injected = injected_correlation(frames, channel.errors.spatial, channel.errors.correlation);
-  return channel;
+  return ProfileChannel{reference, channel_errors(frames, name), {}};
 }
 
 Json json_of(const SpatialCorrelation& spatial) {
@@ -146,8 +144,38 @@ Json NoiseProfile::noise() const {
       json["outliers"] = {{"share", rounded(e.tail_share)}, {"radius_px", rounded(e.tail_radius_px)}};
   }
   if (disparity) json["depth"] = {{"delta_d_px", rounded(disparity->errors.sigma_px[0])}, {"baseline_m", 0}};
-  json["correlation"] = json_of((flow ? *flow : *disparity).errors.spatial);
+  json["correlation"] = json_of(injected_correlation());
   return json;
+}
+
+const SpatialCorrelation& NoiseProfile::injected_correlation() const {
+  return (flow ? *flow : *disparity).errors.spatial;
+}
+
+std::vector<std::string> NoiseProfile::warnings() const {
+  // The standard deviation of a Laplace distribution is 1.38 times its 1.4826 MAD.
+  constexpr double least_ratio = 1.5, most_tails = 0.5;
+  std::vector<std::string> warnings;
+  const auto add = [&](const char* of_channel, const std::optional<ProfileChannel>& channel) {
+    if (!channel) return;
+    const ChannelErrors& e = channel->errors;
+    for (size_t a = 0; a < e.sigma_px.size(); ++a) {
+      if (e.sigma_px[a] <= least_ratio * e.robust_sigma_px[a]) continue;
+      warnings.push_back(fmt::format(
+          "{}: sigma is {:.3g} px, but half of the errors in the core are as small as with {:.3g} px: tails "
+          "overlap the core, so that injected noise has too many errors of medium size and too few large "
+          "ones",
+          of_channel, e.sigma_px[a], e.robust_sigma_px[a]));
+      break;
+    }
+    if (e.tail_share > most_tails)
+      warnings.push_back(fmt::format(
+          "{}: {:.0f} % of the errors are tails: the core of {:.3g} px describes the fewest of them",
+          of_channel, 100 * e.tail_share, e.sigma_px[0]));
+  };
+  add("flow", flow);
+  add("disparity", disparity);
+  return warnings;
 }
 
 Json NoiseProfile::json() const {
@@ -174,14 +202,19 @@ NoiseProfile fit_noise_profile(const Sequence& sequence, const std::string& sour
   }
   NoiseProfile profile;
   profile.name = options.name;
-  profile.flow = channel_of(std::move(flow), std::string(to_string(errors.flow_reference())), "flow");
-  profile.disparity =
-      channel_of(std::move(disparity), std::string(to_string(errors.depth_reference())), "disparity");
+  profile.flow = channel_of(flow, std::string(to_string(errors.flow_reference())), "flow");
+  profile.disparity = channel_of(disparity, std::string(to_string(errors.depth_reference())), "disparity");
   if (!profile.flow && !profile.disparity)
     fail(
         "{}: the errors of flow and depth cannot be measured in any frame: expected flow and depth on a "
         "background of 50 corners or more, or a data set with dense ground truth",
         source);
+  const auto draw_injected = [&](const std::vector<ChannelField>& measured, ProfileChannel& channel) {
+    channel.injected =
+        injected_correlation(measured, profile.injected_correlation(), channel.errors.correlation);
+  };
+  if (profile.flow) draw_injected(flow, *profile.flow);
+  if (profile.disparity) draw_injected(disparity, *profile.disparity);
   profile.provenance = {{"source", source},
                         {"noise_added", options.noise.options()},
                         {"channels", below(options.data_root, sequence.info().provenance)},

@@ -42,7 +42,7 @@ struct ProfileOptions {
 struct ProfileChannel {
   std::string reference;
   ChannelErrors errors;
-  std::vector<double> injected;  ///< per bin of errors.correlation
+  std::vector<double> injected;  ///< correlation of injected noise, per bin of errors.correlation
 };
 
 struct NoiseProfile {
@@ -52,6 +52,12 @@ struct NoiseProfile {
 
   /// Returns the noise in the form of the noise option.
   Json noise() const;
+  /// Returns the correlation of injected noise, which all channels share: that of the flow or, if only the
+  /// disparity was measured, of the disparity.
+  const SpatialCorrelation& injected_correlation() const;
+  /// Returns why injected noise differs from the measured errors: the core is not Gaussian, because tails
+  /// overlap it, or most errors are tails.
+  std::vector<std::string> warnings() const;
   Json json() const;
 };
 

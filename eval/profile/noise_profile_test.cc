@@ -90,6 +90,20 @@ TEST(NoiseProfile, NextFrameMeasuresTheLevelOfAnyCorrelation) {
   }
 }
 
+TEST(NoiseProfile, WarnsOfTailsThatOverlapTheCore) {
+  const auto warnings = [&](const Json& outliers, const char* correlation) {
+    const Json noise = {{"flow", {{"epe_px", 0.8}}}, {"outliers", outliers}, {"correlation", correlation}};
+    return fit_noise_profile(*scene(), "scene",
+                             {.name = "tails", .noise = Noise(noise), .seed = 1, .jobs = 2})
+        .warnings();
+  };
+  EXPECT_THAT(warnings({{"share", 0.3}, {"radius_px", 50}}, "independent"), testing::IsEmpty());
+  EXPECT_THAT(warnings({{"share", 0.3}, {"radius_px", 8}}, "independent"),
+              testing::ElementsAre(HasSubstr("flow: sigma is 2.")));
+  EXPECT_THAT(warnings({{"share", 0}}, "shared_per_frame"),
+              testing::Contains(HasSubstr("of the errors are tails")));
+}
+
 TEST(NoiseProfile, NothingToMeasure) {
   expect_error([&] { fit_noise_profile(*scene(), "scene", {.name = "none"}); }, "give --noise");
 }

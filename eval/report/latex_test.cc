@@ -1,4 +1,4 @@
-#include "sextant/eval/report/table.h"
+#include "sextant/eval/report/latex.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Table table_of(int n_numbers) {
 
 /// A table with labels that LaTeX would read as the optional argument or the star of "\\\\".
 Table labels_table() {
-  Table table{.title = "Labels", .columns = {Column::text("label"), Column::text("other")}};
+  Table table{.title = "Labels of Müller, Łódź", .columns = {Column::text("label"), Column::text("other")}};
   for (const char* label : {"[5cm]", "[p] x", "*", "x"}) table.add_row({label, "a"});
   return table;
 }
@@ -39,6 +39,7 @@ TEST(Latex, EscapesFoldsAndSetsNumbers) {
         "$\\leq$ 0.2 px $\\pm$ 1", "\\begin{table}\n", "set S18-F124\\_134}",
         "body\\_name & $E_t$ [m] & $E_t$ [m] \\\\\n", "ego & -- & $-$0.100 \\\\\n", "\\label{tab:flow_err}"})
     EXPECT_THAT(text, HasSubstr(part));
+  EXPECT_EQ(latex_escaped("Müller é Łódź λ 2 µ"), "Müller é Łódź $\\lambda$ 2 $\\mu$");
   EXPECT_THAT(to_latex(table_of(8), "wide"), HasSubstr("\\begin{table*}\n\\centering\n"));
 }
 

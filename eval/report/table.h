@@ -259,18 +259,4 @@ std::string wrapped(const std::string& text, size_t width, const std::string& in
 /// Keeps only the columns with these keys, in the table's order.
 Table with_columns(const Table& table, const std::vector<std::string>& keys);
 
-// ---- A table as LaTeX: \begin{table} with booktabs' rules, caption, label and notes, in a font size that
-// fits its columns. Needs \usepackage{booktabs, amsmath, textcomp} and \usepackage[utf8]{inputenc} with
-// pdflatex. Columns with the same value in every row are stated once in the caption; details are left out, as
-// in to_text.
-
-/// Returns the table as LaTeX, with the label "tab:<name>".
-std::string to_latex(const Table& table, const std::string& name);
-
-/// A character, and what stands for it in LaTeX.
-using LatexSign = std::pair<const char*, const char*>;
-/// Escapes special characters; formats E_t, E_R, E_v as symbols, and Greek letters and signs outside ASCII as
-/// commands. An unknown character becomes "?". The signs in `own` have priority.
-std::string latex_escaped(const std::string& text, std::span<const LatexSign> own = {});
-
 }  // namespace sextant

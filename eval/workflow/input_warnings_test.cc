@@ -63,6 +63,15 @@ TEST_F(InputWarnings, TheOnlyObjectInTheWorldFrameIsNamed) {
   EXPECT_THAT(warnings(fixture.source()), Contains(HasSubstr("world frame")));
 }
 
+TEST_F(InputWarnings, MistakesOfASlowCameraAreNamed) {
+  // Steps of about 0.045 m, as of a walker at 30 Hz.
+  const VdoFixture fixture =
+      make_vdo_fixture(temp_.path() / "vdo", {.n_frames = 8, .width = 960, .height = 288, .speed = 0.065});
+  EXPECT_THAT(warnings(fixture.source()), IsEmpty());
+  change_poses(fixture.dir, fixture.T_world_camera, [](const SE3& pose) { return pose.inverse(); });
+  EXPECT_THAT(warnings(fixture.source()), Contains(HasSubstr("inverted")));
+}
+
 TEST_F(InputWarnings, InvertedPosesOfTwoFramesAreNamed) {
   const VdoFixture fixture = make_vdo_fixture(temp_.path() / "vdo");
   change_poses(fixture.dir, fixture.T_world_camera, [](const SE3& pose) { return pose.inverse(); });

@@ -42,18 +42,30 @@ void set_noise(const std::string& text, RunConfig& config) {
   config.options.erase("noise");
 }
 
-/// Returns true if the errors exceed a quarter of the true values, and these exceed `least`. Both are given
-/// as squares and compared by their RMS without the largest fifth.
-bool deviates(const std::vector<double>& errors, const std::vector<double>& truths, double least) {
+/// Smallest errors and true motions of a body, by their RMS in a frame, from which they are compared. A
+/// camera is estimated more accurately than objects.
+struct LeastMotion {
+  double error = 0, truth = 0;
+};
+
+/// Returns true if the errors exceed a quarter of the true values. Both are given as squares and compared by
+/// their RMS without the largest fifth.
+bool deviates(const std::vector<double>& errors, const std::vector<double>& truths,
+              const LeastMotion& least) {
   constexpr double largest_share = 0.25;
   const auto error = trimmed_mean(errors, 1), truth = trimmed_mean(truths, 1);
-  return error && truth && *truth >= least * least && *error > largest_share * largest_share * *truth;
+  return error && truth && *truth >= least.truth * least.truth && *error > least.error * least.error &&
+         *error > largest_share * largest_share * *truth;
 }
 
 /// Returns true if the estimated steps of the track deviate from the true ones, by their translations or by
 /// their rotations, or if those of a camera that moves do not exist.
 bool contradicts_truth(const BodyTrack& track) {
-  constexpr double least_step_m = 0.05, least_turn_rad = 0.3 * degree;
+  constexpr double least_step_m = 0.05;
+  const bool is_camera = track.body == "ego";
+  const LeastMotion least_m = is_camera ? LeastMotion{.error = 0.01} : LeastMotion{.truth = least_step_m};
+  const LeastMotion least_rad =
+      is_camera ? LeastMotion{.error = 0.1 * degree} : LeastMotion{.truth = 0.3 * degree};
   std::vector<double> steps, turns, errors_of_steps, errors_of_turns;
   bool moves = false;
   const auto pose = [](const auto& rotation, const auto& position) {
@@ -74,8 +86,8 @@ bool contradicts_truth(const BodyTrack& track) {
     errors_of_steps.push_back(error.translation().squaredNorm());
     errors_of_turns.push_back(std::pow(rotation_angle_rad(error.rotation()), 2));
   }
-  if (steps.empty()) return track.body == "ego" && moves;
-  return deviates(errors_of_steps, steps, least_step_m) || deviates(errors_of_turns, turns, least_turn_rad);
+  if (steps.empty()) return is_camera && moves;
+  return deviates(errors_of_steps, steps, least_m) || deviates(errors_of_turns, turns, least_rad);
 }
 
 /// Checks the conventions of a source if its camera or one of its objects contradicts the truth, because an

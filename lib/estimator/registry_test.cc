@@ -35,6 +35,14 @@ TEST_P(EveryEstimator, OptionsAreStrictAndDescribed) {
 INSTANTIATE_TEST_SUITE_P(, EveryEstimator, ::testing::ValuesIn(estimators().begin(), estimators().end()),
                          [](const auto& test) { return test.param.name; });
 
+TEST(MakeEstimator, ReferencesRefuseOptionsThatTheyIgnore) {
+  for (const std::string name : {"motion_only_ceres", "joint_flow_ceres", "joint_flow_depth_ceres"}) {
+    EXPECT_EQ(make_estimator(name)->options().at("covariance"), "independent") << name;
+    expect_error([&] { make_estimator(name, {{"covariance", "correlated"}}); }, "expected independent");
+    expect_error([&] { make_estimator(name, {{"solver", {{"step_tolerance", 1e-3}}}}); }, "Ceres' own");
+  }
+}
+
 TEST(MakeEstimator, UnknownNameSuggestsTheNearest) {
   expect_error([] { make_estimator("join_flow"); }, "did you mean 'joint_flow'?");
 }

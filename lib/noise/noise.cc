@@ -405,6 +405,18 @@ FlowSigma Noise::flow_sigma(int body) const {
   return {std::sqrt(variance.x_px), std::sqrt(variance.y_px)};
 }
 
+std::string Noise::baseline_warning(const StereoCamera& camera) const {
+  constexpr double alike = 1.2;  // KITTI's 0.54 m and the paper's 0.5 m are alike
+  const Json of_models = options();
+  const double assumed_m = of_models.contains("depth") ? of_models["depth"].value("baseline_m", 0.0) : 0;
+  const double own_m = camera.bf / camera.left.fx;
+  if (!(assumed_m > 0 && own_m > 0) || std::abs(std::log(assumed_m / own_m)) < std::log(alike)) return "";
+  return fmt::format(
+      "the depth noise is that of a stereo baseline of {:g} m, but the baseline of the camera is {:.3g} m: "
+      "set depth.baseline_m of the noise to 0 for the noise of the camera's own disparities",
+      assumed_m, own_m);
+}
+
 MeasurementNoise Noise::declared(const StereoCamera& camera, int body) const {
   constexpr double unit_m = 1;  // every depth model is proportional to depth squared
   const FlowSigma flow = flow_sigma(body);

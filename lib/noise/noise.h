@@ -73,6 +73,9 @@ class Noise {
   /// outliers.
   double depth_sigma_m(const StereoCamera& camera, double depth_m) const;
   FlowSigma flow_sigma(int body) const;
+  /// Returns a warning if the depth noise is that of a stereo baseline that differs from the camera's by more
+  /// than a fifth; an empty text otherwise, and for a camera without a baseline.
+  std::string baseline_warning(const StereoCamera& camera) const;
   /// Returns the noise that a sensor would declare for a body (instance id, 0 = background).
   MeasurementNoise declared(const StereoCamera& camera, int body) const;
 

@@ -51,11 +51,26 @@ class Bound:
     """Lower bounds on the covariance of the left twist [rho; omega] (m, rad) of T_curr_prev, and on E_t and E_R."""
     previous_depth: numpy.ndarray  #: (6, 6), from flow and the depth of the previous frame
     both_depths: typing.Optional[numpy.ndarray]  #: with the depth of the current frame too
+    T_curr_prev: typing.Optional[numpy.ndarray] = None  #: (4, 4), the motion to which the bound belongs
 
-    def rms(self, T=None, *, both=False):
-        """Returns the root mean squares (E_t [m], E_R [deg]); T (4, 4) transforms the twist into another frame."""
+    def rms(self, T=None, *, body="camera", both=False):
+        """Returns the root mean squares (E_t [m], E_R [deg]).
+
+        body   "camera": errors of the camera's motion, which is inverse(T_curr_prev), E = X_estimate inverse(X); "object":
+               errors of an object's motion T_curr_prev, E = inverse(X_estimate) X, as in the records of objects
+        T      (4, 4), transforms the twist into another frame, instead of `body`
+        both   with the depth of the current frame too
+        """
         if switch("both", both) and self.both_depths is None:
             raise Error("both: expected False, because this bound was computed without depth_curr, got True")
+        if body not in ("camera", "object"):
+            raise Error(f"body: expected 'camera' or 'object', got {body!r}")
+        if body == "object":
+            if T is not None:
+                raise Error("T: expected None with body='object', because it stands for inverse(T_curr_prev)")
+            if self.T_curr_prev is None:
+                raise Error("body: expected 'camera', because this Bound has no T_curr_prev, got 'object'")
+            T = numpy.linalg.inv(self.T_curr_prev)
         return _core.rms_error(floats("covariance", self.both_depths if both else self.previous_depth), floats("T", T))
 
 
@@ -93,7 +108,7 @@ def motion_bound(camera, pixels, depth, flow, T_curr_prev, *, flow_sigma_px, del
     found = _core.motion_bound(intrinsics, floats("pixels", pixels), floats("depth", depth), floats("flow", flow),
                                floats("depth_curr", depth_curr), floats("T_curr_prev", T_curr_prev),
                                [*sigma, delta / focal_baseline if delta else 0.0], parts)
-    return None if found is None else Bound(*found)
+    return None if found is None else Bound(*found, floats("T_curr_prev", T_curr_prev))
 
 
 def nees(estimate, covariance, truth):

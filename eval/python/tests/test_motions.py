@@ -121,6 +121,26 @@ class TheBound(unittest.TestCase):
         self.assertAlmostEqual(Et, numpy.sqrt(diagonal[:3].sum()), places=12)
         self.assertAlmostEqual(ER, numpy.rad2deg(numpy.sqrt(diagonal[3:].sum())), places=12)
 
+    def test_is_reached_by_least_squares_for_cameras_and_objects(self):
+        """Linearised estimates X_estimate = exp(xi) X with the covariance of the bound have its RMS errors."""
+        self.T = motion([0, 0.05, 0], [0.2, 0, -3])  # an oncoming car
+        bound = self.bound()
+        random = numpy.random.default_rng(1)
+        xi = random.multivariate_normal(numpy.zeros(6), bound.previous_depth, 4000)
+        estimates = numpy.array([motion(x[3:], x[:3]) @ self.T for x in xi])
+        truth = numpy.tile(self.T, (len(xi), 1, 1))
+        rms = {"object": sextant.pose_change_errors(estimates, truth),
+               "camera": sextant.pose_change_errors(numpy.linalg.inv(estimates), numpy.linalg.inv(truth))}
+        for body, (Et, ER) in rms.items():
+            expected = bound.rms(body=body)
+            self.assertAlmostEqual(numpy.sqrt((Et**2).mean()) / expected[0], 1, delta=0.04, msg=body)
+            self.assertAlmostEqual(numpy.sqrt((ER**2).mean()) / expected[1], 1, delta=0.04, msg=body)
+        self.assertGreater(abs(bound.rms(body="object")[0] / bound.rms()[0] - 1), 0.05)
+        for arguments, words in (({"body": "car"}, "expected 'camera' or 'object', got 'car'"),
+                                 ({"body": "object", "T": numpy.eye(4)}, "T: expected None with body='object'")):
+            with self.assertRaisesRegex(sextant.Error, words):
+                bound.rms(**arguments)
+
     def test_does_not_depend_on_the_values_of_the_flow(self):
         for other in ({}, {"correlation": [(40.0, 0.5)]}, {"depth_curr": self.depth.copy()}):
             expected = self.bound(**other)

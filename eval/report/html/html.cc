@@ -14,6 +14,7 @@
 #include "sextant/base/json.h"
 #include "sextant/base/names.h"
 #include "sextant/base/text.h"
+#include "sextant/eval/report/latex.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {

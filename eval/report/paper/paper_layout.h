@@ -21,6 +21,7 @@
 
 #include "sextant/base/json.h"
 #include "sextant/eval/report/document.h"
+#include "sextant/eval/report/latex.h"
 #include "sextant/eval/report/tables/paper_table.h"
 
 namespace sextant {

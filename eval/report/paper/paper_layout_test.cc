@@ -2,6 +2,7 @@
 
 #include "sextant/base/testing.h"
 #include "sextant/eval/report/html/html.h"
+#include "sextant/eval/report/latex.h"
 #include "sextant/eval/report/tables/testing.h"
 #include "sextant/eval/report/testing.h"
 

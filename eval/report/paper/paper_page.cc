@@ -6,6 +6,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/names.h"
 #include "sextant/eval/report/html/html.h"
+#include "sextant/eval/report/latex.h"
 #include "sextant/eval/report/paper/paper_layout.h"
 
 namespace sextant {

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "sextant/eval/report/document.h"
+#include "sextant/eval/report/latex.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {

@@ -2,8 +2,8 @@
 
 // The literal costs of motion_only and joint_flow in Ceres, with every refined flow as an explicit 2-D
 // parameter block (Schur elimination) and automatic derivatives. References for tests of the production
-// estimators; slow. All references treat errors as independent, whatever the option `covariance` requests.
-// These two throw Error for robust = geman_mcclure_gnc.
+// estimators; slow. All references treat errors as independent, whatever the option `covariance` requests;
+// the registry refuses `correlated`. These two throw Error for robust = geman_mcclure_gnc.
 
 #include "sextant/base/options.h"
 #include "sextant/estimator/estimators/joint_flow.h"
