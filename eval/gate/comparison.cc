@@ -232,10 +232,11 @@ Table family_table(const Comparison& c, bool changed_only) {
               {Column::p_value("p_corrected"), &Row::p_corrected},
               {Column::number("detectable_percent", "detectable [%]", 2),
                [](const Row& row) { return percent_of(row.detectable, 1); }}});
-  return table_of("Errors, pooled over sources and bodies",
-                  "Change of the mean from BASE to NEW with 95 % interval over seeds; p corrected by Holm; "
-                  "detectable: change that would be detected with probability 80 %.",
-                  fields, rows);
+  return table_of(
+      "Errors, pooled over sources and bodies",
+      "Change of the mean from BASE to NEW with 95 % interval over seeds and frames; p corrected by Holm; "
+      "detectable: change that would be detected with probability 80 %.",
+      fields, rows);
 }
 
 Table accuracy_table(const Comparison& c, bool changed_only) {

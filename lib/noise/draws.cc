@@ -153,7 +153,8 @@ NoiseCorrelation::NoiseCorrelation(const SpatialCorrelation& spatial) : spatial_
 }
 
 NoiseCorrelation NoiseCorrelation::read(const Json& json, const std::string& where) {
-  if (json.is_string()) return from_name<Correlation>(json.get<std::string>(), "noise correlation");
+  if (json == "independent" || json == "shared_per_frame")
+    return from_name<Correlation>(json.get<std::string>(), "noise correlation");
   if (!json.is_object()) {
     fail("option {}: expected independent, shared_per_frame or an object such as {}, got {}", where,
          R"({"model": "spatial", "lengths_px": [5, 40], "shares": [0.4, 0.5]})", json_excerpt(json));

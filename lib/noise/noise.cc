@@ -346,11 +346,13 @@ Noise::Noise(const Json& given) {
 
 Noise Noise::parse(std::string_view text) {
   if (text.empty() || text == "none") return Noise();
+  Json options;
   try {
-    return Noise(parse_json(text, "noise"));
+    options = parse_json(text, "noise");
   } catch (const Error& error) {
     fail("{}: expected none or an object such as {}", error.what(), R"({"depth":{"delta_d_px":0.2}})");
   }
+  return Noise(options);
 }
 
 Json Noise::options() const {

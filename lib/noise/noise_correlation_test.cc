@@ -208,7 +208,8 @@ TEST(NoiseCorrelation, RefusesInvalidCorrelations) {
     return error_of([&] { NoiseCorrelation::read(Json::parse(text), "noise.correlation"); });
   };
   EXPECT_THAT(message("3"), HasSubstr("noise.correlation: expected independent"));
-  EXPECT_THAT(message(R"("spatial")"), HasSubstr("unknown noise correlation 'spatial'"));
+  EXPECT_THAT(message(R"("spatial")"),
+              HasSubstr("expected independent, shared_per_frame or an object such as"));
   EXPECT_THAT(message(R"({})"), HasSubstr("'model' is missing"));
   EXPECT_THAT(message(R"({"model": "temporal"})"), HasSubstr("must be spatial"));
   EXPECT_THAT(message(R"({"model": "spatial", "length_px": [5]})"), HasSubstr("did you mean 'lengths_px'"));
