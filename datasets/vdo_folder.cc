@@ -170,9 +170,9 @@ class TextFiles {
     std::vector<std::string> shown;
     for (const auto& [key, value] : coefficients) shown.push_back(fmt::format("{} = {:g}", key, value));
     info_.warnings.push_back(fmt::format(
-        "{}: the lens distortion {} is not used, because images, depth and flow are expected to be rectified: "
-        "if they are, set these values to 0; otherwise rectify them, and write the camera of the rectified "
-        "images",
+        "{}: the lens distortion {} is not used, because images, depth and flow are expected to be "
+        "rectified: if they are, set these values to 0; otherwise rectify them, and write the camera of the "
+        "rectified images",
         camera_file_, fmt::join(shown, ", ")));
   }
 

@@ -153,9 +153,9 @@ TEST(KittiOxtsErrors, NameFileAndLine) {
   error(replaced(row, " 8.4", " 888.4"), "oxts.txt:1: expected a longitude");
   KittiOxts degrees = example_oxts();
   degrees.yaw_rad = -120.3;
-  error(
-      encode_kitti_oxts({example_oxts(), degrees}),
-      "oxts.txt:2: expected radians between -4 pi and 4 pi for yaw, got '-120.3': convert degrees to radians");
+  error(encode_kitti_oxts({example_oxts(), degrees}),
+        "oxts.txt:2: expected radians between -4 pi and 4 pi for yaw, got '-120.3': convert degrees to "
+        "radians");
 }
 
 // ---- labels
