@@ -78,6 +78,8 @@ void FolderSequence::choose_frames(const FolderFiles& files, const std::string& 
   info_.height = files.height;
 }
 
+std::set<int> FolderSequence::image_frames() const { return left_ ? left_->frames() : std::set<int>(); }
+
 template <typename T, typename Make>
 FolderSequence::Opened<T> FolderSequence::open(const char* name, const FolderChannel<T>& channel,
                                                const Make& make) {

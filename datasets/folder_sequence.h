@@ -85,6 +85,9 @@ class FolderSequence final : public Sequence {
   /// Opens the declared channels, after choose_frames(); info() must have its camera and truth() its boxes.
   void open_channels(const FolderFiles& files);
 
+  /// Returns the numbers of all images, of which the chosen frames may be a part; empty without images.
+  std::set<int> image_frames() const;
+
   SequenceInfo& info() { return info_; }
   SequenceTruth& truth() { return truth_; }
   const SequenceInfo& info() const override { return info_; }

@@ -102,13 +102,31 @@ constexpr double default_rate_hz = 10;
 /// Camera and truth of a folder with known frames and image size.
 class TextFiles {
  public:
-  TextFiles(fs::path dir, FolderSequence& sequence)
-      : dir_(std::move(dir)), sequence_(sequence), info_(sequence.info()) {}
+  /// `images`: numbers of all images of the folder.
+  TextFiles(fs::path dir, const std::set<int>& images, FolderSequence& sequence)
+      : dir_(std::move(dir)),
+        first_image_(*images.begin()),
+        last_image_(*images.rbegin()),
+        sequence_(sequence),
+        info_(sequence.info()) {}
 
   void read(const VdoFolderOptions& options) {
     choose_camera(options);
     read_times();
     read_truth();
+    warn_about_other_number_of_times();
+  }
+
+  /// Warns if the factor of the camera file is not the one by which the depth files are decoded.
+  void warn_about_depth_factor() {
+    static const std::map<std::string, double> factors = {
+        {"disparity256", 256}, {"depth256", 256}, {"cm", 100}};
+    const auto in_use = factors.find(info_.depth_kind);
+    if (!depth_map_factor_ || in_use == factors.end() || *depth_map_factor_ == in_use->second) return;
+    info_.warnings.push_back(fmt::format(
+        "{}: DepthMapFactor = {:g} is not used: depth is read as {}, whose factor is {:g}; if the files have "
+        "another one, convert them, or give the option depth",
+        camera_file_, *depth_map_factor_, info_.depth_kind, in_use->second));
   }
 
  private:
@@ -118,6 +136,7 @@ class TextFiles {
     YamlCamera found;
     if (const auto yaml = find_yaml(complete)) {
       found = decode_yaml_camera(sequence_.inputs().read(*yaml), yaml->string());
+      camera_file_ = yaml->string();
     } else if (!complete) {
       need_demo_size("no *.yaml camera in this folder: add one, or give the options fx, fy, cx, cy and bf");
       found.camera = {{721.5377, 721.5377, 609.5593, 172.8540}, authors_bf};
@@ -136,12 +155,25 @@ class TextFiles {
     override_with(options.cx, found.camera.left.cx);
     override_with(options.cy, found.camera.left.cy);
     override_with(options.bf, found.camera.bf);
+    warn_about_distortion(found.distortion);
+    depth_map_factor_ = found.depth_map_factor;
     info_.camera = found.camera;
     info_.camera.check();
     info_.rate_hz = options.rate_hz > 0 ? options.rate_hz
                     : found.rate_hz > 0 ? found.rate_hz
                                         : default_rate_hz;
     rate_is_assumed_ = !(options.rate_hz > 0) && !(found.rate_hz > 0);
+  }
+
+  void warn_about_distortion(const std::map<std::string, double>& coefficients) {
+    if (coefficients.empty()) return;
+    std::vector<std::string> shown;
+    for (const auto& [key, value] : coefficients) shown.push_back(fmt::format("{} = {:g}", key, value));
+    info_.warnings.push_back(fmt::format(
+        "{}: the lens distortion {} is not used, because images, depth and flow are expected to be "
+        "rectified: if they are, set these values to 0; otherwise rectify them, and write the camera of the "
+        "rectified images",
+        camera_file_, fmt::join(shown, ", ")));
   }
 
   // Finds the folder's camera file. If options define the camera completely, several files are not ambiguous.
@@ -185,6 +217,7 @@ class TextFiles {
     for (int frame = info_.first_frame; frame <= info_.last_frame; ++frame) {
       if (static_cast<size_t>(frame) < times.size()) info_.times_s[frame] = times[static_cast<size_t>(frame)];
     }
+    n_times_ = static_cast<int>(times.size());
     if (times.size() < 2) return;
     const double step_s = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
     if (std::abs(step_s * info_.rate_hz - 1) > 0.01) {
@@ -193,6 +226,20 @@ class TextFiles {
                       "using the rate (change it with the option rate_hz)",
                       path.string(), step_s, info_.rate_hz));
     }
+  }
+
+  // Line k is the time of frame k, so a missing or additional line shifts all times after it. The files of a
+  // longer sequence, of which the folder has the first images, also have poses of later frames.
+  void warn_about_other_number_of_times() {
+    if (!n_times_) return;
+    const int n_frames = last_image_ + 1;
+    const auto& poses = sequence_.truth().camera.poses();
+    const bool of_longer_sequence = !poses.empty() && *n_times_ <= poses.rbegin()->first + 1;
+    if (*n_times_ == n_frames || (*n_times_ > n_frames && of_longer_sequence)) return;
+    info_.warnings.push_back(fmt::format(
+        "{}: {} lines for the frames 0 to {}, of which each needs one: line k + 1 is taken as the "
+        "time of frame k",
+        (dir_ / "times.txt").string(), *n_times_, last_image_));
   }
 
   void read_truth() {
@@ -209,10 +256,22 @@ class TextFiles {
     const fs::path objects = dir_ / "object_pose.txt";
     if (fs::exists(objects)) {
       sequence_.truth().objects = decode_vdo_objects(sequence_.inputs().read(objects), objects.string());
+      warn_about_objects_of_other_frames(objects);
     } else {
       info_.warnings.push_back(
           fmt::format("{} does not exist, so there is no true object motion", objects.string()));
     }
+  }
+
+  void warn_about_objects_of_other_frames(const fs::path& path) {
+    const ObjectTruths& objects = sequence_.truth().objects;
+    if (objects.empty()) return;
+    const int first = objects.begin()->first, last = objects.rbegin()->first;
+    if (objects.lower_bound(first_image_) != objects.upper_bound(last_image_)) return;
+    info_.warnings.push_back(
+        fmt::format("{}: its rows are of the frames {} to {}, but the images are of the frames {} to {}, so "
+                    "there is no true object motion: are the frames numbered differently?",
+                    path.string(), first, last, first_image_, last_image_));
   }
 
   void warn_about_frames_without_pose(const fs::path& poses) {
@@ -227,8 +286,12 @@ class TextFiles {
   }
 
   fs::path dir_;
+  int first_image_ = 0, last_image_ = 0;  // of the folder, of which the source may be a part
   FolderSequence& sequence_;
   SequenceInfo& info_;
+  std::string camera_file_;
+  std::optional<int> n_times_;  // lines of times.txt
+  std::optional<double> depth_map_factor_;
   bool rate_is_assumed_ = false;  // neither the options nor the camera file define it
 };
 
@@ -268,7 +331,8 @@ std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
                       : source.sequence;
   FolderFiles files{.left = find_images(dir).string()};
   sequence->choose_frames(files, dir.string());
-  TextFiles(dir, *sequence).read(options);
+  TextFiles texts(dir, sequence->image_frames(), *sequence);
+  texts.read(options);
   files.depth = {.option = options.depth,
                  .kind = "disparity256",
                  .files = (dir / "depth").string(),
@@ -282,6 +346,7 @@ std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
                  .files = (dir / "semantic").string(),
                  .provenance = "masks: precomputed text"};
   sequence->open_channels(files);
+  texts.warn_about_depth_factor();
   return sequence;
 }
 

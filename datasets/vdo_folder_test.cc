@@ -226,6 +226,41 @@ TEST_F(VdoFolder, FramesWithoutAPoseAreAWarning) {
   EXPECT_THAT(open_with(source())->info().warnings, ElementsAre(HasSubstr("no pose for 3 of 5 frames")));
 }
 
+TEST_F(VdoFolder, ObjectsOfOtherFramesAreAWarning) {
+  const std::string row = " 1 0 0 9 9 1 1.5 10 0\n";
+  put("object_pose.txt", "100" + row + "104" + row);
+  EXPECT_THAT(
+      open_with(source("@0-1"))->info().warnings,
+      ElementsAre(HasSubstr("its rows are of the frames 100 to 104, but the images are of the frames 0 "
+                            "to 4, so there is no true object motion")));
+  put("object_pose.txt", "4" + row);
+  EXPECT_THAT(open_with(source("@0-1"))->info().warnings, IsEmpty());
+}
+
+TEST_F(VdoFolder, AnotherNumberOfTimesThanImagesIsAWarning) {
+  const char* const warning = "lines for the frames 0 to 4, of which each needs one";
+  put("times.txt", "0\n0.1\n0.2\n0.3\n0.4\n");
+  EXPECT_THAT(open_with(source("@0-1"))->info().warnings, IsEmpty());
+  put("times.txt", "0\n0.1\n0.2\n0.3\n");
+  EXPECT_THAT(open_with(source("@0-1"))->info().warnings, ElementsAre(HasSubstr(warning)));
+  put("times.txt", "0\n0.1\n0.2\n0.3\n0.4\n0.5\n");
+  EXPECT_THAT(open_with(source())->info().warnings, ElementsAre(HasSubstr(warning)));
+  std::map<int, SE3> poses;
+  for (int k = 0; k < 9; ++k) poses[k] = SE3();
+  put("pose_gt.txt", encode_pose_text(poses));  // of a longer sequence
+  EXPECT_THAT(open_with(source())->info().warnings, IsEmpty());
+}
+
+TEST_F(VdoFolder, DistortionAndAnotherDepthFactorAreWarnings) {
+  const std::string camera = read_file(file("camera.yaml"));
+  put("camera.yaml", camera + "Camera.k1: 0\nDepthMapFactor: 256\n");
+  EXPECT_THAT(open_with(source())->info().warnings, IsEmpty());
+  put("camera.yaml", camera + "Camera.k1: -0.35\nCamera.p2: 0.001\nDepthMapFactor: 5000\n");
+  EXPECT_THAT(open_with(source())->info().warnings,
+              ElementsAre(HasSubstr("the lens distortion Camera.k1 = -0.35, Camera.p2 = 0.001 is not used"),
+                          HasSubstr("DepthMapFactor = 5000 is not used: depth is read as disparity256")));
+}
+
 TEST_F(VdoFolder, AnAssumedRateIsAWarning) {
   fs::remove(file("camera.yaml"));
   fs::remove(file("times.txt"));

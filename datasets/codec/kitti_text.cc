@@ -230,9 +230,9 @@ KittiOxts read_sample(const TextRows& rows) {
     rows.fail_here("expected a longitude between -180 and 180 degrees, got {}", s.longitude_deg);
   }
   s.altitude_m = rows.metres(2, "the altitude");
-  s.roll_rad = rows.finite(3, "roll");
-  s.pitch_rad = rows.finite(4, "pitch");
-  s.yaw_rad = rows.finite(5, "yaw");
+  s.roll_rad = rows.radians(3, "roll");
+  s.pitch_rad = rows.radians(4, "pitch");
+  s.yaw_rad = rows.radians(5, "yaw");
   s.north_mps = rows.finite(6, "vn");
   s.east_mps = rows.finite(7, "ve");
   s.velocity_mps = {rows.finite(8, "vf"), rows.finite(9, "vl"), rows.finite(10, "vu")};

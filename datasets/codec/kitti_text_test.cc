@@ -151,6 +151,11 @@ TEST(KittiOxtsErrors, NameFileAndLine) {
   error("90" + row.substr(row.find(' ')),
         "oxts.txt:1: expected a latitude between -90 and 90 degrees, got 90");
   error(replaced(row, " 8.4", " 888.4"), "oxts.txt:1: expected a longitude");
+  KittiOxts degrees = example_oxts();
+  degrees.yaw_rad = -120.3;
+  error(encode_kitti_oxts({example_oxts(), degrees}),
+        "oxts.txt:2: expected radians between -4 pi and 4 pi for yaw, got '-120.3': convert degrees to "
+        "radians");
 }
 
 // ---- labels

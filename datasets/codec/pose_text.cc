@@ -157,6 +157,14 @@ YamlCamera decode_yaml_camera(std::string_view text, const std::string& name) {
   out.camera.left = {read("Camera.fx"), read("Camera.fy"), read("Camera.cx"), read("Camera.cy")};
   out.camera.bf = read("Camera.bf");
   if (values.contains("Camera.fps")) out.rate_hz = read("Camera.fps");
+  const auto number_of = [&](const std::string& key) {
+    const auto found = values.find(key);
+    return found == values.end() ? std::nullopt : number_in(found->second.text);
+  };
+  for (const char* key : {"Camera.k1", "Camera.k2", "Camera.p1", "Camera.p2", "Camera.k3"}) {
+    if (const auto value = number_of(key); value && *value != 0) out.distortion[key] = *value;
+  }
+  out.depth_map_factor = number_of("DepthMapFactor");
   return out;
 }
 

@@ -50,6 +50,10 @@ std::string encode_object_poses(const std::map<std::pair<int, int>, SE3>& poses)
 struct YamlCamera {
   StereoCamera camera;
   double rate_hz = 0;  ///< 0 = not given
+  /// Coefficients Camera.k1, k2, p1, p2, k3 of the lens distortion that are not zero. The cameras of this
+  /// project are pinhole cameras, so a reader must warn about them.
+  std::map<std::string, double> distortion;
+  std::optional<double> depth_map_factor;  ///< DepthMapFactor, the factor of the integers in the depth files
 };
 
 /// Decodes a camera. Throws Error on a file without %YAML in its first line, and Error that names the missing

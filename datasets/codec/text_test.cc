@@ -92,6 +92,18 @@ TEST(YamlCamera, ReadsOrbSlamFilesWithCommentsAndOtherKeys) {
       "kitti.yaml");
   EXPECT_EQ(camera.camera.left.fx, 700);
   EXPECT_EQ(camera.rate_hz, 0);
+  EXPECT_TRUE(camera.distortion.empty());
+  EXPECT_FALSE(camera.depth_map_factor);
+}
+
+TEST(YamlCamera, ReadsDistortionAndDepthFactorForWarnings) {
+  const YamlCamera camera =
+      decode_yaml_camera(encode_yaml_camera({{{700, 700, 600, 170}, 380}, 10}) +
+                             "Camera.k1: -0.35\nCamera.p1: 0\nCamera.k3: 1e-3\nDepthMapFactor: 5000.0\n",
+                         "camera.yaml");
+  EXPECT_THAT(camera.distortion,
+              testing::ElementsAre(testing::Pair("Camera.k1", -0.35), testing::Pair("Camera.k3", 1e-3)));
+  EXPECT_EQ(camera.depth_map_factor, 5000);
 }
 
 TEST(YamlCameraErrors, NameFileAndKeys) {

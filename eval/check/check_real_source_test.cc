@@ -22,6 +22,11 @@ TEST(CheckRealSource, TheDemoPasses) {
   expect_clean(check_source(*open_with(demo("")), {.jobs = 2, .quiet = true}));
 }
 
+/// A wrong yaw of a single moving object is SUSPECT at most, because a car can drive backwards.
+CheckOutcome least_outcome(const Seed& seed) {
+  return std::string_view(seed.name).starts_with("YawOff") ? CheckOutcome::suspect : CheckOutcome::fail;
+}
+
 std::vector<Seed> real_seeds() {
   // Returns the depth that results if the files contain n instead of disparity * 256; the reader computes bf
   // / (n / 256).
@@ -55,7 +60,7 @@ TEST(CheckRealSource, EachSeededMistakeInTheDemoFailsAndIsNamed) {
     SCOPED_TRACE(seed.name);
     LoadedSequence sequence(clean_source(demo()));
     seed.mistake(sequence);
-    expect_caught(sequence, seed.cause);
+    expect_caught(sequence, seed.cause, least_outcome(seed));
   }
 }
 
@@ -121,10 +126,10 @@ TEST(CheckRealSource, PairsOfSceneFlowPassAsTrackingFrames) {
   SEXTANT_NEEDS_DATA("kitti_tracking");
   const std::vector<Seed> large = {
       {"DepthDouble", "depth is too large by a factor", depth([](I, double z, int, int) { return 2 * z; })},
-      {"DepthHalf", "depth is too large by a factor 0", depth([](I, double z, int, int) { return z / 2; })},
+      {"DepthHalf", "depth is too small by a factor", depth([](I, double z, int, int) { return z / 2; })},
       {"BaselineTooLong", "depth is too large by a factor",
        depth([](I, double z, int, int) { return 1.5 * z; })},
-      {"BaselineTooShort", "depth is too large by a factor 0",
+      {"BaselineTooShort", "depth is too small by a factor",
        depth([](I, double z, int, int) { return z / 1.5; })},
   };
   for (const TrackingPair& pair : tracking_pairs) {
@@ -162,8 +167,8 @@ TEST(CheckRealSource, PlantedMistakesFailOnAPairOfSceneFlow) {
     LoadedSequence sequence(clean);
     seed.mistake(sequence);
     const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
-    EXPECT_TRUE(std::ranges::any_of(checks, [](const SourceCheck& c) {
-      return c.outcome == CheckOutcome::fail;
+    EXPECT_TRUE(std::ranges::any_of(checks, [&](const SourceCheck& c) {
+      return c.outcome == CheckOutcome::fail || c.outcome == least_outcome(seed);
     })) << report(checks);
     ++n_planted;
   }

@@ -26,6 +26,12 @@ std::string remark(const SourceCheck& c) {
   return c.cause + (c.message.empty() ? "" : " (" + c.message + ")");
 }
 
+/// Returns the value for the page; speeds and counts are no deviations.
+Cell value_cell(const SourceCheck& c) {
+  const bool is_deviation = c.unit != "km/h" && c.unit != "steps";
+  return c.value && is_deviation && *c.value > largest_shown ? Cell(value_text(*c.value)) : Cell(c.value);
+}
+
 Json to_json(const SourceCheck& c) {
   Json json{{"check", c.name}, {"outcome", outcome(c)}};
   const auto put = [&](const char* key, const auto& value) {
@@ -79,7 +85,8 @@ std::string check_page(const std::string& source, const SequenceInfo& info,
     if (!remark(c).empty())
       table.notes.push_back(wrapped(label + remark(c), page_width, std::string(label.size(), ' ')));
     if (c.convention) {
-      table.add_row({outcome(c), c.name, c.value, c.limit, c.unit, c.n ? Cell(*c.n) : Cell(), c.counted});
+      table.add_row(
+          {outcome(c), c.name, value_cell(c), c.limit, c.unit, c.n ? Cell(*c.n) : Cell(), c.counted});
     } else if (c.outcome != CheckOutcome::note || c.n_present) {
       table.add_row({outcome(c), c.name, present(c), c.size_px,
                      c.valid_share ? Cell(*c.valid_share * 100) : Cell(), c.min, c.median, c.max,

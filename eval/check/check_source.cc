@@ -189,6 +189,19 @@ void judge_repeated_images(const ConventionData& data, SourceCheck& line) {
                              frame_list(repeated));
 }
 
+/// Flow of exactly (0, 0) where the background moves is a missing estimate that was not marked as invalid.
+void judge_empty_flow(const ConventionData& data, SourceCheck& line) {
+  constexpr double suspect_percent = 10;
+  const auto share = empty_flow_share(data);
+  if (!share || share->percent < suspect_percent) return;
+  line.outcome = CheckOutcome::suspect;
+  line.cause = "flow is exactly (0, 0) where the background moves: missing estimates written as 0";
+  line.message = fmt::format(
+      "at {:.0f} % of {} points of the background: mark pixels without an estimate as invalid (1e10 in .flo, "
+      "0 in the blue channel of PNG)",
+      share->percent, share->n);
+}
+
 /// An id without a true object that spans the whole image in most frames is void or background.
 void judge_void_id(const ConventionData& data, SourceCheck& line) {
   constexpr double spans = 0.95;
@@ -284,6 +297,25 @@ SourceCheck check_poses(const Sequence& sequence) {
   return line;
 }
 
+/// Counts the frames between the first and the last true pose of each object in which it has none.
+int frames_without_object(const Sequence& sequence) {
+  struct Track {
+    int first = 0, last = 0, n = 0;
+  };
+  std::map<int, Track> tracks;
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    if (frame < sequence.info().first_frame || frame > sequence.info().last_frame) continue;
+    for (const ObjectTruth& object : objects) {
+      Track& track = tracks.try_emplace(object.id, Track{frame, frame, 0}).first->second;
+      track.last = frame;
+      ++track.n;
+    }
+  }
+  int missing = 0;
+  for (const auto& [id, track] : tracks) missing += track.last - track.first + 1 - track.n;
+  return missing;
+}
+
 SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_ids) {
   const SequenceInfo& info = sequence.info();
   std::set<int> tracks;
@@ -301,6 +333,10 @@ SourceCheck check_objects(const Sequence& sequence, const std::set<int>& mask_id
   std::string message = fmt::format("{} true tracks", tracks.size());
   if (sequence.info().channels.mask) message += fmt::format(", {} of them in no mask", unseen);
   message += fmt::format("; {} interpolated poses", interpolated);
+  if (const int n = frames_without_object(sequence); n > 0) {
+    message += fmt::format("; {} {} missing within the tracks, where frame pairs then have no true motion", n,
+                           n == 1 ? "pose is" : "poses are");
+  }
   if (tracks.empty()) message = "no true object tracks: objects are not compared";
   if (tracks.empty()) line.outcome = CheckOutcome::note;
   if (!tracks.empty() && static_cast<size_t>(unseen) == tracks.size() && !mask_ids.empty()) {
@@ -442,6 +478,7 @@ std::vector<SourceCheck> check_source(const Sequence& sequence, const CheckSourc
     if (line.outcome != CheckOutcome::pass) continue;
     if (channel_kinds[c].flag == &Channels::gray) judge_repeated_images(data, line);
     if (channel_kinds[c].flag == &Channels::depth) judge_rounding(data, line);
+    if (channel_kinds[c].flag == &Channels::flow) judge_empty_flow(data, line);
     if (channel_kinds[c].flag == &Channels::mask) judge_void_id(data, line);
   }
   lines.push_back(check_poses(sequence));

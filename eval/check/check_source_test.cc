@@ -193,7 +193,9 @@ TEST(CheckSource, TimeStampsMustIncrease) {
   EXPECT_EQ(other_rate.outcome, CheckOutcome::pass);
   EXPECT_THAT(other_rate.message, HasSubstr("0.05 s, but the rate in use is 10 Hz"));
   EXPECT_EQ(times({{0, 0.0}, {1, 0.1}, {2, 0.3}, {3, 0.4}}).outcome, CheckOutcome::suspect);
-  EXPECT_EQ(times({{0, 0.0}, {1, 0.2}, {2, 0.1}, {3, 0.3}}).outcome, CheckOutcome::fail);
+  const SourceCheck decreasing = times({{0, 0.0}, {1, 0.2}, {2, 0.1}, {3, 0.3}});
+  EXPECT_EQ(decreasing.outcome, CheckOutcome::fail);
+  EXPECT_EQ(decreasing.cause, "time stamps do not increase");
   EXPECT_EQ(times({{0, 0.0}, {1, 0.1}, {2, 0.1}, {3, 0.3}}).outcome, CheckOutcome::fail);
 }
 

@@ -37,8 +37,8 @@ Trial try_out(const Hypothesis<ConventionData>& hypothesis, const ConventionData
   ConventionData changed = data;
   double fitted = 0;
   if (!hypothesis.undo(changed, fitted)) return {};
-  Trial trial{fmt::format(fmt::runtime(hypothesis.cause), fitted), check_conventions(changed),
-              hypothesis.price, hypothesis.fits_number};
+  Trial trial{cause_text(hypothesis.cause, fitted), check_conventions(changed), hypothesis.price,
+              hypothesis.fits_number};
   bool breaks_another = false;
   for (size_t i = 0; i < before.size(); ++i) {
     const Finding& after = trial.findings[i];
@@ -59,6 +59,15 @@ std::string causes_text(std::vector<const Trial*> fits) {
   return causes;
 }
 
+/// Returns true if another check that did not pass passes under the hypothesis.
+bool explains_another(size_t check, const std::vector<Finding>& findings, const Trial& trial) {
+  for (size_t i = 0; i < findings.size(); ++i) {
+    const Finding& before = findings[i];
+    if (i != check && before.checkable() && !before.passes() && trial.findings[i].passes()) return true;
+  }
+  return false;
+}
+
 Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::vector<Trial>& trials) {
   const Finding& finding = findings[check];
   Diagnosis out{finding, finding.outcome(), ""};
@@ -72,6 +81,7 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
   std::vector<const Trial*> fits, perfect;
   for (const Trial& trial : trials) {
     if (trial.findings.empty() || !trial.findings[check].passes()) continue;
+    if (finding.may_be_right && !explains_another(check, findings, trial)) continue;
     fits.push_back(&trial);
     // A number is fitted to the static flow; its effect on another check can be chance.
     if (trial.fits_number && finding.check != "static flow") continue;
@@ -79,7 +89,8 @@ Diagnosis judge(size_t check, const std::vector<Finding>& findings, const std::v
     const bool of_fewer = 2 * after.n < finding.n;  // what remains may be a part that was right before
     if (!of_fewer && *after.value < taken_away * *finding.value) perfect.push_back(&trial);
   }
-  if (!passes) out.cause = fits.empty() ? no_known_cause : causes_text(fits);
+  if (!passes && !fits.empty()) out.cause = causes_text(fits);
+  if (!passes && fits.empty() && !finding.may_be_right) out.cause = no_known_cause;
   if (!perfect.empty() && sharp) {
     out.outcome = CheckOutcome::fail;
     out.cause = causes_text(perfect);

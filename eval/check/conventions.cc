@@ -72,20 +72,24 @@ void find_wrong_parts(const CheckedParts& checked, Finding& finding) {
   finding.cause = checked.cause;
   finding.value = median(wrong);
   finding.message =
-      fmt::format("in {} of {} {} {}; the median over all {} is {:.3f} {}: {}", wrong.size(), parts.size(),
+      fmt::format("in {} of {} {} {}; the median over all {} is {} {}: {}", wrong.size(), parts.size(),
                   checked.kind, frame_list(numbers), checked.kind.substr(0, checked.kind.find(',')),
-                  median(all), finding.unit, checked.advice);
+                  value_text(median(all)), finding.unit, checked.advice);
 }
 
-void find_wrong_objects(const std::map<int, std::vector<double>>& values, Finding& finding) {
+void find_wrong_objects(const std::map<int, std::vector<double>>& values, double fail_limit,
+                        Finding& finding) {
   constexpr size_t least_values = 3;
   if (finding.fails()) return;
   CheckedParts objects{{}, "objects, of ids", "only some objects are wrong", "check their poses and ids"};
   for (const auto& [id, of_object] : values) {
-    if (of_object.size() >= least_values)
-      objects.parts.push_back({id, median(of_object), finding.fail_limit});
+    if (of_object.size() >= least_values) objects.parts.push_back({id, median(of_object), fail_limit});
   }
   find_wrong_parts(objects, finding);
+}
+
+std::string value_text(double value) {
+  return value > largest_shown ? fmt::format("> {:g}", largest_shown) : fmt::format("{:.3f}", value);
 }
 
 std::string frame_list(const std::vector<int>& frames) {
@@ -312,7 +316,7 @@ Finding check_times(const ConventionData& data) {
   if (*std::ranges::min_element(steps) <= 0 || typical <= 0) {
     finding.value = 100;
     finding.fail_limit = finding.limit;
-    finding.message = "time stamps do not increase";
+    finding.cause = "time stamps do not increase";
     return finding;
   }
   double worst = 0;
@@ -392,12 +396,27 @@ double Finding::ratio() const {
 }
 
 std::vector<Finding> check_conventions(const ConventionData& data) {
-  return {check_static_flow(data),  check_depth_scale(data), check_depth_order(data),
-          check_image_flow(data),   check_object_flow(data), check_object_depth(data),
-          check_mask_ids(data),     check_mask_boxes(data),  check_box_sideways(data),
-          check_box_upright(data),  check_heading(data),     check_moving_flags(data),
-          check_camera_model(data), check_camera_path(data), check_repeated_poses(data),
-          check_jumps(data),        check_speed(data),       check_times(data)};
+  const Finding flow = check_static_flow(data), scale = check_depth_scale(data);
+  Finding order = check_depth_order(data);
+  if (flow.passes() && scale.passes()) allow_depth_order(order);
+  return {flow,
+          scale,
+          order,
+          check_image_flow(data),
+          check_object_flow(data),
+          check_object_depth(data),
+          check_mask_ids(data),
+          check_mask_boxes(data),
+          check_box_sideways(data),
+          check_box_upright(data),
+          check_heading(data),
+          check_moving_flags(data),
+          check_camera_model(data),
+          check_camera_path(data),
+          check_repeated_poses(data),
+          check_jumps(data),
+          check_speed(data),
+          check_times(data)};
 }
 
 }  // namespace sextant

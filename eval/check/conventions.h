@@ -96,6 +96,9 @@ struct Finding {
   /// The value is about 0 for exact data and above rounding, so a hypothesis that makes it about 0 is right.
   bool sharp = false;
   std::string cause;  ///< cause that the check itself determines; then no other cause is searched for
+  /// Correct data can exceed the limit, as `message` explains: a mistake is named only if its correction
+  /// makes another check pass as well.
+  bool may_be_right = false;
 
   bool checkable() const { return value.has_value(); }
   bool passes() const { return checkable() && *value <= limit; }
@@ -126,8 +129,9 @@ struct CheckedParts {
 /// them: parts above their limit of failure and five times the median of the others.
 void find_wrong_parts(const CheckedParts& checked, Finding& finding);
 /// Applies find_wrong_parts() to the medians of the objects with three values or more, unless the check fails
-/// already. `values` is by id.
-void find_wrong_objects(const std::map<int, std::vector<double>>& values, Finding& finding);
+/// already. `values` is by id; an object contradicts the others above `fail_limit`.
+void find_wrong_objects(const std::map<int, std::vector<double>>& values, double fail_limit,
+                        Finding& finding);
 
 // ---- depth, flow and poses (flow_conventions.cc)
 
@@ -142,6 +146,10 @@ struct DeviatingShare {
   int n = 0;  ///< number of points
 };
 std::optional<DeviatingShare> deviating_share(const ConventionData& data);
+/// Share of the background points with flow that is exactly (0, 0) although it should be longer than 1 px, %:
+/// by depth and the true camera motion or, without these, by the median of the other flow of the image.
+/// Missing estimates are often written so. nullopt without flow.
+std::optional<DeviatingShare> empty_flow_share(const ConventionData& data);
 /// Factor on depth for which the true camera steps explain the flow, and its relative standard error.
 struct DepthFactor {
   double factor = 1;
@@ -162,6 +170,9 @@ Finding check_object_flow(const ConventionData& data);
 /// Divides depth (median of valid pixels) at the bottom of the image by that in the middle. Median over
 /// frames.
 Finding check_depth_order(const ConventionData& data);
+/// Replaces the verdict on a failed order by SUSPECT, for depth that agrees with flow and true poses: the
+/// scene can have such an order.
+void allow_depth_order(Finding& order);
 // ---- images (image_conventions.cc)
 
 /// Compares each image with the next one at the end of the flow: mean absolute difference of
@@ -210,6 +221,11 @@ std::vector<int> frames_with_repeated_image(const ConventionData& data);
 
 /// Returns true if the background's flow from `frame` shows that the camera moved.
 bool flow_shows_motion(const GridFrame& frame);
+
+/// Deviations above this number of units are reported as "> 1000", because their size says no more than that.
+inline constexpr double largest_shown = 1000;
+/// Formats a deviation with three decimals, or as "> 1000".
+std::string value_text(double value);
 
 /// Formats "1, 3, 5": the first 10 frames, followed by ".." if there are more.
 std::string frame_list(const std::vector<int>& frames);

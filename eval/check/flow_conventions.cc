@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "sextant/eval/check/conventions.h"
@@ -274,6 +275,45 @@ std::optional<DeviatingShare> deviating_share(const ConventionData& data) {
   return share;
 }
 
+std::optional<DeviatingShare> empty_flow_share(const ConventionData& data) {
+  constexpr double moving_px = 1;
+  DeviatingShare share;
+  int n_empty = 0;
+  for (int k = data.first_frame; k <= data.last_frame(); ++k) {
+    const Image<Flow>& flow = data.at(k).flow;
+    const int from = k + data.flow_from;
+    if (flow.empty() || !data.has(from)) continue;
+    const auto motion = data.truth.background_motion(from, k + data.flow_to);
+    const Image<float>& depth = data.at(from).depth_m;
+    const Image<uint16_t>& mask = data.at(from).mask;
+    const bool has_depth = depth.size() == flow.size(), has_mask = mask.size() == flow.size();
+    std::vector<double> others;
+    std::vector<std::pair<int, int>> empty;
+    for (const auto [i, j] : pixels(flow)) {
+      if (!flow(i, j).valid() || (has_mask && mask(i, j) != 0)) continue;
+      ++share.n;
+      if (length(flow(i, j)) > 0) {
+        others.push_back(length(flow(i, j)));
+      } else {
+        empty.emplace_back(i, j);
+      }
+    }
+    if (others.empty()) continue;
+    const bool others_move = median(others) > moving_px;
+    for (const auto& [i, j] : empty) {
+      if (!motion || !has_depth) {
+        n_empty += others_move ? 1 : 0;
+      } else if (std::isfinite(depth(i, j)) && depth(i, j) > 0) {
+        const FlowSample sample{data.pixel(i), data.pixel(j), depth(i, j), flow(i, j), 0};
+        n_empty += residual_px(data.camera.left, sample, *motion) > moving_px ? 1 : 0;
+      }
+    }
+  }
+  if (share.n == 0) return std::nullopt;
+  share.percent = 100.0 * n_empty / share.n;
+  return share;
+}
+
 DepthFactor fit_depth_factor(const ConventionData& data) {
   DepthFactor fit;
   double length_m = 0, shown_m = 0, sum = 0, squares = 0, truth = 0;
@@ -367,7 +407,7 @@ Finding check_object_flow(const ConventionData& data) {
   if (!finding.measure(residuals)) {
     finding.not_checkable(nothing_to_compare(data, false, true, "no mask of a true object in two frames"));
   }
-  find_wrong_objects(residuals_of, finding);
+  find_wrong_objects(residuals_of, finding.fail_limit, finding);
   return finding;
 }
 
@@ -392,6 +432,15 @@ Finding check_depth_order(const ConventionData& data) {
     finding.message = "depth grows towards the bottom of the image: is it disparity, or upside down?";
   }
   return finding;
+}
+
+void allow_depth_order(Finding& order) {
+  if (!order.checkable() || order.passes()) return;
+  order.fail_limit = std::numeric_limits<double>::infinity();
+  order.may_be_right = true;
+  order.message =
+      "depth grows towards the bottom of the image, but agrees with flow and true poses: right for a camera "
+      "that looks at a ceiling, or at a near object in front of a farther floor";
 }
 
 }  // namespace sextant

@@ -132,6 +132,35 @@ TEST(HiddenMistakes, UniformImagesFail) {
   EXPECT_THAT(black.message, HasSubstr("all pixels have the same value in frames 2"));
 }
 
+TEST(HiddenMistakes, FlowOfZeroInPlaceOfMissingEstimatesIsSuspect) {
+  for (const bool with_poses : {true, false}) {
+    LoadedSequence sequence = copy_of("synthetic:s18@0-3");
+    if (!with_poses) sequence.truth_.camera = {};
+    EXPECT_EQ(line_of(checks_of(sequence), "flow").outcome, CheckOutcome::pass);
+    for (Frame& frame : sequence.frames_) {
+      for (const auto [x, y] : pixels(frame.flow)) {
+        if (x * 10 < 3 * frame.flow.width()) frame.flow(x, y) = {0, 0};
+      }
+    }
+    const SourceCheck line = line_of(checks_of(sequence), "flow");
+    EXPECT_EQ(line.outcome, CheckOutcome::suspect);
+    EXPECT_THAT(line.cause, HasSubstr("exactly (0, 0) where the background moves"));
+  }
+  // Of a camera that stands still, the flow of the background is 0.
+  LoadedSequence still = copy_of("synthetic:s01-crossing@0-3");
+  flow([](I, Flow f) { return std::hypot(f.u, f.v) < 0.01 ? Flow{0, 0} : f; })(still);
+  EXPECT_EQ(line_of(checks_of(still), "flow").outcome, CheckOutcome::pass);
+}
+
+TEST(HiddenMistakes, PosesThatAreMissingWithinATrackAreCounted) {
+  LoadedSequence sequence = copy_of("synthetic:s18@0-5");
+  const int id = ids_in_all_frames(sequence).at(0);
+  EXPECT_THAT(line_of(checks_of(sequence), "objects").message, testing::Not(HasSubstr("missing")));
+  std::erase_if(sequence.truth_.objects.at(2), [&](const ObjectTruth& o) { return o.id == id; });
+  EXPECT_THAT(line_of(checks_of(sequence), "objects").message,
+              HasSubstr("1 pose is missing within the tracks"));
+}
+
 /// A camera that stands still repeats its images rightly.
 TEST(HiddenMistakes, RepeatedImagesOfAStationaryCameraPass) {
   LoadedSequence sequence = copy_of("synthetic:s01-crossing@0-3");

@@ -3,6 +3,8 @@
 #include <functional>
 #include <map>
 #include <numbers>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "sextant/eval/check/conventions.h"
@@ -80,6 +82,16 @@ Undo shifted_poses(int shift) {
     for (const auto& [frame, pose] : data.truth.camera.poses()) moved.set(frame - shift, pose);
     data.truth.camera = moved;
     return !moved.empty();
+  };
+}
+
+/// The poses of the file are in the reversed order of time.
+Undo reversed_poses() {
+  return [](ConventionData& data, double&) {
+    const std::map<int, SE3> given = data.truth.camera.poses();
+    auto last = given.rbegin();
+    for (const auto& [frame, pose] : given) data.truth.camera.set(frame, (last++)->second);
+    return !given.empty();
   };
 }
 
@@ -231,11 +243,12 @@ struct Table {
   }
 };
 
+using D = const ConventionData&;
+
 double bf(const ConventionData& data) { return data.camera.bf; }
 
 void add_depth(const ConventionData& data, Table& table) {
   const auto add = [&](std::string cause, auto change) { table.add(std::move(cause), depth(change)); };
-  using D = const ConventionData&;
   if (data.depth_kind.empty()) {
     add("depth looks like disparity (z = bf / d)", [](D d, double z, double, double) { return bf(d) / z; });
     add("depth looks like disparity*256 (z = 256 bf / n)",
@@ -277,7 +290,7 @@ void add_depth(const ConventionData& data, Table& table) {
       fit_price);
   table.add("depth is of the next frame (files shifted by one)", shifted_channel(-1, take_depth));
   table.add("depth is of the previous frame (files shifted by one)", shifted_channel(1, take_depth));
-  table.add("depth is too large by a factor {:.4g}: wrong baseline or focal length?",
+  table.add("depth is {factor}: wrong baseline or focal length?",
             fitted_factor(
                 1e4, [](double s) { return depth([s](D, double z, double, double) { return z * s; }); }, 1),
             fit_price, true);
@@ -293,7 +306,7 @@ void add_flow(Table& table) {
                 return read({u, v}, d.width, d.height);
               }));
   }
-  table.add("flow is too large by a factor {:.4g}",
+  table.add("flow is {factor}",
             fitted_factor(1e3,
                           [](double s) {
                             return flow([s](const ConventionData&, double u, double v) {
@@ -316,6 +329,14 @@ void add_poses(Table& table) {
   };
   table.add("camera poses are inverted: world -> camera instead of camera -> world",
             poses([](const SE3& pose) { return pose.inverse(); }));
+  const auto transposed = [](const SE3& pose) {
+    return SE3(pose.rotation().conjugate(), pose.translation());
+  };
+  table.add("camera poses have transposed rotations, with the right positions", poses(transposed));
+  table.add("camera poses have transposed rotations in the matrices world -> camera",
+            poses([=](const SE3& pose) { return transposed(pose.inverse()).inverse(); }));
+  // On a straight drive at a constant speed, axes that point backwards have the same effect.
+  table.add("camera poses are in reversed order of time", reversed_poses(), 0.3);
   table.add("camera poses are off by one frame: they are those of the next frame", shifted_poses(-1));
   table.add("camera poses are off by one frame: they are those of the previous frame", shifted_poses(1));
   table.add("camera poses have robot axes (x ahead, y left, z up) instead of the camera's",
@@ -337,8 +358,7 @@ void add_poses(Table& table) {
   };
   table.add("camera positions are in centimetres", scaled(0.01));
   table.add("camera positions are in millimetres", scaled(0.001));
-  table.add("camera positions are too large by a factor {:.4g}", fitted_factor(1e4, scaled, -1), fit_price,
-            true);
+  table.add("camera positions are {factor}", fitted_factor(1e4, scaled, -1), fit_price, true);
 }
 
 void add_objects(const ConventionData& data, Table& table) {
@@ -442,7 +462,7 @@ void add_images(Table& table) {
       }));
 }
 
-void add_camera(Table& table) {
+void add_camera(const ConventionData& data, Table& table) {
   table.add("principal point: cx and cy are swapped",
             always([](ConventionData& d) { std::swap(d.camera.left.cx, d.camera.left.cy); }));
   const auto focal = [](double s) {
@@ -456,8 +476,19 @@ void add_camera(Table& table) {
   };
   table.add("camera: the calibration is of images twice as large", calibration(0.5));
   table.add("camera: the calibration is of images half as large", calibration(2));
-  table.add("camera: the focal length is too large by a factor {:.4g}", fitted_factor(4, focal), fit_price,
-            true);
+  // With bf of the other size as well, depth from disparity is wrong by the same factor.
+  const auto with_bf = [calibration](double s) {
+    return [s, left = calibration(s)](ConventionData& d, double& ignored) {
+      d.camera.bf *= s;
+      return left(d, ignored) && depth([s](D, double z, double, double) { return s * z; })(d, ignored);
+    };
+  };
+  const std::set<std::string> from_disparity = {"", "disparity256", "sgbm"};
+  if (from_disparity.contains(data.depth_kind)) {
+    table.add("camera: the calibration, with bf, is of images twice as large", with_bf(0.5));
+    table.add("camera: the calibration, with bf, is of images half as large", with_bf(2));
+  }
+  table.add("camera: the focal length is {factor}", fitted_factor(4, focal), fit_price, true);
 }
 
 }  // namespace
@@ -471,7 +502,7 @@ std::vector<Hypothesis<ConventionData>> hypotheses(const ConventionData& data) {
   undo::add_objects(data, table);
   undo::add_masks(table);
   undo::add_images(table);
-  undo::add_camera(table);
+  undo::add_camera(data, table);
   return table.lines;
 }
 

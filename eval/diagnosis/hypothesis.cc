@@ -16,6 +16,16 @@ std::string listed(const std::vector<std::string>& items, size_t most) {
   return fmt::format("{}{}", fmt::join(items.begin(), end, ", "), end == items.end() ? "" : ", ...");
 }
 
+std::string factor_text(double factor) {
+  const bool too_small = factor > 0 && factor < 1;
+  return fmt::format("too {} by a factor {:.4g}", too_small ? "small" : "large",
+                     too_small ? 1 / factor : factor);
+}
+
+std::string cause_text(const std::string& cause, double fitted) {
+  return fmt::format(fmt::runtime(cause), fitted, fmt::arg("factor", factor_text(fitted)));
+}
+
 std::optional<Explanation> explain(double declared, const std::vector<Reading>& all,
                                    const ExplanationRule& rule) {
   std::vector<Reading> readings = all;

@@ -53,11 +53,19 @@ inline void append(std::vector<DataWarning>& all, std::vector<DataWarning> more)
 /// Formats "a, b, c", or the first `most` items followed by ", ...".
 std::string listed(const std::vector<std::string>& items, size_t most);
 
+/// Formats a fitted factor: "too large by a factor 1.593", or for a factor below 1 "too small by a factor"
+/// and its inverse.
+std::string factor_text(double factor);
+
+/// Returns the cause of a hypothesis with the number that it fitted: "{}" in it becomes the number,
+/// "{factor}" factor_text().
+std::string cause_text(const std::string& cause, double fitted);
+
 /// An alternative reading of `Data`, different from the declared one.
 template <typename Data>
 struct Hypothesis {
   std::string code;  ///< for programs: "inverse"
-  /// "motions are inverted, from frame k to k-1"; "{}" becomes the number that undo() found
+  /// "motions are inverted, from frame k to k-1"; with the number that undo() found by cause_text()
   std::string cause;
   std::string remedy;  ///< the flag or edit that corrects the data: "invert each motion"; may be empty
   /// Rereads the data this way, in place. Returns false if the hypothesis does not apply to them; writes a
@@ -98,8 +106,8 @@ std::vector<Reading> read_as(const std::vector<Hypothesis<Data>>& hypotheses, co
     if (!hypothesis.undo(changed, fitted)) continue;
     const std::optional<double> left = residual(changed);
     if (!left) continue;
-    readings.push_back({hypothesis.code, fmt::format(fmt::runtime(hypothesis.cause), fitted),
-                        hypothesis.remedy, *left, hypothesis.price, hypothesis.strictness});
+    readings.push_back({hypothesis.code, cause_text(hypothesis.cause, fitted), hypothesis.remedy, *left,
+                        hypothesis.price, hypothesis.strictness});
   }
   return readings;
 }

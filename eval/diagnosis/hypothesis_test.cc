@@ -9,6 +9,14 @@ Reading reading(const std::string& code, double residual, double price = 0) {
   return {code, "it is " + code, "", residual, price};
 }
 
+TEST(HypothesisTexts, FactorsAreAboveOne) {
+  EXPECT_EQ(factor_text(1.593), "too large by a factor 1.593");
+  EXPECT_EQ(factor_text(0.6278), "too small by a factor 1.593");
+  EXPECT_EQ(cause_text("depth is {factor}: wrong baseline?", 0.002762),
+            "depth is too small by a factor 362.1: wrong baseline?");
+  EXPECT_EQ(cause_text("about {:.4g} times the truth", 0.5), "about 0.5 times the truth");
+}
+
 TEST(Hypothesis, IsReportedFromFiveTimesOn) {
   EXPECT_FALSE(explain(1, {reading("a", 0.21)}));
   const auto found = explain(1, {reading("a", 0.2), reading("b", 0.9)});
