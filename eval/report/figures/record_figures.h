@@ -100,10 +100,15 @@ std::map<std::string, double> recorded_speed_floor_kmh(const std::vector<Record>
 //   showcase    fig. 1: camera and objects of one source, estimated over true, with each object's mean speed
 //   top views   fig. 6: camera paths of several systems and the truth, one diagram a sequence
 
-/// Makes the figure of a showcase. `records` of the same run provide the speeds; `title` names the source.
-/// Returns no figure if there is no estimate.
+/// Returns the records of the system and seed that the tracks of a run show: of the records of this source,
+/// those of the lowest seed and of the first estimator that it has. A run writes the tracks of no other.
+RecordRefs records_of_tracks(const std::vector<Record>& records, const std::string& dataset,
+                             const std::string& sequence);
+
+/// Makes the figure of a showcase. `records`, those of the tracks (records_of_tracks()), provide the speeds;
+/// `title` names the source. Returns no figure if there is no estimate.
 std::vector<Figure> showcase_figures(const std::string& title, const std::vector<BodyTrack>& tracks,
-                                     const std::vector<Record>& records);
+                                     const RecordRefs& records);
 
 struct CameraPath {
   std::string system;  ///< "ground truth", "ORB-SLAM3", ..; the truth is drawn first, as a broad grey line

@@ -142,12 +142,31 @@ TEST(ReportFigures, TheFloorOfASpeedIsThatOfAStep) {
 
 TEST(ReportFigures, ShowcaseFollowsItsTracksAndRecords) {
   std::vector<BodyTrack> shown = tracks();
-  const std::string whole = svg(showcase_figures("s18", shown, records()));
+  const std::vector<Record> all = records();
+  const RecordRefs drawn = records_of_tracks(all, "synthetic", "s18");
+  const std::string whole = svg(showcase_figures("s18", shown, drawn));
   EXPECT_THAT(whole, HasSubstr("40.0 km/h"));
   EXPECT_THAT(whole, HasSubstr("ahead [m]"));
   shown.back().points.pop_back();
-  EXPECT_NE(svg(showcase_figures("s18", shown, records())), whole);
+  EXPECT_NE(svg(showcase_figures("s18", shown, drawn)), whole);
   EXPECT_TRUE(showcase_figures("s18", {}, {}).empty());
+}
+
+// The tracks show the first estimator of the source in its lowest seed, so only this speed belongs to them.
+TEST(ReportFigures, SpeedsBesideTracksAreOfTheSystemSeedAndSourceThatAreDrawn) {
+  std::vector<Record> all = records();
+  for (Record& record : all) {
+    if (record.is_ego()) continue;
+    record.values["v_kmh"] = record.estimator != "motion_only" ? 500 : record.seed > 0 ? 300 : 20;
+  }
+  std::vector<Record> others = all;
+  for (Record& record : others) record.sequence = "s01";
+  for (Record& record : others) record.values["v_kmh"] = 900;
+  all.insert(all.begin(), others.begin(), others.end());
+  const RecordRefs drawn = records_of_tracks(all, "synthetic", "s18");
+  EXPECT_EQ(drawn.size(), 12U);
+  EXPECT_THAT(showcase_figures("s18", tracks(), drawn).front().script, HasSubstr("\"20.0 km/h\""));
+  EXPECT_TRUE(records_of_tracks(all, "synthetic", "s02").empty());
 }
 
 TEST(ReportFigures, TopViewsFollowTheirPaths) {
@@ -172,6 +191,7 @@ TEST(ReportFigures, NamesOfStrangersStayNames) {
   std::vector<Record> all;
   std::vector<NoiseLevelRow> levels;
   TopView view{texts[0], {{truth_path, {{0, 0, 0}, {0, 0, 10}}}}};
+  const std::vector<Record> of_tracks = records();
   for (size_t i = 0; i < texts.size(); ++i) {
     for (Record record : records()) {
       if (record.estimator != "joint_flow" || record.seed > 0) continue;
@@ -188,9 +208,10 @@ TEST(ReportFigures, NamesOfStrangersStayNames) {
     view.paths.push_back({texts[i], {{0, 0, 0}, {1, 0, 10}}});
   }
   const std::vector<RecordSet> sets = record_sets(all);
-  for (const auto& figures :
-       {epe_figures(sets), distribution_figures(sets), speed_figures(all, {}), efficiency_figures(levels),
-        top_view_figures({view}), showcase_figures(texts[0] + texts[5] + texts[14], tracks(), records())})
+  for (const auto& figures : {epe_figures(sets), distribution_figures(sets), speed_figures(all, {}),
+                              efficiency_figures(levels), top_view_figures({view}),
+                              showcase_figures(texts[0] + texts[5] + texts[14], tracks(),
+                                               records_of_tracks(of_tracks, "synthetic", "s18"))})
     expect_drawn(figures, planted);
 }
 
