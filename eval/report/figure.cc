@@ -163,14 +163,19 @@ Fields<std::vector<double>> box_fields() {
   return fields;
 }
 
-std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour) {
-  return {
-      fmt::format(
-          "data using {}:(column(\"q25\")):(column(\"q05\")):(column(\"q95\")):(column(\"q75\")):({}) with "
-          "candlesticks lc rgb \"{}\" lw 1 fs transparent solid 0.35",
-          x, width, colour),
-      fmt::format("data using {0}:({1}):({1}):({1}):({1}):({2}) with candlesticks lc rgb \"#000000\" lw 1.5",
-                  x, "column(\"median\")", width)};
+std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour,
+                                   std::optional<double> least) {
+  const auto at = [&](const char* key) { return column_from(key, least); };
+  return {fmt::format("data using {}:{}:{}:{}:{}:({}) with candlesticks lc rgb \"{}\" lw 1 fs transparent "
+                      "solid 0.35",
+                      x, at("q25"), at("q05"), at("q95"), at("q75"), width, colour),
+          fmt::format("data using {0}:{1}:{1}:{1}:{1}:({2}) with candlesticks lc rgb \"#000000\" lw 1.5", x,
+                      at("median"), width)};
+}
+
+std::string column_from(const std::string& key, std::optional<double> least) {
+  if (!least) return fmt::format("(column(\"{}\"))", key);
+  return fmt::format("(column(\"{0}\") < {1:.6g} ? {1:.6g} : column(\"{0}\"))", key, *least);
 }
 
 namespace {

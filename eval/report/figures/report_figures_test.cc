@@ -1,5 +1,7 @@
 // Figures of errors, efficiency, speed and tracks: drawn by gnuplot, and functions of their rows.
 
+#include <set>
+
 #include "sextant/datasets/vdo_folder_testing.h"
 #include "sextant/eval/records/testing.h"
 #include "sextant/eval/report/figures/panels.h"
@@ -85,19 +87,48 @@ TEST(ReportFigures, DistributionsFollowTheirRecords) {
   EXPECT_NE(svg(distribution_figures(record_sets(all))), whole);
 }
 
-TEST(ReportFigures, ExactDataHaveNoDistribution) {
+TEST(ReportFigures, ErrorsThatAreOnlyRoundingAreBoxesAtTheLowerEnd) {
   std::vector<Record> all = records();
+  const std::string usual = distribution_figures(record_sets(all)).front().caption;
+  EXPECT_THAT(usual, Not(HasSubstr("rounding")));
   for (Record& record : all) record.errors = {{"Et_m", 1e-14}, {"ER_deg", 0}};
-  EXPECT_TRUE(distribution_figures(record_sets(all)).empty());
-}
-
-// Without noise one error may be above rounding and the other not; gnuplot refuses an empty panel.
-TEST(ReportFigures, APanelOfRoundingAloneIsLeftOut) {
-  std::vector<Record> all = records();
-  for (Record& record : all) record.errors = {{"Et_m", 1e-14}, {"ER_deg", 1e-7}};
   const std::vector<Figure> figures = distribution_figures(record_sets(all));
   ASSERT_EQ(figures.size(), 1U);
+  EXPECT_EQ(figures[0].data.rows.size(), 8U) << "two errors, bodies and estimators";
+  EXPECT_THAT(figures[0].caption, HasSubstr("at most 1e-09, in the unit of the axis, are rounding"));
+  EXPECT_THAT(figures[0].script, HasSubstr("set yrange [1e-09:1e-08]"));
   EXPECT_THAT(svg(figures), HasSubstr("</svg>"));
+}
+
+TEST(ReportFigures, ABoxStaysIfSomeOfItsErrorsAreZero) {
+  std::vector<Record> all = records();
+  for (Record& record : all) {
+    if (record.frame <= 2) record.errors["Et_m"] = 0;
+  }
+  const Figure figure = distribution_figures(record_sets(all)).front();
+  EXPECT_EQ(figure.data.rows.size(), 8U);
+  EXPECT_THAT(figure.caption, HasSubstr("drawn at its lower end"));
+  EXPECT_THAT(figure.script, HasSubstr("(column(\"q05\") < "));
+}
+
+TEST(ReportFigures, ErrorsThatAreOnlyRoundingAreNoGapsOverTime) {
+  std::vector<Record> all = records();
+  const MetricPreset& preset = find_preset("paper");
+  for (Record& record : all) {
+    if (record.body == "object:2") record.errors["Et_m"] = 0;
+    if (record.frame == 3) record.errors["ER_deg"] = 1e-12;
+  }
+  const std::vector<Figure> figures = timeline_figures(all, preset);
+  EXPECT_THAT(figures.front().caption, HasSubstr("drawn at its lower end"));
+  EXPECT_THAT(figures.front().script, HasSubstr("set yrange [0.001:*]"));
+  for (const std::vector<Cell>& row : figures.front().data.rows) {
+    const bool is_shown = row[0] == Cell("Et_m") || row[0] == Cell("ER_deg");
+    EXPECT_TRUE(!is_shown || row[3].number() != nullptr);
+  }
+  for (Record& record : all) {
+    record.errors = {{"Et_m", 0}, {"ER_deg", 0}};
+  }
+  EXPECT_THAT(svg(timeline_figures(all, preset)), HasSubstr("object 2"));
 }
 
 TEST(ReportFigures, EfficiencyFollowsItsRows) {
@@ -131,6 +162,37 @@ TEST(ReportFigures, CaptionsOverTimeNameTheSeedOfSeveral) {
   std::erase_if(all, [](const Record& r) { return r.seed > 0; });
   EXPECT_THAT(timeline_figures(all, preset).front().caption, Not(HasSubstr("seed")));
   EXPECT_THAT(speed_figures(all, {}).front().caption, Not(HasSubstr("seed")));
+}
+
+TEST(ReportFigures, SpeedsAreInterruptedOverFramesWithoutAnEstimate) {
+  std::vector<Record> all = records();
+  std::erase_if(all, [](const Record& r) { return r.frame == 3 && r.estimator == "joint_flow"; });
+  const Figure figure = speed_figures(all, {}).front();
+  const auto n_gaps = [&](const std::string& series) {
+    return std::ranges::count_if(figure.data.rows, [&](const std::vector<Cell>& row) {
+      return *row[1].text() == series && row[3].text() != nullptr && *row[2].number() == 3;
+    });
+  };
+  EXPECT_EQ(n_gaps("joint_flow"), 1);
+  EXPECT_EQ(n_gaps("motion_only"), 0);
+  EXPECT_EQ(n_gaps("truth"), 0);
+  EXPECT_THAT(svg({figure}), HasSubstr("</svg>"));
+}
+
+TEST(ReportFigures, CaptionsOverTimeSayWhichBodiesAreDrawn) {
+  std::vector<Record> all;
+  for (int id = 1; id <= 9; ++id) {
+    for (Record record : records()) {
+      if (!record.is_ego()) record.body = object_body(id);
+      if (!record.is_ego() || id == 1) all.push_back(record);
+    }
+  }
+  EXPECT_THAT(timeline_figures(all, find_preset("paper")).front().caption,
+              HasSubstr(" Drawn are 6 of 10 bodies: the camera and the objects with the most estimates."));
+  EXPECT_THAT(
+      speed_figures(all, {}).front().caption,
+      HasSubstr(" Drawn are 6 of 9 objects with at least 5 estimates: those with the most estimates."));
+  EXPECT_THAT(speed_figures(records(), {}).front().caption, Not(HasSubstr("Drawn")));
 }
 
 TEST(ReportFigures, TheFloorOfASpeedIsThatOfAStep) {
@@ -182,6 +244,37 @@ TEST(ReportFigures, EstimatorsHaveTheirColours) {
   EXPECT_NE(estimator_colour("joint_flow"), estimator_colour("motion_only"));
   EXPECT_EQ(in_order({"mine", "joint_flow_depth", "motion_only"}),
             (std::vector<std::string>{"motion_only", "joint_flow_depth", "mine"}));
+}
+
+TEST(ReportFigures, SystemsOfAPageAreDistinct) {
+  std::vector<std::string> names = {"joint_flow", "motion_only"};
+  for (int i = 0; i < 40; ++i) names.push_back(fmt::format("system {}", i));
+  const SystemStyles styles(names);
+  std::set<std::string> colours, looks;
+  for (const std::string& name : names) {
+    const bool is_new_colour = colours.insert(styles.colour(name)).second;
+    EXPECT_TRUE(is_new_colour || colours.size() == 9) << name;
+    EXPECT_TRUE(looks.insert(styles.line(name)).second) << name;
+  }
+  EXPECT_EQ(styles.colour("joint_flow"), estimator_colour("joint_flow"));
+  EXPECT_EQ(styles.point("motion_only"), estimator_point("motion_only"));
+  EXPECT_EQ(SystemStyles({"system 7"}).colour("system 7"), estimator_colour("system 7"));
+  EXPECT_EQ(sorted_systems({"b", "a", "b"}), (std::vector<std::string>{"a", "b"}));
+}
+
+TEST(ReportFigures, DifferentNamesStayDifferentWhenTheyAreShortened) {
+  const std::string head = "estimators/of/the/project/", tail = "/configuration/of/the/release.json";
+  const std::vector<std::string> paths = {head + "alpha" + tail, head + "beta" + tail, "short"};
+  EXPECT_EQ(shortened({"a", "a", "b"}, 20), (std::vector<std::string>{"a", "a", "b"}));
+  for (const std::vector<std::string>& names :
+       {paths,
+        {paths[0], paths[1]},
+        {std::string(50, 'x') + "1" + std::string(50, 'x'), std::string(101, 'x')}}) {
+    const std::vector<std::string> shown = shortened(names, 24);
+    EXPECT_EQ(std::set<std::string>(shown.begin(), shown.end()).size(), names.size()) << shown[0];
+    for (const std::string& name : shown) EXPECT_LE(width_of(name), 24U) << name;
+  }
+  EXPECT_THAT(shortened(std::vector<std::string>{paths[0], paths[1]}, 24)[0], HasSubstr("alpha"));
 }
 
 TEST(ReportFigures, NamesOfStrangersStayNames) {
