@@ -41,7 +41,7 @@ struct Series {
 
 /// The points of a track by series; the references come first, so that they are drawn behind.
 struct TrackPoints {
-  std::vector<std::string> all_names;  ///< of the series of all tracks, which have one colour each
+  const SystemStyles& styles;  ///< of the series of all tracks
   std::vector<Series> series;
   std::vector<PlotPoint> points;
 
@@ -60,9 +60,9 @@ struct TrackPoints {
 
 /// References are thin dashed lines behind the cards.
 std::string style_of(const Series& series, const TrackPoints& of) {
-  const std::string colour = distinct_colour(series.name, of.all_names);
-  return series.is_reference ? fmt::format("with lines lc rgb \"{}\" lw 1 dt 2", colour)
-                             : estimator_style(series.name, colour);
+  return series.is_reference
+             ? fmt::format("with lines lc rgb \"{}\" lw 1 dt 2", of.styles.colour(series.name))
+             : of.styles.line(series.name);
 }
 
 Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoints& of) {
@@ -76,7 +76,7 @@ Panel panel_of(const SuiteTrack& track, const std::string& body, const TrackPoin
     const std::string x =
         only_where({{"body", body}, {"series", TrackPoints::key(series)}}, "column(\"level\")");
     if (!series.is_reference)
-      panel.plots.push_back(interval_plot(x, "low", "high", distinct_colour(series.name, of.all_names), 1));
+      panel.plots.push_back(interval_plot(x, "low", "high", of.styles.colour(series.name), 1));
     panel.plots.push_back(fmt::format("data using {}:(column(\"error_mm\")) {}", x, style_of(series, of)));
   }
   return panel;
@@ -125,15 +125,16 @@ std::vector<Figure> curve_figures(const Suite& suite, const std::vector<const Ca
   });
   std::vector<std::string> names;
   for (const auto& group : {cards, behind}) {  // a card has its usual colour
+    std::vector<std::string> of_group;
     for (const Card* card : group) {
-      for (const CurvePoint& p : card->curves) {
-        if (std::ranges::find(names, p.estimator) == names.end()) names.push_back(p.estimator);
-      }
+      for (const CurvePoint& p : card->curves) of_group.push_back(p.estimator);
     }
+    std::ranges::move(sorted_systems(std::move(of_group)), std::back_inserter(names));
   }
+  const SystemStyles styles(names);
   std::vector<Figure> figures;
   for (const SuiteTrack& track : suite.tracks) {
-    TrackPoints of{names, {}, {}};
+    TrackPoints of{styles, {}, {}};
     for (const Card* card : behind) of.add(*card, track.name, /*is_reference=*/true);
     for (const Card* card : cards) of.add(*card, track.name, /*is_reference=*/false);
     std::set<double> levels;
@@ -163,9 +164,9 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
   std::vector<LegendEntry> legend;
   std::vector<std::string> names;
   for (const ProfileRow& row : rows) names.push_back(row.estimator);
+  const SystemStyles styles(sorted_systems(names));
   for (const ProfileRow& row : rows) {
-    const std::string style =
-        fmt::format("with steps lc rgb \"{}\" lw 2", distinct_colour(row.estimator, names));
+    const std::string style = fmt::format("with steps lc rgb \"{}\" lw 2", styles.colour(row.estimator));
     panel.plots.push_back(fmt::format("data using {}:(column(\"share\")) {}",
                                       only_where({{"estimator", gp_cell(row.estimator)}}, "column(\"tau\")"),
                                       style));

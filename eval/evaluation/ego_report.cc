@@ -86,13 +86,18 @@ std::vector<RunErrors> step_errors_of_runs(const std::vector<EgoResult>& runs,
   return out;
 }
 
+/// Returns the colour of run k in all figures of the page. A system has the colour of its first run.
+std::string colour_of_run(const RunErrors&, size_t k) { return line_colour(k + 1); }
+
 /// Box plot of the relative errors over each of several lengths.
 Figure length_box_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
   std::vector<BoxGroup> groups;
   for (size_t i = 0; i < options.rpe_lengths.size(); ++i) {
     BoxGroup group{options.rpe_lengths[i].text(), {}};
     for (const EgoResult& run : runs) {
-      if (!run.by_length[i].errors.empty()) group.samples.push_back({run.name, run.by_length[i].errors});
+      if (run.by_length[i].errors.empty()) continue;
+      const auto place = static_cast<size_t>(&run - runs.data());
+      group.samples.push_back({run.name, run.by_length[i].errors, colour_of_run({}, place)});
     }
     groups.push_back(std::move(group));
   }
@@ -206,7 +211,7 @@ Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& o
     lines.push_back(fmt::format(
         "data using (column(\"length\")):(column(\"rmse_{}\")) with linespoints lc rgb '{}' pt {} title {} "
         "noenhanced",
-        k + 1, line_colour(k), filled_point(k), gp_text(runs[k].name)));
+        k + 1, line_colour(k + 1), filled_point(k), gp_text(runs[k].name)));
   }
   figure.script += fmt::format("plot {}\n", fmt::join(lines, ", \\\n     "));
   return figure;
@@ -306,7 +311,7 @@ Table ego_comparison_table(const std::vector<EgoResult>& runs, const EgoOptions&
 ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReference& reference,
                             const EgoOptions& options, const EgoCurves& curves) {
   const std::vector<RunErrors> errors_of_runs = run_errors(runs);
-  const std::vector<Distribution> systems = by_system(errors_of_runs);
+  const std::vector<Distribution> systems = by_system(errors_of_runs, colour_of_run);
   ReportDocument document;
   document.title = "Camera trajectories against " + reference.side.name;
   document.abstract =
@@ -316,7 +321,7 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
   const std::string& axis = curves.error_title;
   ReportSection section{"error", errors.title, {}, {{"errors", errors}}, {}, {}};
   section.figures.push_back(cumulative_figure("error_cdf", axis, systems));
-  section.figures.push_back(box_figure("error_boxes", axis, by_run(errors_of_runs)));
+  section.figures.push_back(box_figure("error_boxes", axis, by_run(errors_of_runs, colour_of_run)));
   if (const Table lengths = ego_length_table(runs, options); !lengths.rows.empty()) {
     section.tables.push_back({"lengths", lengths});
     section.figures.push_back(ego_length_figure(runs, options));
@@ -334,8 +339,8 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
 
   const Table steps = ego_step_table(runs, reference);
   ReportSection per_frame{"per_frame", steps.title, {}, {{"steps", steps}}, {}, {}};
-  const auto Et = by_system(step_errors_of_runs(runs, &PerFrameErrors::Et_m));
-  const auto ER = by_system(step_errors_of_runs(runs, &PerFrameErrors::ER_deg));
+  const auto Et = by_system(step_errors_of_runs(runs, &PerFrameErrors::Et_m), colour_of_run);
+  const auto ER = by_system(step_errors_of_runs(runs, &PerFrameErrors::ER_deg), colour_of_run);
   if (!Et.empty()) per_frame.figures.push_back(cumulative_figure("step_Et_cdf", "E_t per frame [m]", Et));
   if (!ER.empty()) per_frame.figures.push_back(cumulative_figure("step_ER_cdf", "E_R per frame [deg]", ER));
   document.sections.push_back(std::move(per_frame));

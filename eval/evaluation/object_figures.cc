@@ -297,6 +297,9 @@ Figure tracklet_figure(const std::vector<Record>& records) {
   figure.name = "tracklets";
   figure.caption =
       "Number of tracklets (successive estimated steps of one object) that have at least x steps.";
+  std::vector<std::string> names;
+  for (const Record& record : records) names.push_back(record.estimator);
+  const SystemStyles styles(sorted_systems(std::move(names)));
   struct Step {
     size_t series;
     std::string system;
@@ -318,7 +321,8 @@ Figure tracklet_figure(const std::vector<Record>& records) {
     for (size_t i = 0; i < lengths.size(); ++i)
       steps.push_back({series, system, lengths[i], lengths.size() - i});
     steps.push_back({series, system, lengths.back(), 0});
-    const std::string line = fmt::format("with fsteps lc rgb \"{}\" lw 1.5", line_colour(series + 1));
+    const std::string line =
+        fmt::format("with fsteps lc rgb \"{}\" dt {} lw 1.5", styles.colour(system), styles.dash(system));
     panel.plots.push_back(fmt::format(
         "data using (column(\"series\") == {} ? column(\"steps\") : NaN):(column(\"n\")) {}", series, line));
     legend.push_back({system, line});

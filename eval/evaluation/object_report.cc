@@ -7,6 +7,7 @@
 #include "sextant/eval/evaluation/run_statistics.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
+#include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/figures/record_figures.h"
 #include "sextant/eval/report/record_reading.h"
 
@@ -238,14 +239,18 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
     document.sections.push_back({"consistency", nees.title, {}, {{"nees", nees}}, {}, {}});
   }
   ReportSection distributions{"distributions", "Distribution of the errors per step", {}, {}, {}, {}};
+  std::vector<std::string> names;
+  for (const Record& record : records) names.push_back(record.estimator);
+  const SystemStyles styles(sorted_systems(std::move(names)));
   for (const ErrorTitle& error : errors_of(presets)) {
     const std::vector<RunErrors> runs = object_run_errors(records, error.key);
-    const std::vector<Distribution> of_systems = by_system(runs);
+    const auto colour = [&](const RunErrors& run, size_t) { return styles.colour(run.system); };
+    const std::vector<Distribution> of_systems = by_system(runs, colour);
     if (of_systems.empty()) continue;
     distributions.figures.push_back(
         cumulative_figure(fmt::format("{}_cdf", error.file), error.title, of_systems));
     distributions.figures.push_back(
-        box_figure(fmt::format("{}_boxes", error.file), error.title, by_run(runs)));
+        box_figure(fmt::format("{}_boxes", error.file), error.title, by_run(runs, colour)));
   }
   if (!distributions.figures.empty()) document.sections.push_back(std::move(distributions));
   if (!warnings.empty()) document.sections.push_back({"warnings", "Warnings", warnings, {}, {}, {}});

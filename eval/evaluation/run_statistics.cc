@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
@@ -232,19 +233,32 @@ std::vector<std::string> notes_on_missing_p(const std::vector<SystemComparison>&
   return notes;
 }
 
-std::vector<Distribution> by_system(const std::vector<RunErrors>& runs) {
+std::vector<Distribution> by_system(const std::vector<RunErrors>& runs, const RunColour& colour) {
   std::vector<Distribution> samples;
-  for (const System& system : systems_of(runs)) samples.push_back({system.name, pooled_errors(system)});
-  return samples;
-}
-
-std::vector<Distribution> by_run(const std::vector<RunErrors>& runs) {
-  std::vector<Distribution> samples;
-  for (const RunErrors& run : runs) {
-    if (!run.errors.empty()) samples.push_back({run.run, run.errors});
+  for (const System& system : systems_of(runs)) {
+    const RunErrors* first = system.runs.front();
+    samples.push_back(
+        {system.name, pooled_errors(system), colour(*first, static_cast<size_t>(first - runs.data()))});
   }
   return samples;
 }
+
+std::vector<Distribution> by_run(const std::vector<RunErrors>& runs, const RunColour& colour) {
+  std::vector<Distribution> samples;
+  for (size_t i = 0; i < runs.size(); ++i) {
+    if (!runs[i].errors.empty()) samples.push_back({runs[i].run, runs[i].errors, colour(runs[i], i)});
+  }
+  return samples;
+}
+
+namespace {
+
+/// Returns the colour of sample i of a figure.
+std::string colour_of(const Distribution& sample, size_t i) {
+  return sample.colour.empty() ? line_colour(i + 1) : sample.colour;
+}
+
+}  // namespace
 
 Figure cumulative_figure(const std::string& name, const std::string& axis,
                          const std::vector<Distribution>& samples) {
@@ -263,7 +277,7 @@ Figure cumulative_figure(const std::string& name, const std::string& axis,
     std::ranges::sort(values.back());
     figure.data.columns.push_back({fmt::format("quantile_{}", i + 1), samples[i].title});
     const std::string line =
-        fmt::format("with lines lc rgb \"{}\" dt {} lw 1.5", line_colour(i + 1), i % 5 + 1);
+        fmt::format("with lines lc rgb \"{}\" dt {} lw 1.5", colour_of(samples[i], i), i % 5 + 1);
     plots.push_back(fmt::format("data using (column(\"quantile_{}\")):(column(\"share\")) {}", i + 1, line));
     legend.push_back({samples[i].title, line});
     end = std::max(end, values.back().back());
@@ -297,24 +311,29 @@ Figure box_figure(const std::string& name, const std::string& axis,
   };
   std::vector<Box> boxes;
   std::vector<LegendEntry> legend;
+  std::set<std::string> colours;
+  for (size_t i = 0; i < samples.size(); ++i) colours.insert(colour_of(samples[i], i));
+  const bool numbered = colours.size() < samples.size();
   Panel panel{"",
-              fmt::format("set xrange [0.4:{}]\nset yrange [0:*]\nunset xtics\nset ylabel {} noenhanced "
+              fmt::format("set xrange [0.4:{}]\nset yrange [0:*]\n{} xtics{}\nset ylabel {} noenhanced "
                           "offset 0.6,0\n",
-                          static_cast<double>(samples.size()) + 0.6, gp_text(axis)),
+                          static_cast<double>(samples.size()) + 0.6, numbered ? "set" : "unset",
+                          numbered ? " 1 scale 0" : "", gp_text(axis)),
               {}};
   for (const Distribution& sample : samples) {
-    const std::string colour = line_colour(boxes.size() + 1);
+    const std::string colour = colour_of(sample, boxes.size());
     boxes.push_back({static_cast<double>(boxes.size() + 1), &sample});
     const std::string x =
         fmt::format("(column(\"position\") == {0} ? {0} : NaN)", gp_number(boxes.back().position));
     std::ranges::move(box_plots(x, 0.5, colour), std::back_inserter(panel.plots));
-    legend.push_back({sample.title, fmt::format("with boxes lc rgb \"{}\" fs solid 0.35", colour)});
+    legend.push_back({numbered ? fmt::format("{}: {}", boxes.size(), sample.title) : sample.title,
+                      fmt::format("with boxes lc rgb \"{}\" fs solid 0.35", colour)});
   }
   Fields<Box> fields = {{Column::text("position"), &Box::position},
                         {Column::text("title"), [](const Box& box) { return box.sample->title; }}};
   fields.add(box_fields(), [](const Box& box) { return &box.sample->values; });
   figure.data = table_of("", "", fields, boxes);
-  set_panels({.panel_height_cm = 5.8, .bottom_cm = 0.3}, legend, {panel}, figure);
+  set_panels({.panel_height_cm = 5.8, .bottom_cm = numbered ? 0.6 : 0.3}, legend, {panel}, figure);
   return figure;
 }
 
@@ -323,9 +342,12 @@ Figure grouped_box_figure(const std::string& name, const std::string& axis,
   Figure figure;
   figure.name = name;
   figure.caption = fmt::format("Boxes: quartiles and median; whiskers: 5 % and 95 % quantiles. {}.", axis);
-  std::vector<std::string> titles;
+  std::vector<std::string> titles, colours;
   for (const BoxGroup& group : groups) {
-    for (const Distribution& sample : group.samples) add_distinct(sample.title, titles);
+    for (const Distribution& sample : group.samples) {
+      add_distinct(sample.title, titles);
+      if (titles.size() > colours.size()) colours.push_back(colour_of(sample, colours.size()));
+    }
   }
   struct Box {
     double position;
@@ -360,7 +382,7 @@ Figure grouped_box_figure(const std::string& name, const std::string& axis,
   std::vector<LegendEntry> legend;
   for (size_t series = 0; series < titles.size(); ++series) {
     const std::string x = fmt::format("(column(\"series\") == {} ? column(\"position\") : NaN)", series);
-    const std::string colour = line_colour(series + 1);
+    const std::string& colour = colours[series];
     std::ranges::move(box_plots(x, 0.85 * pitch, colour), std::back_inserter(panel.plots));
     legend.push_back({titles[series], fmt::format("with boxes lc rgb \"{}\" fs solid 0.35", colour)});
   }

@@ -19,6 +19,7 @@
 //                 of one path are never independent, only the runs are. The Mann-Whitney test
 //                 (lib/stats/tests.h) is applied to the mean errors of the runs of both systems
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -82,19 +83,24 @@ std::vector<std::string> notes_on_missing_p(const std::vector<SystemComparison>&
 struct Distribution {
   std::string title;
   std::vector<double> values;  ///< not empty
+  std::string colour{};        ///< "": line_colour() by its place in the figure
 };
 
-/// Groups the errors of runs by system, pooled over its runs, in order of first appearance. Runs without
-/// errors are left out.
-std::vector<Distribution> by_system(const std::vector<RunErrors>& runs);
+/// Returns the colour of a run, given with its number among all runs, in the figures of a page.
+using RunColour = std::function<std::string(const RunErrors&, size_t)>;
+
+/// Groups the errors of runs by system, pooled over its runs, in order of first appearance, with the colour
+/// of the first run. Runs without errors are left out.
+std::vector<Distribution> by_system(const std::vector<RunErrors>& runs, const RunColour& colour);
 /// One distribution per run. Runs without errors are left out.
-std::vector<Distribution> by_run(const std::vector<RunErrors>& runs);
+std::vector<Distribution> by_run(const std::vector<RunErrors>& runs, const RunColour& colour);
 
 /// Cumulative distribution: share of errors below x, at 101 quantiles of each sample. `name` is the name of
 /// the figure and `axis` the error with its unit.
 Figure cumulative_figure(const std::string& name, const std::string& axis,
                          const std::vector<Distribution>& samples);
-/// Box plot: quartiles as boxes, the median as a line, 5 % and 95 % quantiles as whiskers.
+/// Box plot: quartiles as boxes, the median as a line, 5 % and 95 % quantiles as whiskers. Boxes are numbered
+/// if some have the same colour.
 Figure box_figure(const std::string& name, const std::string& axis, const std::vector<Distribution>& samples);
 
 /// Several samples whose boxes stand side by side at one tick of the x axis.
@@ -102,7 +108,7 @@ struct BoxGroup {
   std::string title;  ///< label of the tick
   std::vector<Distribution> samples;
 };
-/// Boxes as in box_figure(), coloured by the title of the sample.
+/// Boxes as in box_figure(); samples with the same title have the same place and colour in every group.
 Figure grouped_box_figure(const std::string& name, const std::string& axis,
                           const std::vector<BoxGroup>& groups);
 

@@ -42,12 +42,13 @@ std::string complete_script(const Figure& figure, bool svg_alone) {
   std::string script = fmt::format("# gnuplot {0}.gp draws {0}.svg, {0}.pdf and {0}.png from {0}.csv\n{1}",
                                    figure.name, style);
   script += fmt::format("data = '{}.csv'\n", figure.name);
+  // A point of pngcairo's text is 96/72 pixels, so 300 dpi need a factor of 300/96 = 3.125 for texts of 7 pt.
   const std::array<std::pair<const char*, std::string>, 3> terminals = {{
       {"svg", fmt::format("svg size {},{} font \"DejaVu Sans,11\" linewidth 1.2",
                           pixels(figure.width_cm, 127), pixels(figure.height_cm, 127))},
       {"pdf", fmt::format("pdfcairo size {} font \"DejaVu Sans,7\" linewidth 1", size_cm)},
       {"png",
-       fmt::format("pngcairo size {},{} font \"DejaVu Sans,7\" fontscale 4.17 linewidth 3 pointscale 3",
+       fmt::format("pngcairo size {},{} font \"DejaVu Sans,7\" fontscale 3.125 linewidth 3 pointscale 3",
                    pixels(figure.width_cm, 300), pixels(figure.height_cm, 300))},
   }};
   for (const auto& [extension, terminal] : terminals) {
@@ -162,14 +163,19 @@ Fields<std::vector<double>> box_fields() {
   return fields;
 }
 
-std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour) {
-  return {
-      fmt::format(
-          "data using {}:(column(\"q25\")):(column(\"q05\")):(column(\"q95\")):(column(\"q75\")):({}) with "
-          "candlesticks lc rgb \"{}\" lw 1 fs transparent solid 0.35",
-          x, width, colour),
-      fmt::format("data using {0}:({1}):({1}):({1}):({1}):({2}) with candlesticks lc rgb \"#000000\" lw 1.5",
-                  x, "column(\"median\")", width)};
+std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour,
+                                   std::optional<double> least) {
+  const auto at = [&](const char* key) { return column_from(key, least); };
+  return {fmt::format("data using {}:{}:{}:{}:{}:({}) with candlesticks lc rgb \"{}\" lw 1 fs transparent "
+                      "solid 0.35",
+                      x, at("q25"), at("q05"), at("q95"), at("q75"), width, colour),
+          fmt::format("data using {0}:{1}:{1}:{1}:{1}:({2}) with candlesticks lc rgb \"#000000\" lw 1.5", x,
+                      at("median"), width)};
+}
+
+std::string column_from(const std::string& key, std::optional<double> least) {
+  if (!least) return fmt::format("(column(\"{}\"))", key);
+  return fmt::format("(column(\"{0}\") < {1:.6g} ? {1:.6g} : column(\"{0}\"))", key, *least);
 }
 
 namespace {

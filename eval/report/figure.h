@@ -8,6 +8,7 @@
 //            point
 //   size     in cm as printed; text 8 pt, readable at one column's width (8.8 cm)
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,9 +52,12 @@ std::string gp_cell(const std::string& text);
 
 /// Box plot of a sample: quartiles and median, whiskers at 5 and 95 %. box_fields() returns the columns q05,
 /// q25, median, q75, q95. box_plots() returns the arguments of gnuplot's `plot` that draw these columns,
-/// without titles, at the gnuplot expression `x`.
+/// without titles, at the gnuplot expression `x`; values below `least` are drawn there, for logarithmic axes.
 Fields<std::vector<double>> box_fields();
-std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour);
+std::vector<std::string> box_plots(const std::string& x, double width, const std::string& colour,
+                                   std::optional<double> least = {});
+/// Returns the gnuplot expression of a column whose numbers below `least` are replaced by it.
+std::string column_from(const std::string& key, std::optional<double> least);
 
 /// Draws <name>.csv, .gp, .svg, .pdf and .png. Throws Error with gnuplot's message if it fails, an Error that
 /// names the package if gnuplot is missing, and an Error if a picture is incomplete because the disk is full.

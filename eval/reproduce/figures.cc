@@ -208,7 +208,9 @@ void add_showcases(const fs::path& parts, const Evidence& evidence, Sections& se
          .png = png,
          .link = "pictures/" + part->name + "-picture.png",
          .jpeg = encode_jpeg(decode_png_rgb(png, "overlay.png"), page_quality)}};
-    section.figures = showcase_figures(title, parse_tracks(read_file(tracks), tracks), records);
+    section.figures =
+        showcase_figures(title, parse_tracks(read_file(tracks), tracks),
+                         records_of_tracks(records, records.front().dataset, records.front().sequence));
     for (Figure& figure : section.figures) figure.name = part->name + "_" + figure.name;
     sections.push_back({PaperPlace::fig_1, std::move(section)});
   }

@@ -186,6 +186,34 @@ std::map<std::string, double> speed_floors(const RunResult& result) {
   return floors;
 }
 
+/// Makes the figure from above of a source. If a program has several results, tracks and speeds are those of
+/// the first one.
+std::vector<Figure> top_view(const RunReportRequest& request, const SourceRun& source) {
+  const std::vector<Record>& records = request.result.records;
+  const RecordRefs drawn = records_of_tracks(records, source.info.dataset, source.info.sequence);
+  const std::string title = source_title(source.info);
+  std::vector<Figure> figures = showcase_figures(title, source.tracks, drawn);
+  for (Figure& figure : figures) {
+    figure.name = "tracks_" + file_stem(folder_name(source.info));
+    std::string system;
+    if (!drawn.empty() && std::ranges::any_of(records, [&](const Record& r) {
+          return r.estimator != drawn.front()->estimator;
+        }))
+      system = drawn.front()->estimator;
+    figure.caption = fmt::format(
+        "Camera and objects from above, {}{}{}. Estimates begin at the truth; objects: the origin of the "
+        "true box, moved by the estimated motions. Numbers: mean estimated speed.{}",
+        title, system.empty() ? "" : ", " + system,
+        seed_text(drawn.empty() ? 0 : drawn.front()->seed, static_cast<size_t>(request.config.n_seeds)),
+        system.empty() ? ""
+                       : fmt::format(" Of the results of the program, only {}, the first by name, is drawn "
+                                     "here and written to tracks.csv, est_camera_*.txt and "
+                                     "obj_*_motion.txt.",
+                                     system));
+  }
+  return figures;
+}
+
 std::string machine() {
   const Json json = build_provenance();
   const Json machine = json.value("machine", Json::object());
@@ -246,16 +274,7 @@ ReportDocument run_document(const RunReportRequest& request, WorstFrames& worst)
   add(std::move(over_time), document);
   ReportSection above{"top-view-section", "From above"};
   for (const SourceRun& source : result.sources) {
-    for (Figure& figure : showcase_figures(source_title(source.info), source.tracks, result.records)) {
-      figure.name = "tracks_" + file_stem(folder_name(source.info));
-      const int n_seeds = request.config.n_seeds;
-      figure.caption = fmt::format(
-          "Camera and objects from above, {}{}. Estimates begin at the truth; objects: the origin of the "
-          "true box, moved by the estimated motions. Numbers: mean estimated speed{}.",
-          source_title(source.info), seed_text(0, static_cast<size_t>(n_seeds)),
-          n_seeds > 1 ? " over all seeds" : "");
-      above.figures.push_back(std::move(figure));
-    }
+    for (Figure& figure : top_view(request, source)) above.figures.push_back(std::move(figure));
   }
   add(std::move(above), document);
   ReportSection distribution{"distribution-section", "Distribution of the errors"};

@@ -118,6 +118,16 @@ TEST(RunReport, SeveralSourcesHaveALineAndAPageEach) {
   EXPECT_THAT(html, HasSubstr("sextant view . --source synthetic:s01-turn@0-2 --out view_"));
 }
 
+TEST(RunReport, TheViewFromAboveNamesTheResultThatItShows) {
+  const RunConfig config = config_of("synthetic:s18@0-2");
+  Watched run = watched(config);
+  EXPECT_THAT(page_of(config, run), Not(HasSubstr("the first by name")));
+  std::vector<Record> others = run.result.records;
+  for (Record& record : others) record.estimator = "other";
+  run.result.records.insert(run.result.records.end(), others.begin(), others.end());
+  EXPECT_THAT(page_of(config, run), HasSubstr("the first by name, is drawn here and written to tracks.csv"));
+}
+
 TEST(RunReport, NamesOfFoldersStayText) {
   RunConfig config = config_of("synthetic:s18@0-2");
   Watched run = watched(config);

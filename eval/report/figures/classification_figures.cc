@@ -58,7 +58,8 @@ std::optional<RocCurve> curve_of(const std::vector<Decision>& decisions) {
   return roc_curve(std::move(scored));
 }
 
-Panel panel_of(const std::string& sequence, const std::vector<std::string>& estimators) {
+Panel panel_of(const std::string& sequence, const std::vector<std::string>& estimators,
+               const SystemStyles& systems) {
   Panel panel{
       sequence,
       fmt::format(
@@ -70,7 +71,7 @@ Panel panel_of(const std::string& sequence, const std::vector<std::string>& esti
     panel.plots.push_back(
         fmt::format("data using {}:(column(\"true_positive_rate\")) with steps lc rgb \"{}\" lw 2",
                     only_where({{"sequence", sequence}, {"estimator", estimator}}, "column(\"drawn_at\")"),
-                    estimator_colour(estimator)));
+                    systems.colour(estimator)));
   }
   return panel;
 }
@@ -131,6 +132,9 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
     const auto& [dataset, sequence, level, estimator] = key;
     if (const auto curve = curve_of(decisions)) curves[{dataset, level}][sequence].emplace(estimator, *curve);
   }
+  std::vector<std::string> names;
+  for (const Record& record : records) names.push_back(record.estimator);
+  const SystemStyles systems(sorted_systems(std::move(names)));
   std::vector<Figure> figures;
   for (const auto& [data, by_sequence] : curves) {
     Figure figure;
@@ -149,12 +153,12 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
                                false_rate, true_rate, std::max(false_rate, min_false_alarms), curve.area});
         }
       }
-      panels.push_back(panel_of(sequence, in_order(estimators)));
+      panels.push_back(panel_of(sequence, in_order(estimators), systems));
     }
     std::vector<LegendEntry> legend;
     for (const std::string& estimator : in_order(all)) {
       legend.push_back({estimator_title(estimator),
-                        fmt::format("with lines lc rgb \"{}\" lw 2", estimator_colour(estimator))});
+                        fmt::format("with lines lc rgb \"{}\" lw 2", systems.colour(estimator))});
     }
     const size_t columns = std::min<size_t>(3, panels.size());
     set_panels({.columns = columns, .width_cm = columns == 1 ? 8.8 : 18.0, .panel_height_cm = 4.8}, legend,

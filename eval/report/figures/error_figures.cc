@@ -65,7 +65,15 @@ struct EpeBar {
   std::string style() const { return fmt::format("with boxes fc rgb \"{}\" fs solid 0.75 noborder", colour); }
 };
 
+/// Returns the styles of all estimators of the sets.
+SystemStyles styles_of(const std::vector<RecordSet>& sets) {
+  std::vector<std::string> estimators;
+  for (const RecordSet& set : sets) std::ranges::copy(estimators_of(set), std::back_inserter(estimators));
+  return SystemStyles(sorted_systems(std::move(estimators)));
+}
+
 std::vector<EpeBar> epe_bars(const std::vector<RecordSet>& sets) {
+  const SystemStyles styles = styles_of(sets);
   std::vector<EpeBar> bars;
   for (const RecordSet& set : sets) {
     for (const std::string& estimator : in_order(estimators_of(set))) {
@@ -79,7 +87,7 @@ std::vector<EpeBar> epe_bars(const std::vector<RecordSet>& sets) {
       if (!refines || std::ranges::find(bars, name, &EpeBar::name) != bars.end()) continue;
       if (bars.empty())
         bars.push_back({"before", "before optimisation", "#A0A0A0", estimator, "epe_initial_px"});
-      bars.push_back({name, "after, " + estimator_title(estimator), estimator_colour(estimator), estimator,
+      bars.push_back({name, "after, " + estimator_title(estimator), styles.colour(estimator), estimator,
                       "epe_refined_px"});
     }
   }
@@ -119,27 +127,43 @@ struct Box {
   std::vector<double> values;
 };
 
-/// Returns the range of all whiskers of an error; nullopt if there are none.
-std::optional<std::pair<double, double>> value_range(const std::vector<Box>& boxes,
-                                                     const std::string& error) {
-  double low = std::numeric_limits<double>::infinity(), high = 0;
+/// Range of a logarithmic axis.
+struct LogRange {
+  double low = 0, high = 0;
+  bool has_rounding = false;  ///< some drawn quantiles are only rounding and are drawn at the lower end
+};
+
+/// Returns the range of all drawn quantiles of an error, except those that are only rounding; nullopt if no
+/// body has the error.
+std::optional<LogRange> value_range(const std::vector<Box>& boxes, const std::string& error) {
+  LogRange range{std::numeric_limits<double>::infinity(), 0};
+  bool any = false;
   for (const Box& box : boxes) {
     if (box.error != error) continue;
-    low = std::min(low, quantile(box.values, 0.05));
-    high = std::max(high, quantile(box.values, 0.95));
+    any = true;
+    for (const double p : {0.05, 0.25, 0.5, 0.75, 0.95}) {
+      const double value = quantile(box.values, p);
+      range.has_rounding = range.has_rounding || value <= largest_rounding;
+      if (value <= largest_rounding) continue;
+      range.low = std::min(range.low, value);
+      range.high = std::max(range.high, value);
+    }
   }
-  if (!(high > 0) || !(low > 0)) return std::nullopt;
-  return std::pair(0.7 * low, 1.4 * high);
+  if (!any) return std::nullopt;
+  if (range.high == 0) return LogRange{largest_rounding, 10 * largest_rounding, true};
+  range.low = range.has_rounding ? std::max(largest_rounding, 0.5 * range.low) : 0.7 * range.low;
+  range.high *= 1.4;
+  return range;
 }
 
 /// Returns tics at powers of ten and, for a short range, also at 2 and 5 times these.
-std::string logarithmic_tics(const std::pair<double, double>& range) {
-  const bool is_short = range.second < 100 * range.first;
+std::string logarithmic_tics(const LogRange& range) {
+  const bool is_short = range.high < 100 * range.low;
   std::string tics;
   for (int exponent = -9; exponent < 9; ++exponent) {
     for (const int digit : {1, 2, 5}) {
       const double at = digit * std::pow(10.0, exponent);
-      if (at < range.first || at > range.second || (digit != 1 && !is_short)) continue;
+      if (at < range.low || at > range.high || (digit != 1 && !is_short)) continue;
       tics += (tics.empty() ? "" : ", ") + gp_number(at);
     }
   }
@@ -150,30 +174,38 @@ void add_box(const std::string& error, const BodyRecords& body, const std::strin
              std::vector<Box>& boxes) {
   const auto records = of_estimator(body.records, estimator);
   const std::vector<double> values = numbers_of(records, NumberMap::errors, error);
-  // The axis is logarithmic; errors that are only rounding, as with exact data, are not drawn.
-  if (values.empty() || quantile(values, 0.05) < 1e-9) return;
+  if (values.empty()) return;
   boxes.push_back({error, body.title, estimator, x, values});
 }
 
+struct BoxPanel {
+  Panel panel;
+  bool has_rounding = false;
+};
+
 /// Makes the panel of one error. Returns nullopt if no body has this error, because gnuplot cannot draw an
 /// empty panel.
-std::optional<Panel> box_panel(const MetricDefinition& error, const RecordSet& set,
-                               const std::vector<std::string>& estimators, std::vector<Box>& boxes) {
+std::optional<BoxPanel> box_panel(const MetricDefinition& error, const RecordSet& set,
+                                  const std::vector<std::string>& estimators, const SystemStyles& styles,
+                                  std::vector<Box>& boxes) {
   Panel panel{"", category_axis(set.bodies), {}};
   const Slots slots{estimators.size()};
   for (size_t i = 0; i < estimators.size(); ++i) {
     for (size_t c = 0; c < set.bodies.size(); ++c)
       add_box(error.name, set.bodies[c], estimators[i], slots.x(c, i), boxes);
-    const std::string x = only_where({{"error", error.name}, {"estimator", estimators[i]}}, "column(\"x\")");
-    std::ranges::move(box_plots(x, 0.75 * slots.width(), estimator_colour(estimators[i])),
-                      std::back_inserter(panel.plots));
   }
   const auto range = value_range(boxes, error.name);
   if (!range) return std::nullopt;
-  panel.settings += fmt::format(
-      "set ylabel \"{}\" noenhanced\nset yrange [{}:{}]\nset logscale y\nset ytics ({})\n", error.heading(),
-      gp_number(range->first), gp_number(range->second), logarithmic_tics(*range));
-  return panel;
+  const auto least = range->has_rounding ? std::optional(range->low) : std::nullopt;
+  for (const std::string& estimator : estimators) {
+    const std::string x = only_where({{"error", error.name}, {"estimator", estimator}}, "column(\"x\")");
+    std::ranges::move(box_plots(x, 0.75 * slots.width(), styles.colour(estimator), least),
+                      std::back_inserter(panel.plots));
+  }
+  panel.settings +=
+      fmt::format("set ylabel \"{}\" noenhanced\nset yrange [{}:{}]\nset logscale y\nset ytics ({})\n",
+                  error.heading(), gp_number(range->low), gp_number(range->high), logarithmic_tics(*range));
+  return BoxPanel{std::move(panel), range->has_rounding};
 }
 
 }  // namespace
@@ -248,14 +280,19 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
 
 std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
   std::vector<Figure> figures;
+  const SystemStyles styles = styles_of(sets);
   for (const RecordSet& set : sets) {
     const std::vector<std::string> estimators = in_order(estimators_of(set));
     Figure figure;
     figure.name = "errors_" + file_stem(set.name);
     std::vector<Box> boxes;
     std::vector<Panel> panels;
+    bool has_rounding = false;
     for (const MetricDefinition* error : metrics_for(compared)) {
-      if (auto panel = box_panel(*error, set, estimators, boxes)) panels.push_back(std::move(*panel));
+      auto made = box_panel(*error, set, estimators, styles, boxes);
+      if (!made) continue;
+      has_rounding = has_rounding || made->has_rounding;
+      panels.push_back(std::move(made->panel));
     }
     if (boxes.empty()) continue;
     Fields<Box> fields = {{Column::text("error"), &Box::error},
@@ -269,13 +306,13 @@ std::vector<Figure> distribution_figures(const std::vector<RecordSet>& sets) {
     for (const std::string& estimator : estimators)
       legend.push_back({estimator_title(estimator),
                         fmt::format("with boxes fc rgb \"{}\" fs transparent solid 0.35 border",
-                                    estimator_colour(estimator))});
+                                    styles.colour(estimator))});
     PanelLayout layout{.panel_height_cm = 4.4, .left_cm = 1.9, .bottom_cm = 0.6, .top_cm = 0.25};
     set_panels(layout, legend, panels, figure);
     figure.caption = fmt::format(
         "Distribution of the errors, {}: median, quartiles, whiskers at 5 and 95 %, over all pairs and "
-        "seeds.",
-        set.title);
+        "seeds.{}",
+        set.title, has_rounding ? rounding_note() : "");
     figures.push_back(std::move(figure));
   }
   return figures;

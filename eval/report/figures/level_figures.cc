@@ -15,7 +15,8 @@ namespace sextant {
 
 namespace {
 
-constexpr size_t most_bodies = 4;  // the camera and three objects, as in the paper
+constexpr double fig4_left_cm = 1.9, fig4_right_cm = 2.0;  // beside the plots of figure 4
+constexpr size_t most_bodies = 4;                          // the camera and three objects, as in the paper
 
 /// Errors of one body at one level.
 struct LevelMark {
@@ -51,7 +52,8 @@ std::string mark_style(size_t i) {
 }
 
 Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
-               const std::vector<std::string>& bodies, double step) {
+               const std::vector<std::string>& bodies, double step, double axis_cm) {
+  constexpr double label_cm = 0.75;  // a label of four characters and the gap to the next one
   const Json& stated = paper().stated.at(name);
   const double Et_m = stated.at("Et_m"), ER_deg = stated.at("ER_deg");
   Panel panel{stated.at("title"), "", {}};
@@ -63,7 +65,12 @@ Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
       gp_text(parameter_title(name, "")), gp_number(low), gp_number(high),
       gp_number(1.15 * top_of(marks, &LevelMark::Et_m, Et_m)),
       gp_number(1.6 * top_of(marks, &LevelMark::ER_deg, ER_deg)));
-  if (high - low > 6.5 * step) panel.settings += fmt::format("set xtics {}\n", gp_number(2 * step));
+  // As many labels as fit beside each other, at multiples of the step.
+  const double n_labels = std::max(1.0, std::floor(axis_cm / label_cm));
+  const double every = std::ceil((high - low) / step / n_labels);
+  panel.settings += "set format x \"%.4g\"\n";
+  if (std::isfinite(every) && every > 0)
+    panel.settings += fmt::format("set xtics {}\n", gp_number(every * step));
   panel.settings += stated_line(Et_m, "first", "#000000") + stated_line(ER_deg, "second", "#909090");
   const double width = 0.75 * step / static_cast<double>(bodies.size());
   for (const bool bars : {true, false}) {
@@ -93,6 +100,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   std::vector<LevelMark> all;
   std::vector<Panel> panels;
   std::vector<std::string> bodies, sources;
+  const double axis_cm = 18.0 / static_cast<double>(paper().stated.size()) - fig4_left_cm - fig4_right_cm;
   for (const auto& [parameter, stated] : paper().stated.items()) {
     const auto sweep =
         std::ranges::find_if(sweeps, [&, &parameter = parameter](const std::vector<NoiseLevelRow>& rows) {
@@ -118,7 +126,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
       const auto place = static_cast<double>(std::ranges::find(of_panel, mark.body) - of_panel.begin());
       mark.bar_x += (place - (n - 1) / 2) * 0.75 * step / n;
     }
-    panels.push_back(panel_of(parameter, marks, of_panel, step));
+    panels.push_back(panel_of(parameter, marks, of_panel, step, axis_cm));
     if (of_panel.size() > bodies.size()) bodies = of_panel;
     sources.push_back(fmt::format("{} on {}", stated.at("title").get<std::string>(),
                                   data_title(sweep->front().dataset, sweep->front().sequence)));
@@ -139,8 +147,8 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   const PanelLayout layout{.columns = panels.size(),
                            .width_cm = panels.size() == 1 ? 9.0 : 18.0,
                            .panel_height_cm = 5.8,
-                           .left_cm = 1.9,
-                           .right_cm = 2.0,
+                           .left_cm = fig4_left_cm,
+                           .right_cm = fig4_right_cm,
                            .bottom_cm = 1.3};
   set_panels(layout, legend, panels, figure);
   figure.script += "unset y2tics\nunset y2label\nunset arrow\n";
@@ -156,8 +164,8 @@ namespace {
 constexpr size_t most_plotted_bodies = 4;
 
 Panel panel_of(const MetricDefinition& error, const std::string& body,
-               const std::vector<std::string>& estimators, double first, double last, double lowest,
-               double highest) {
+               const std::vector<std::string>& estimators, const SystemStyles& systems, double first,
+               double last, double lowest, double highest) {
   const double margin = last > first ? 0.08 * (last - first) : 0.5;
   Panel panel{body_title(body), "", {}};
   panel.settings = fmt::format(
@@ -171,14 +179,14 @@ Panel panel_of(const MetricDefinition& error, const std::string& body,
         0.12 * margin * (static_cast<double>(i) - (static_cast<double>(estimators.size()) - 1) / 2);
     const std::string x = only_where({{"error", error.stem()}, {"body", body}, {"estimator", estimators[i]}},
                                      fmt::format("column(\"level\")+{}", gp_number(shift)));
-    panel.plots.push_back(interval_plot(x, "low", "high", estimator_colour(estimators[i]), 1));
+    panel.plots.push_back(interval_plot(x, "low", "high", systems.colour(estimators[i]), 1));
     panel.plots.push_back(
-        fmt::format("data using {}:(column(\"ratio\")) {}", x, estimator_style(estimators[i])));
+        fmt::format("data using {}:(column(\"ratio\")) {}", x, systems.line(estimators[i])));
   }
   return panel;
 }
 
-Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
+Figure figure_of(const std::vector<const NoiseLevelRow*>& rows, const SystemStyles& systems) {
   const NoiseLevelRow& first = *rows.front();
   Figure figure;
   figure.name = "efficiency_" + file_stem(first.parameter) + "_" + file_stem(first.dataset) + "_" +
@@ -201,26 +209,29 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows) {
   }
   if (figure.data.rows.empty()) return figure;
   std::vector<std::string> bodies = distinct(rows, &NoiseLevelRow::body);
-  bodies.resize(std::min(bodies.size(), most_plotted_bodies));
+  const size_t n_bodies = bodies.size();
+  bodies.resize(std::min(n_bodies, most_plotted_bodies));
   const std::vector<std::string> estimators = in_order(distinct(rows, &NoiseLevelRow::estimator));
   std::vector<Panel> panels;
   for (const std::string& body : bodies) {
     for (const MetricDefinition* error : errors) {
-      panels.push_back(panel_of(*error, body, estimators, low, high, lowest, highest));
+      panels.push_back(panel_of(*error, body, estimators, systems, low, high, lowest, highest));
       const std::string title =
           body == bodies.back() ? parameter_title(first.parameter, rows.back()->noise) : "";
       panels.back().settings += fmt::format("set xlabel {} noenhanced offset 0,0.4\n", gp_text(title));
     }
   }
   std::vector<LegendEntry> legend;
-  for (const std::string& e : estimators) legend.push_back({estimator_title(e), estimator_style(e)});
+  for (const std::string& e : estimators) legend.push_back({estimator_title(e), systems.line(e)});
   legend.push_back({"bound", "with lines lc rgb \"#000000\" dt 2 lw 1"});
   const PanelLayout layout{.columns = errors.size(), .width_cm = 18.0};
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
       "Errors over their Cramer-Rao bound, {} {}, with 95 % intervals over {} seeds: 1 is the limit of "
-      "unbiased estimates from flow and one depth.",
-      first.dataset, first.sequence, first.n_seeds);
+      "unbiased estimates from flow and one depth.{}",
+      first.dataset, first.sequence, first.n_seeds,
+      bodies.size() < n_bodies ? fmt::format(" Drawn are the first {} of {} bodies.", bodies.size(), n_bodies)
+                               : "");
   return figure;
 }
 
@@ -231,9 +242,12 @@ std::vector<Figure> efficiency_figures(const std::vector<NoiseLevelRow>& rows) {
   for (const NoiseLevelRow& row : rows) {
     if (!row.limit.efficiency.empty()) groups[{row.parameter, row.dataset, row.sequence}].push_back(&row);
   }
+  std::vector<std::string> estimators;
+  for (const NoiseLevelRow& row : rows) estimators.push_back(row.estimator);
+  const SystemStyles systems(sorted_systems(std::move(estimators)));
   std::vector<Figure> figures;
   for (const auto& [key, group] : groups) {
-    Figure figure = figure_of(group);
+    Figure figure = figure_of(group, systems);
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;

@@ -17,7 +17,14 @@ struct Line {
   std::string name;
   std::string title;
   std::string key;  ///< prefix of its columns in the CSV
+  std::string colour;
+  int point = 0;
   std::map<double, const NoiseLevelRow*> by_level;
+
+  std::string style(double width) const {
+    return fmt::format("with linespoints lc rgb \"{}\" lw {} pt {} ps 0.6", colour, width, point);
+  }
+  std::string bound_style() const { return fmt::format("with lines lc rgb \"{}\" lw 1.2 dt 3", colour); }
 };
 
 std::string column_key(const std::string& text) {
@@ -120,24 +127,36 @@ std::vector<double> half_steps(const std::vector<Level>& levels) {
   return half;
 }
 
+/// Returns the labels of the levels, with four significant digits, or with as many as distinguish them.
+std::vector<std::string> level_labels(const std::vector<Level>& levels) {
+  std::vector<std::string> labels;
+  for (int digits = 4; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
+    labels.clear();
+    for (const Level& level : levels) labels.push_back(fmt::format("{:.{}g}", level.level, digits));
+    if (std::set<std::string>(labels.begin(), labels.end()).size() == labels.size()) break;
+  }
+  return labels;
+}
+
 /// Returns the gnuplot command for the tics: at most six labels, placed at levels. A label that would overlap
 /// the one to its right is left out.
-std::string level_tics(const std::vector<Level>& levels, const std::vector<double>& half) {
-  constexpr double of_character = 0.045, of_point = 0.022, gap = 0.005;  // shares of the axis
+std::string level_tics(const std::vector<Level>& levels, const std::vector<double>& half, double axis_cm) {
+  constexpr double character_cm = 0.17, point_cm = 0.09, gap_cm = 0.25;
   const size_t n = levels.size();
   const size_t step = (n + 5) / 6;
+  const std::vector<std::string> labels = level_labels(levels);
   const double range = levels.back().level + half.back() - levels.front().level + half.front();
   std::string tics;
   double end = std::numeric_limits<double>::infinity();  // of the space to the left of the last label
   for (size_t i = n - 1; i < n; i -= step) {
-    const std::string label = fmt::format("{}", levels[i].level);
+    const std::string& label = labels[i];
     const auto n_points = static_cast<double>(std::ranges::count(label, '.'));
-    const double width =
-        of_character * (static_cast<double>(label.size()) - n_points) + of_point * n_points + gap;
-    const double half_width = width * range / 2;
+    const double width_cm =
+        character_cm * (static_cast<double>(label.size()) - n_points) + point_cm * n_points + gap_cm;
+    const double half_width = width_cm / axis_cm * range / 2;
     if (levels[i].level + half_width > end) continue;
     end = levels[i].level - half_width;
-    tics = fmt::format("\"{0}\" {0}", label) + (tics.empty() ? "" : ", ") + tics;
+    tics = fmt::format("\"{}\" {}", label, levels[i].level) + (tics.empty() ? "" : ", ") + tics;
   }
   return fmt::format("set xtics ({})\n", tics);
 }
@@ -167,13 +186,14 @@ struct Largest {
 };
 
 std::string axes_script(const std::vector<Level>& levels, const std::vector<double>& half,
-                        const Largest& largest, const std::string& x_title, const Content& content) {
-  std::string script = fmt::format("set xlabel {} noenhanced\nset xrange [{}:{}]\n{}", gp_text(x_title),
-                                   levels.front().level - half.front(), levels.back().level + half.back(),
-                                   level_tics(levels, half));
-  script +=
-      fmt::format("set ylabel \"{} error {}{}\"\nset yrange [0:{}]\n", content.word, curve_error().heading(),
-                  content.bars ? " (curves)" : "", largest.Et > 0 ? 1.45 * largest.Et : 1.0);
+                        const Largest& largest, const std::string& x_title, const Content& content,
+                        double axis_cm) {
+  std::string script = fmt::format("set xlabel {} noenhanced offset 0,0.4\nset xrange [{}:{}]\n{}",
+                                   gp_text(x_title), levels.front().level - half.front(),
+                                   levels.back().level + half.back(), level_tics(levels, half, axis_cm));
+  script += fmt::format("set ylabel \"{} error {}{}\"\nset yrange [0:{}]\n", content.word,
+                        curve_error().heading(), content.bars ? " (curves)" : "",
+                        largest.Et > 0 ? (content.bars ? 1.45 : 1.1) * largest.Et : 1.0);
   if (!content.bars) return script;
   return script + fmt::format(
                       "set border 11\nset ytics nomirror\nset y2tics\n"
@@ -209,64 +229,96 @@ struct BarWidths {
 
 /// Draws E_R of one line as bars on the right axis, with their intervals; `place` is the place of the bars
 /// beside their level, in widths.
-void add_bars(const Line& line, size_t i, double place, const BarWidths& widths,
-              std::vector<std::string>& parts) {
+void add_bars(const Line& line, double place, const BarWidths& widths, std::vector<std::string>& parts) {
   const std::string shift = widths.times(place);
   parts.push_back(
       fmt::format("data using (column(\"level\")+{}):{}:({}) axes x1y2 with boxes fc rgb \"{}\" fs "
-                  "transparent solid 0.25 noborder notitle",
-                  shift, column(line, "ER_deg"), widths.times(0.9), line_colour(i)));
+                  "transparent solid 0.25 noborder",
+                  shift, column(line, "ER_deg"), widths.times(0.9), line.colour));
   // Intervals are vectors, because error bars would blank a disc around the top of each bar.
   const std::string low = column(line, "ER_low_deg");
   parts.push_back(
       fmt::format("data using (column(\"level\")+{}):{}:(0):({}-{}) axes x1y2 with vectors nohead lc rgb "
-                  "\"{}\" lw 0.75 notitle",
-                  shift, low, column(line, "ER_high_deg"), low, line_colour(i)));
+                  "\"{}\" lw 0.75",
+                  shift, low, column(line, "ER_high_deg"), low, line.colour));
 }
 
-void add_curve(const Line& line, size_t i, double width, std::vector<std::string>& parts) {
-  parts.push_back(fmt::format(
-      "data using (column(\"level\")):{}:{} with filledcurves fc rgb \"{}\" fs transparent solid 0.3 notitle",
-      column(line, "Et_low_m"), column(line, "Et_high_m"), line_colour(i)));
-  parts.push_back(fmt::format(
-      "data using (column(\"level\")):{} with linespoints lc rgb \"{}\" lw {} pt {} ps 0.6 title {}",
-      column(line, "Et_m"), line_colour(i), width, filled_point(i), gp_text(line.title)));
+constexpr const char* common_bound_style = "with lines lc rgb \"#606060\" lw 1.2 dt 3";
+
+/// Returns the width of a figure, in cm, whose legend fits several columns if it has many entries.
+double width_for(const std::vector<Line>& lines) { return lines.size() <= 5 ? 8.8 : 18.0; }
+
+void add_curve(const Line& line, double width, std::vector<std::string>& plots) {
+  plots.push_back(fmt::format(
+      "data using (column(\"level\")):{}:{} with filledcurves fc rgb \"{}\" fs transparent solid 0.3",
+      column(line, "Et_low_m"), column(line, "Et_high_m"), line.colour));
+  plots.push_back(
+      fmt::format("data using (column(\"level\")):{} {}", column(line, "Et_m"), line.style(width)));
+}
+
+/// Returns the lines whose bounds are drawn: those with a bound, or only one of them if all have the same. A
+/// bound belongs to the points of its estimator, so it differs between estimators that use other points.
+std::vector<const Line*> bounds_to_draw(const std::vector<Line>& lines, const std::vector<Level>& levels) {
+  constexpr double same = 1e-6;  // relative difference
+  std::vector<const Line*> with_bound;
+  for (const Line& line : lines) {
+    if (std::ranges::any_of(line.by_level, [](const auto& at) { return bound_of(*at.second).has_value(); }))
+      with_bound.push_back(&line);
+  }
+  const auto has_own_bound = [](const Level& level) {
+    std::optional<double> low, high;
+    for (const NoiseLevelRow* row : level.of_line) {
+      const auto bound = row != nullptr ? bound_of(*row) : std::nullopt;
+      if (!bound) continue;
+      low = std::min(low.value_or(*bound), *bound);
+      high = std::max(high.value_or(*bound), *bound);
+    }
+    return low && *high - *low > same * *high;
+  };
+  if (with_bound.empty() || std::ranges::any_of(levels, has_own_bound)) return with_bound;
+  return {*std::ranges::max_element(with_bound, {}, [](const Line* line) { return line->by_level.size(); })};
 }
 
 /// Draws curves of E_t with bands, and optionally E_R as bars on the right axis. Curves of RMS errors have
-/// their bound, dotted; those of mean errors have none, because it is a bound of RMS errors.
-std::string curves_script(const std::vector<Line>& lines, const std::vector<Level>& levels,
-                          const std::string& x_title, const Content& content) {
-  std::vector<std::string> parts;
+/// their bounds, dotted; those of mean errors have none, because it is a bound of RMS errors.
+void set_curves(const std::vector<Line>& lines, const std::vector<Level>& levels, const std::string& x_title,
+                const Content& content, Figure& figure) {
+  PanelLayout layout{.width_cm = width_for(lines), .panel_height_cm = 6.0, .left_cm = 1.7, .top_cm = 0.2};
+  if (content.bars) layout.right_cm = 1.6;
+  Panel panel;
+  std::vector<LegendEntry> legend;
   const auto n = static_cast<double>(lines.size());
   const std::vector<double> half = half_steps(levels);
   const BarWidths widths(levels, half, n);
   const Largest largest(levels, content.statistic, !content.bars);
-  for (size_t i = 0; content.bars && i < lines.size(); ++i) {
-    add_bars(lines[i], i, static_cast<double>(i) - (n - 1) / 2, widths, parts);
-  }
+  for (size_t i = 0; content.bars && i < lines.size(); ++i)
+    add_bars(lines[i], static_cast<double>(i) - (n - 1) / 2, widths, panel.plots);
   for (size_t i = 0; i < lines.size(); ++i) {
     // Estimators often agree, so later curves are thinner to keep the earlier ones visible.
-    add_curve(lines[i], i, content.bars ? 1.5 : std::max(1.0, 4.0 - 1.5 * static_cast<double>(i)), parts);
+    const double width = content.bars ? 1.5 : std::max(1.0, 4.0 - 1.5 * static_cast<double>(i));
+    add_curve(lines[i], width, panel.plots);
+    legend.push_back({lines[i].title, lines[i].style(width)});
   }
-  if (largest.bound > 0) {
-    parts.push_back(fmt::format(
-        "data using (column(\"level\")):{} with lines lc rgb \"#606060\" lw 1.2 dt 3 title \"bound (RMS)\"",
-        column(lines.front(), "Et_bound_m")));
+  const std::vector<const Line*> bounds =
+      content.bars ? std::vector<const Line*>() : bounds_to_draw(lines, levels);
+  for (const Line* line : bounds) {
+    const std::string style = bounds.size() > 1 ? line->bound_style() : common_bound_style;
+    panel.plots.push_back(
+        fmt::format("data using (column(\"level\")):{} {}", column(*line, "Et_bound_m"), style));
+    legend.push_back({bounds.size() > 1 ? "bound of " + line->title : "bound (RMS)", style});
   }
-  std::string script = axes_script(levels, half, largest, x_title, content);
-  if (content.bars) script += widths.function;
-  script += "plot \\\n";
-  for (size_t i = 0; i < parts.size(); ++i)
-    script += "  " + parts[i] + (i + 1 < parts.size() ? ", \\\n" : "\n");
-  return script;
+  panel.settings = axes_script(levels, half, largest, x_title, content, layout.plot_width_cm());
+  if (content.bars) panel.settings += widths.function;
+  set_panels(layout, legend, {panel}, figure);
+  figure.script += "unset y2tics\nunset y2label\n";  // another terminal draws the legend next
 }
 
 /// Rows of the same figure, in order.
 using Groups = std::map<std::vector<std::string>, std::vector<const NoiseLevelRow*>>;
 
-std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows,
-                           std::string NoiseLevelRow::*member) {
+/// `systems` holds the styles of all estimators of the report.
+std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows, std::string NoiseLevelRow::*member,
+                           const SystemStyles& systems) {
   std::vector<Line> lines;
   std::map<std::string, size_t> places;  // by name
   std::set<std::string> keys;
@@ -274,29 +326,22 @@ std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows,
     const std::string& name = row->*member;
     const auto [place, is_new] = places.try_emplace(name, lines.size());
     if (is_new) {
-      const std::string title = member == &NoiseLevelRow::body ? body_title(name) : name;
+      const bool is_body = member == &NoiseLevelRow::body;
+      const std::string title = is_body ? body_title(name) : name;
       std::string key = column_key(name);
       if (!keys.insert(key).second) key += fmt::format("_{}", lines.size());
       keys.insert(key);
-      lines.push_back({name, title, key, {}});
+      const size_t i = lines.size();
+      lines.push_back({name,
+                       title,
+                       key,
+                       is_body ? line_colour(i) : systems.colour(name),
+                       is_body ? filled_point(i) : systems.point(name),
+                       {}});
     }
     lines[place->second].by_level[row->level] = row;
   }
   return lines;
-}
-
-/// Arranges a legend of more than five entries in columns of three, above the curves, and widens the figure
-/// for the columns.
-void widen_for_legend(const std::vector<Line>& lines, Figure& figure) {
-  constexpr size_t most_in_a_column = 5, rows = 3;
-  constexpr double character_cm = 0.17, sample_cm = 1.25, widest_cm = 18;
-  if (lines.size() <= most_in_a_column) return;
-  size_t longest = 0;
-  for (const Line& line : lines) longest = std::max(longest, width_of(line.title));
-  const double column_cm = sample_cm + character_cm * static_cast<double>(longest);
-  const size_t more_columns = (lines.size() - 1) / rows;
-  figure.width_cm = std::min(widest_cm, figure.width_cm + column_cm * static_cast<double>(more_columns));
-  figure.script = fmt::format("set key maxrows {}\n", rows) + figure.script;
 }
 
 Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line>& lines,
@@ -316,8 +361,7 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
   for (const NoiseLevelRow* row : levels.back().of_line) {
     if (row != nullptr) noise = row->noise;
   }
-  figure.script = curves_script(lines, levels, parameter_title(first.parameter, noise), content);
-  widen_for_legend(lines, figure);
+  set_curves(lines, levels, parameter_title(first.parameter, noise), content, figure);
   return figure;
 }
 
@@ -326,7 +370,7 @@ constexpr size_t most_lines = 100;
 
 /// Makes one figure for each group of rows that differ only in `content.line` and the level, with at least 2
 /// levels and at most most_lines lines.
-void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
+void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content, const SystemStyles& systems,
                  std::vector<Figure>& figures) {
   Groups groups;
   for (const NoiseLevelRow& row : rows) {
@@ -335,7 +379,7 @@ void add_figures(const std::vector<NoiseLevelRow>& rows, const Content& content,
     groups[{row.parameter, row.dataset, row.sequence, of}].push_back(&row);
   }
   for (const auto& [key, of_figure] : groups) {
-    const std::vector<Line> lines = lines_by(of_figure, content.line);
+    const std::vector<Line> lines = lines_by(of_figure, content.line, systems);
     if (lines.size() < content.min_lines || lines.size() > most_lines) continue;
     const std::vector<Level> levels = levels_of(lines);
     if (levels.size() < 2) continue;
@@ -350,8 +394,11 @@ std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& levels
   for (NoiseLevelRow& row : rows)  // another kind of noise with the same level is a separate line
     if (row.noise.find(" (spatial ") != std::string::npos) row.estimator += ", correlated";
   std::vector<Figure> figures;
-  add_figures(rows, error_figure, figures);
-  add_figures(rows, estimator_figure, figures);
+  std::vector<std::string> estimators;
+  for (const NoiseLevelRow& row : rows) estimators.push_back(row.estimator);
+  const SystemStyles systems(sorted_systems(std::move(estimators)));
+  add_figures(rows, error_figure, systems, figures);
+  add_figures(rows, estimator_figure, systems, figures);
   return figures;
 }
 

@@ -85,13 +85,30 @@ TEST(NoiseFigures, ALegendOfManyLinesHasColumns) {
     }
   }
   const Figure figure = noise_level_figures(of_bodies).front();
-  EXPECT_THAT(figure.script, HasSubstr("set key maxrows 3"));
+  EXPECT_THAT(figure.script, HasSubstr("maxcols 4"));
   EXPECT_GT(figure.width_cm, 11);
   EXPECT_THAT(draw(figure).at(figure.name + ".svg"), HasSubstr("object 8"));
   of_bodies.resize(6);
-  const Figure of_few = noise_level_figures(of_bodies).front();
-  EXPECT_THAT(of_few.script, Not(HasSubstr("set key")));
-  EXPECT_LT(of_few.width_cm, 9);
+  EXPECT_LT(noise_level_figures(of_bodies).front().width_cm, 9);
+}
+
+TEST(NoiseFigures, LabelsHaveFourDigitsUnlessTheyWouldBeTheSame) {
+  EXPECT_THAT(script_at({0, 1.0 / 3, 2.0 / 3}), HasSubstr("\"0.3333\" 0.3333333333333333,"));
+  EXPECT_THAT(script_at({100.01, 100.02}), HasSubstr("(\"100.01\" 100.01, \"100.02\" 100.02)"));
+}
+
+TEST(NoiseFigures, BoundsOfEstimatorsWithOtherPointsAreSeveralLines) {
+  std::vector<NoiseLevelRow> all = rows();
+  for (NoiseLevelRow& row : all) row.limit.efficiency["Et_m"] = Efficiency{0.01 * row.level, 0.8, {}};
+  EXPECT_THAT(noise_level_figures(all).back().script, HasSubstr("'bound (RMS)'"));
+  EXPECT_THAT(noise_level_figures(all).back().script, Not(HasSubstr("bound of")));
+  for (NoiseLevelRow& row : all) {
+    if (row.estimator == "joint_flow" && row.level > 0.3) row.limit.efficiency["Et_m"].bound *= 1.001;
+  }
+  const Figure figure = noise_level_figures(all).back();
+  EXPECT_THAT(figure.script, Not(HasSubstr("bound (RMS)")));
+  EXPECT_THAT(figure.script, HasSubstr("'bound of motion_only'"));
+  EXPECT_THAT(draw(figure).at(figure.name + ".svg"), HasSubstr("bound of joint_flow"));
 }
 
 TEST(NoiseFigures, DrawnTwiceTheBytesAreTheSameAndFollowTheData) {

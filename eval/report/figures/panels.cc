@@ -7,6 +7,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/paper.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
 
@@ -20,6 +21,7 @@ constexpr size_t legend_columns_max = 4;
 constexpr std::array<const char*, 7> other_colours = {"#D55E00", "#CC79A7", "#56B4E9", "#595959",
                                                       "#7A3E9D", "#8C564B", "#B8A000"};
 constexpr size_t n_colours_of_names = 4;  // the others are for figures with more systems
+constexpr std::array<int, 7> other_points = {13, 11, 5, 9, 7, 15, 3};
 
 const PaperEstimator* known(const std::string& estimator) {
   const auto it = std::ranges::find(paper().estimators, estimator, &PaperEstimator::name);
@@ -29,7 +31,7 @@ const PaperEstimator* known(const std::string& estimator) {
 /// Number of entries that fit side by side.
 size_t legend_columns(const std::vector<LegendEntry>& legend, double width_cm) {
   size_t longest = 0;
-  for (const LegendEntry& entry : legend) longest = std::max(longest, entry.title.size());
+  for (const LegendEntry& entry : legend) longest = std::max(longest, width_of(entry.title));
   const double entry_cm = legend_sample_cm + character_cm * static_cast<double>(longest);
   return std::clamp<size_t>(static_cast<size_t>(width_cm / entry_cm), 1,
                             std::min(legend_columns_max, legend.size()));
@@ -53,19 +55,21 @@ std::string legend_script(const std::vector<LegendEntry>& legend, size_t columns
       "set key inside center center horizontal Left reverse maxcols {} samplen 1.6 width 0 noenhanced\nplot ",
       columns);
   const auto most = static_cast<size_t>((width_cm - 3 * legend_sample_cm) / character_cm);
+  std::vector<std::string> titles;
+  for (const LegendEntry& entry : legend) titles.push_back(entry.title);
+  titles = shortened(titles, most);
   for (size_t i = 0; i < legend.size(); ++i)
-    script += fmt::format("{}NaN {} title {}", i > 0 ? ", " : "", legend[i].style,
-                          gp_text(shortened(legend[i].title, most)));
+    script += fmt::format("{}NaN {} title {}", i > 0 ? ", " : "", legend[i].style, gp_text(titles[i]));
   return script + "\n";
 }
 
-std::string panel_script(const Panel& panel) {
+std::string panel_script(const Panel& panel, const std::string& title) {
   std::string script =
       "unset key\nunset label\nunset arrow\nunset logscale\nset autoscale\nset border 3\nset xtics nomirror "
       "autofreq\nset ytics nomirror autofreq\n"
       "set mxtics default\nset mytics default\nset format \"%g\"\nunset xlabel\nunset ylabel\n";
-  script += fmt::format("set title {} noenhanced offset 0,-0.7\n", gp_text(panel.title)) + panel.settings +
-            "plot \\\n";
+  script +=
+      fmt::format("set title {} noenhanced offset 0,-0.7\n", gp_text(title)) + panel.settings + "plot \\\n";
   for (size_t i = 0; i < panel.plots.size(); ++i)
     script += fmt::format("  {} notitle{}\n", panel.plots[i], i + 1 < panel.plots.size() ? ", \\" : "");
   return script;
@@ -84,6 +88,11 @@ void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legen
   figure.height_cm = legend_cm + layout.panel_height_cm * static_cast<double>(n_rows);
 
   const double panel_width_cm = layout.width_cm / static_cast<double>(layout.columns);
+  std::vector<std::string> titles;
+  for (const Panel& panel : panels) titles.push_back(panel.title);
+  // A title is centred above its plot and may extend over the margin of the same width on both sides.
+  const double title_cm = layout.plot_width_cm() + 2 * std::min(layout.left_cm, layout.right_cm);
+  titles = shortened(titles, static_cast<size_t>(std::max(title_cm, 0.6 * panel_width_cm) / character_cm));
   std::string script = "set multiplot\n";
   if (!legend.empty())
     script += legend_script(legend, columns, layout.width_cm, 1 - legend_cm / figure.height_cm);
@@ -93,7 +102,7 @@ void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legen
     const double top_cm = figure.height_cm - legend_cm - row * layout.panel_height_cm - layout.top_cm;
     script += margins(left_cm / figure.width_cm, (left_cm + layout.plot_width_cm()) / figure.width_cm,
                       (top_cm - layout.plot_height_cm()) / figure.height_cm, top_cm / figure.height_cm);
-    script += panel_script(panels[i]);
+    script += panel_script(panels[i], titles[i]);
   }
   figure.script = script + "unset multiplot\n";
 }
@@ -115,19 +124,40 @@ std::string estimator_colour(const std::string& estimator) {
   return other_colours[sum % n_colours_of_names];
 }
 
-std::string distinct_colour(const std::string& estimator, const std::vector<std::string>& shown) {
-  std::set<std::string> taken;
-  for (const std::string& name : shown) {
-    std::string colour = estimator_colour(name);
-    if (known(name) == nullptr && taken.contains(colour)) {
-      const auto free =
-          std::ranges::find_if(other_colours, [&](const char* c) { return !taken.contains(c); });
-      if (free != other_colours.end()) colour = *free;
+SystemStyles::SystemStyles(const std::vector<std::string>& systems) {
+  std::set<std::pair<size_t, size_t>> taken;  // number of a colour, and how often it was used before
+  for (const std::string& name : systems) {
+    if (styles_.contains(name)) continue;
+    if (const PaperEstimator* style = known(name)) {
+      styles_[name] = {style->colour, style->point, 1};
+      continue;
     }
-    if (name == estimator) return colour;
-    taken.insert(colour);
+    const std::string usual = estimator_colour(name);
+    size_t colour = 0;
+    while (other_colours[colour] != usual) ++colour;
+    if (taken.size() == other_colours.size() * other_points.size()) taken.clear();
+    const size_t round = taken.size() / other_colours.size();
+    while (taken.contains({colour, round})) colour = (colour + 1) % other_colours.size();
+    taken.insert({colour, round});
+    styles_[name] = {other_colours[colour], other_points[(colour + round) % other_points.size()],
+                     static_cast<int>(round % 5) + 1};
   }
-  return estimator_colour(estimator);
+}
+
+const SystemStyles::Style& SystemStyles::of(const std::string& system) const {
+  const auto style = styles_.find(system);
+  SEXTANT_CHECK(style != styles_.end());
+  return style->second;
+}
+
+std::string SystemStyles::line(const std::string& system) const {
+  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", colour(system), point(system));
+}
+
+std::vector<std::string> sorted_systems(std::vector<std::string> names) {
+  std::ranges::sort(names);
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
 }
 
 int estimator_point(const std::string& estimator) {
@@ -136,11 +166,7 @@ int estimator_point(const std::string& estimator) {
 }
 
 std::string estimator_style(const std::string& estimator) {
-  return estimator_style(estimator, estimator_colour(estimator));
-}
-
-std::string estimator_style(const std::string& estimator, const std::string& colour) {
-  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", colour,
+  return fmt::format("with linespoints lc rgb \"{}\" lw 1.5 pt {} ps 0.5", estimator_colour(estimator),
                      estimator_point(estimator));
 }
 
@@ -174,6 +200,62 @@ std::string shortened(const std::string& name, size_t most) {
   while (head > 0 && is_inside(head)) --head;
   while (tail < name.size() && is_inside(tail)) ++tail;
   return name.substr(0, head) + "…" + name.substr(tail);
+}
+
+namespace {
+
+size_t n_different(const std::vector<std::string>& texts) {
+  return std::set<std::string>(texts.begin(), texts.end()).size();
+}
+
+/// Replaces what all names have in common at their beginning and at their end by ellipses, except for a few
+/// characters beside the part in which they differ.
+std::vector<std::string> without_common_parts(const std::vector<std::string>& names) {
+  constexpr size_t kept = 6;
+  size_t head = names.front().size(), tail = head;
+  for (const std::string& name : names) {
+    const auto ends = std::ranges::mismatch(name, names.front());
+    head = std::min(head, static_cast<size_t>(ends.in1 - name.begin()));
+    const auto begins =
+        std::mismatch(name.rbegin(), name.rend(), names.front().rbegin(), names.front().rend());
+    tail = std::min(tail, static_cast<size_t>(begins.first - name.rbegin()));
+  }
+  std::vector<std::string> cut;
+  for (const std::string& name : names) {
+    const auto is_inside = [&](size_t at) {
+      return at < name.size() && (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U;
+    };
+    size_t from = head > kept + 1 ? head - kept : 0;
+    while (from > 0 && is_inside(from)) --from;
+    size_t to = tail > kept + 1 ? name.size() - (tail - kept) : name.size();
+    to = std::max(to, std::min(head, name.size()));
+    while (is_inside(to)) ++to;
+    cut.push_back((from > 0 ? "…" : "") + name.substr(from, to - from) + (to < name.size() ? "…" : ""));
+  }
+  return cut;
+}
+
+}  // namespace
+
+std::vector<std::string> shortened(const std::vector<std::string>& names, size_t most) {
+  if (names.empty()) return names;
+  const auto each = [&](const std::vector<std::string>& texts, size_t length) {
+    std::vector<std::string> out;
+    for (const std::string& text : texts) out.push_back(shortened(text, length));
+    return out;
+  };
+  std::vector<std::string> shown = each(names, most);
+  if (n_different(shown) == n_different(names)) return shown;
+  shown = each(without_common_parts(names), most);
+  if (n_different(shown) == n_different(names)) return shown;
+  shown = each(names, most > 12 ? most - 6 : most);
+  std::vector<std::string> seen;
+  for (size_t i = 0; i < names.size(); ++i) {
+    auto place = std::ranges::find(seen, names[i]);
+    if (place == seen.end()) place = seen.insert(seen.end(), names[i]);
+    shown[i] += fmt::format(" ({})", place - seen.begin() + 1);
+  }
+  return shown;
 }
 
 double tic_step(double range, double n) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,8 @@ struct PanelLayout {
   double plot_height_cm() const { return panel_height_cm - bottom_cm - top_cm; }
 };
 
-/// Sets script, width and height of the figure. Titles wider than the figure are shortened in the legend.
+/// Sets script, width and height of the figure. Titles wider than the figure are shortened in the legend, and
+/// titles of panels that are wider than the panel.
 void set_panels(const PanelLayout& layout, const std::vector<LegendEntry>& legend,
                 const std::vector<Panel>& panels, Figure& figure);
 
@@ -47,15 +49,41 @@ std::string only_where(const std::vector<std::pair<std::string, std::string>>& c
                        const std::string& expression);
 
 /// Returns the colour of an estimator: fixed for the estimators of this program; for all others one of the
-/// remaining colours, which follows from the name.
+/// remaining colours, which follows from the name. Figures of several systems take SystemStyles.
 std::string estimator_colour(const std::string& estimator);
-/// Returns the colour of an estimator in a figure of the estimators `shown`, which are in_order(): no two of
-/// them have the same colour, as long as there are enough colours.
-std::string distinct_colour(const std::string& estimator, const std::vector<std::string>& shown);
 int estimator_point(const std::string& estimator);
 /// Returns the gnuplot style of an estimator's lines and points, for plots and legends.
 std::string estimator_style(const std::string& estimator);
-std::string estimator_style(const std::string& estimator, const std::string& colour);
+
+/// Colours and points of the systems of a page. The estimators of this program have their fixed ones. Of the
+/// others, no two have the same colour as long as there are colours, and no two have the same colour and
+/// point before 49 of them. All figures of a page that are given the same systems in the same order show a
+/// system in the same colour.
+class SystemStyles {
+ public:
+  /// `systems` come first whose usual colour, estimator_colour(), is kept.
+  explicit SystemStyles(const std::vector<std::string>& systems);
+
+  std::string colour(const std::string& system) const { return of(system).colour; }
+  int point(const std::string& system) const { return of(system).point; }
+  /// gnuplot's dash type for lines without points: 1, or another one where a colour is used again.
+  int dash(const std::string& system) const { return of(system).dash; }
+  /// Style of lines and points, for plots and legends.
+  std::string line(const std::string& system) const;
+
+ private:
+  struct Style {
+    std::string colour;
+    int point = 0, dash = 1;
+  };
+  const Style& of(const std::string& system) const;
+  std::map<std::string, Style> styles_;
+};
+
+/// Returns the names in alphabetical order, each once: the order in which the figures of a page give its
+/// systems to SystemStyles.
+std::vector<std::string> sorted_systems(std::vector<std::string> names);
+
 /// Returns the argument of `plot` that draws the interval between two columns as a line at x. Error bars of
 /// gnuplot would blank a disc around each point.
 std::string interval_plot(const std::string& x, const std::string& low, const std::string& high,
@@ -70,6 +98,10 @@ std::vector<std::string> in_order(std::vector<std::string> estimators);
 /// Returns the name, with its middle replaced by an ellipsis if it has more than `most` bytes; UTF-8
 /// characters are kept whole.
 std::string shortened(const std::string& name, size_t most);
+/// Shortens names that are shown beside each other, so that different names stay different: if their middles
+/// are needed for that, the part that all have in common is left out, and if this is not enough, the names
+/// are numbered.
+std::vector<std::string> shortened(const std::vector<std::string>& names, size_t most);
 
 /// Returns a distance between tics, 1, 2 or 5 times a power of ten, that divides `range` into at most `n`
 /// parts.

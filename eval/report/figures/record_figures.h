@@ -16,6 +16,11 @@
 
 namespace sextant {
 
+/// Errors up to this value are only rounding, as with exact data. On a logarithmic axis they are drawn at its
+/// lower end, which rounding_note() says in the caption.
+inline constexpr double largest_rounding = 1e-9;
+std::string rounding_note();
+
 /// Returns ", seed 0 of 5" for captions of figures that show one seed of several; "" if there is only one.
 std::string seed_text(uint64_t seed, size_t n_seeds);
 
@@ -72,8 +77,9 @@ Table classification_test_table(const std::vector<Record>& records);
 std::vector<Figure> classification_figures(const std::vector<Record>& records);
 
 // ---- Errors over the frames of a source: one panel per error and one line per body, for at most six bodies:
-// the camera, and the objects with the most estimates. The axis of the errors is logarithmic; a line is
-// interrupted where a body has no estimate with truth. If the records state the floor of the truth
+// the camera, and the objects with the most estimates. The caption says so if there are more. The axis of the
+// errors is logarithmic, with errors that are only rounding at its lower end; a line is interrupted where a
+// body has no estimate with truth. If the records state the floor of the truth
 // (step_floor_m), below which E_t of the camera is not meaningful, it is a dashed line. One figure per data
 // set, sequence and estimator, from the records of its lowest seed, which the caption names if there are
 // several.
@@ -85,7 +91,8 @@ std::vector<Figure> timeline_figures(const std::vector<Record>& records, const M
 // ---- (ours) Speed of objects over the frames of a source: estimates, truth, and a band around the truth of
 // +- the error of the truth itself (the ground-truth floor). One figure per data set and sequence, from the
 // records of its lowest seed, with the six objects that have the most estimates; the caption names the seed
-// if there are several. Objects with estimates in fewer than five frames are left out.
+// if there are several, and how many objects there are if not all are drawn. Objects with estimates in fewer
+// than five frames are left out. Lines are interrupted over frames without an estimate.
 
 /// `floor_kmh`: RMS error of the true speed by sequence; other sequences have no band.
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
@@ -100,10 +107,15 @@ std::map<std::string, double> recorded_speed_floor_kmh(const std::vector<Record>
 //   showcase    fig. 1: camera and objects of one source, estimated over true, with each object's mean speed
 //   top views   fig. 6: camera paths of several systems and the truth, one diagram a sequence
 
-/// Makes the figure of a showcase. `records` of the same run provide the speeds; `title` names the source.
-/// Returns no figure if there is no estimate.
+/// Returns the records of the system and seed that the tracks of a run show: of the records of this source,
+/// those of the lowest seed and of the first estimator that it has. A run writes the tracks of no other.
+RecordRefs records_of_tracks(const std::vector<Record>& records, const std::string& dataset,
+                             const std::string& sequence);
+
+/// Makes the figure of a showcase. `records`, those of the tracks (records_of_tracks()), provide the speeds;
+/// `title` names the source. Returns no figure if there is no estimate.
 std::vector<Figure> showcase_figures(const std::string& title, const std::vector<BodyTrack>& tracks,
-                                     const std::vector<Record>& records);
+                                     const RecordRefs& records);
 
 struct CameraPath {
   std::string system;  ///< "ground truth", "ORB-SLAM3", ..; the truth is drawn first, as a broad grey line

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -15,10 +17,15 @@ std::string seed_text(uint64_t seed, size_t n_seeds) {
   return n_seeds > 1 ? fmt::format(", seed {} of {}", seed, n_seeds) : "";
 }
 
+std::string rounding_note() {
+  return fmt::format(
+      " Errors of at most {:g}, in the unit of the axis, are rounding and are drawn at its lower end.",
+      largest_rounding);
+}
+
 namespace {
 
 constexpr size_t most_drawn_bodies = 6;
-constexpr double rounding = 1e-9;           // smaller errors are rounding of exact data
 constexpr const char* no_estimate = "NaN";  // interrupts gnuplot's line
 
 using Bodies = std::map<int, RecordRefs>;  // by body_order()
@@ -44,18 +51,48 @@ std::vector<int> chosen(const Bodies& bodies) {
   return largest(std::move(by_size));
 }
 
+size_t n_with_estimates(const Bodies& bodies) {
+  return static_cast<size_t>(std::ranges::count_if(bodies, [](const auto& of_body) {
+    return std::ranges::any_of(of_body.second, [](const Record* r) { return is_evaluated(*r); });
+  }));
+}
+
+/// Returns the sentence of a caption that says which bodies are drawn; "" if all are.
+std::string choice_text(const std::string& which, size_t n_drawn, size_t n_all) {
+  if (n_drawn == n_all) return "";
+  return fmt::format(" Drawn are {} of {} {} with the most estimates.", n_drawn, n_all, which);
+}
+
 std::string body_style(size_t i) {
   return fmt::format("with linespoints lc rgb \"{}\" lw 1.3 pt {} ps 0.25", line_colour(i), filled_point(i));
 }
 
+/// Numbers that a panel with a logarithmic axis shows.
+struct Shown {
+  bool has_rounding = false;
+  double lowest = std::numeric_limits<double>::infinity();  ///< of those above rounding
+
+  void include(double value) {
+    has_rounding = has_rounding || value <= largest_rounding;
+    if (value > largest_rounding) lowest = std::min(lowest, value);
+  }
+  /// Returns the lower end of the axis, a power of ten below all numbers, if there are numbers that are only
+  /// rounding; otherwise gnuplot chooses it.
+  std::optional<double> lower_end() const {
+    if (!has_rounding) return std::nullopt;
+    if (!std::isfinite(lowest)) return largest_rounding;
+    return std::max(largest_rounding, std::pow(10, std::floor(std::log10(lowest / 2))));
+  }
+};
+
 /// Adds the rows of one error and body; returns false if none has a number.
 bool add_rows(const MetricDefinition& error, const RecordRefs& records, const MetricPreset& preset,
-              Table& data) {
+              Shown& shown, Table& data) {
   bool any = false;
   for (const Record* record : records) {
     const std::string key = record->is_ego() ? error.name : preset.object_key(error.name);
-    auto value = record->status == Status::ok ? find_number(record->errors, key) : std::nullopt;
-    if (value && *value <= rounding) value.reset();
+    const auto value = record->status == Status::ok ? find_number(record->errors, key) : std::nullopt;
+    if (value) shown.include(*value);
     any |= value.has_value();
     data.add_row({error.name, record->body, record->frame, value ? Cell(*value) : Cell(no_estimate)});
   }
@@ -79,7 +116,7 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
   for (size_t i = 0; i < orders.size(); ++i)
     legend.push_back({body_title(bodies.at(orders[i]).front()->body), body_style(i)});
   std::vector<Panel> panels;
-  bool has_floor = false;
+  bool has_floor = false, has_rounding = false;
   for (const MetricDefinition* error : metrics_for(in_summary)) {
     if (error->map != NumberMap::errors || error->better != Better::lower) continue;
     Panel panel{
@@ -89,19 +126,29 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
     panel.settings +=
         fmt::format("set ylabel {} noenhanced\n",
                     gp_text(error->name == "epe_refined_px" ? "EPE after [px]" : error->heading()));
+    Shown shown;
+    std::vector<size_t> with_numbers;
     for (size_t i = 0; i < orders.size(); ++i) {
-      const RecordRefs& records = bodies.at(orders[i]);
-      if (!add_rows(*error, records, preset, figure.data)) continue;
-      const std::string x =
-          only_where({{"error", error->name}, {"body", records.front()->body}}, "column(\"frame\")");
-      panel.plots.push_back(fmt::format("data using {}:(column(\"value\")) {}", x, body_style(i)));
+      if (add_rows(*error, bodies.at(orders[i]), preset, shown, figure.data)) with_numbers.push_back(i);
     }
-    if (panel.plots.empty()) continue;
-    const auto ego = bodies.find(orders.front());
-    const auto floor_m = error->name == "Et_m" ? floor_of(ego->second) : std::nullopt;
+    if (with_numbers.empty()) continue;
+    const auto floor_m = error->name == "Et_m" ? floor_of(bodies.at(orders.front())) : std::nullopt;
+    if (floor_m) shown.include(*floor_m);
+    for (const size_t i : with_numbers) {
+      const std::string x = only_where({{"error", error->name}, {"body", bodies.at(orders[i]).front()->body}},
+                                       "column(\"frame\")");
+      panel.plots.push_back(
+          fmt::format("data using {}:{} {}", x, column_from("value", shown.lower_end()), body_style(i)));
+    }
     if (floor_m) {
       panel.plots.push_back(fmt::format("{} with lines lc rgb \"#000000\" dt 2 lw 1", gp_number(*floor_m)));
       has_floor = true;
+    }
+    if (const auto end = shown.lower_end()) {
+      has_rounding = true;
+      panel.settings += std::isfinite(shown.lowest)
+                            ? fmt::format("set yrange [{}:*]\n", gp_number(*end))
+                            : fmt::format("set yrange [{}:{}]\n", gp_number(*end), gp_number(10 * *end));
     }
     panels.push_back(std::move(panel));
   }
@@ -112,7 +159,9 @@ Figure figure_of(const std::string& title, const std::string& stem, const Bodies
                            .panel_height_cm = 4.8,
                            .left_cm = 1.8};
   set_panels(layout, legend, panels, figure);
-  figure.caption = "Errors by frame, " + title + ". A gap: no estimate, or no truth.";
+  figure.caption = fmt::format(
+      "Errors by frame, {}. A gap: no estimate, or no truth.{}{}", title, has_rounding ? rounding_note() : "",
+      choice_text("bodies: the camera and the objects", orders.size(), n_with_estimates(bodies)));
   return figure;
 }
 
@@ -136,19 +185,33 @@ std::vector<Figure> timeline_figures(const std::vector<Record>& records, const M
 namespace {
 
 constexpr size_t min_estimates = 5;
+// The points show a true speed between two gaps, where there is no line.
+constexpr const char* truth_style = "with linespoints lc rgb \"#000000\" lw 1.5 pt 7 ps 0.15";
 
 bool has_speed(const Record& record) {
   return !record.is_ego() && record.status == Status::ok && record.values.contains("v_kmh");
 }
 
-/// Returns the ids of the objects with estimates in the most frames.
-std::vector<int> chosen_objects(const RecordRefs& records) {
+/// Returns the ids of the objects with estimates in the most frames, and sets the number of objects among
+/// which they were chosen.
+std::vector<int> chosen_objects(const RecordRefs& records, size_t& n_objects) {
   std::vector<std::pair<ptrdiff_t, int>> by_size;
   for (const auto& [id, of_object] : group_by(records, order_of)) {
     const size_t n_frames = group_by(of_object, &Record::frame).size();
     if (n_frames >= min_estimates) by_size.emplace_back(-static_cast<ptrdiff_t>(n_frames), id);
   }
+  n_objects = by_size.size();
   return largest(std::move(by_size));
+}
+
+/// Adds a row without numbers, which interrupts the line, if `frame` does not follow the last row of the same
+/// line.
+void add_gap(const std::string& body, const std::string& series, int frame, Table& data) {
+  if (data.rows.empty()) return;
+  const std::vector<Cell>& last = data.rows.back();
+  const bool is_same = *last[0].text() == body && *last[1].text() == series;
+  const int next = static_cast<int>(*last[2].number()) + 1;
+  if (is_same && next < frame) data.add_row({body, series, next, no_estimate, no_estimate, no_estimate});
 }
 
 void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<double> floor_kmh,
@@ -161,23 +224,26 @@ void add_rows(const std::string& body, const RecordRefs& of_body, std::optional<
   }
   for (const auto& [frame, v] : truth) {
     const auto floor = floor_kmh ? std::optional(Interval{v - *floor_kmh, v + *floor_kmh}) : std::nullopt;
+    add_gap(body, "truth", frame, data);
     data.add_row({body, "truth", frame, v, low_of(floor), high_of(floor)});
   }
   for (const std::string& estimator : distinct(of_body, &Record::estimator)) {
     for (const Record* record : of_body) {
-      if (record->estimator == estimator)
-        data.add_row({body, estimator, record->frame, record->values.at("v_kmh"), Cell(), Cell()});
+      if (record->estimator != estimator) continue;
+      add_gap(body, estimator, record->frame, data);
+      data.add_row({body, estimator, record->frame, record->values.at("v_kmh"), Cell(), Cell()});
     }
   }
 }
 
-std::string numbered_style(const std::string& estimator, size_t i) {
+std::string numbered_style(const SystemStyles& systems, const std::string& estimator, size_t i) {
   const double size = std::max(0.3, 0.65 - 0.2 * static_cast<double>(i));
-  return fmt::format("with linespoints lc rgb \"{}\" lw {} pt {} ps {:.2f}", estimator_colour(estimator),
-                     std::max(1.0, 2.5 - static_cast<double>(i)), estimator_point(estimator), size);
+  return fmt::format("with linespoints lc rgb \"{}\" lw {} pt {} ps {:.2f}", systems.colour(estimator),
+                     std::max(1.0, 2.5 - static_cast<double>(i)), systems.point(estimator), size);
 }
 
-Panel panel_of(const std::string& body, const std::vector<std::string>& estimators, bool has_floor) {
+Panel panel_of(const std::string& body, const std::vector<std::string>& estimators,
+               const SystemStyles& systems, bool has_floor) {
   Panel panel{body_title(body),
               "set xlabel \"frame\" offset 0,0.4\nset ylabel \"speed [km/h]\"\nset offsets "
               "0,0,graph 0.08,graph 0.08\nset autoscale xfix\n",
@@ -191,42 +257,45 @@ Panel panel_of(const std::string& body, const std::vector<std::string>& estimato
                     "rgb \"#000000\" fs transparent solid 0.15 noborder",
                     x("truth")));
   }
-  panel.plots.push_back(
-      fmt::format("data using {}:(column(\"v_kmh\")) with lines lc rgb \"#000000\" lw 1.5", x("truth")));
+  panel.plots.push_back(fmt::format("data using {}:(column(\"v_kmh\")) {}", x("truth"), truth_style));
   // Estimators often agree, so later ones are drawn smaller to keep the earlier ones visible.
   for (size_t i = 0; i < estimators.size(); ++i) {
     panel.plots.push_back(fmt::format("data using {}:(column(\"v_kmh\")) {}", x(estimators[i]),
-                                      numbered_style(estimators[i], i)));
+                                      numbered_style(systems, estimators[i], i)));
   }
   return panel;
 }
 
-Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, size_t n_seeds) {
+Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, size_t n_seeds,
+                 const SystemStyles& systems) {
   const Record& first = *records.front();
   Figure figure;
   figure.name = "speed_" + file_stem(first.dataset) + "_" + file_stem(first.sequence);
   figure.data = figure_data({"body", "series", "frame", "v_kmh", "low_kmh", "high_kmh"});
   const std::vector<std::string> estimators = in_order(distinct(records, &Record::estimator));
   std::vector<Panel> panels;
-  for (const int id : chosen_objects(records)) {
+  size_t n_objects = 0;  // with enough estimates
+  for (const int id : chosen_objects(records, n_objects)) {
     const RecordRefs of_body = records_where(records, [&](const Record& r) { return order_of(r) == id; });
     add_rows(object_body(id), of_body, floor_kmh, figure.data);
-    panels.push_back(panel_of(object_body(id), estimators, floor_kmh.has_value()));
+    panels.push_back(panel_of(object_body(id), estimators, systems, floor_kmh.has_value()));
   }
   if (panels.empty()) return figure;
-  std::vector<LegendEntry> legend = {{"truth", "with lines lc rgb \"#000000\" lw 1.5"}};
+  std::vector<LegendEntry> legend = {{"truth", truth_style}};
   if (floor_kmh)
     legend.push_back(
         {"truth \u00b1 floor", "with boxes fc rgb \"#000000\" fs transparent solid 0.15 noborder"});
   for (size_t i = 0; i < estimators.size(); ++i)
-    legend.push_back({estimator_title(estimators[i]), numbered_style(estimators[i], i)});
+    legend.push_back({estimator_title(estimators[i]), numbered_style(systems, estimators[i], i)});
   const PanelLayout layout{.columns = std::min<size_t>(2, panels.size()),
                            .width_cm = panels.size() == 1 ? 8.8 : 18.0,
                            .panel_height_cm = 4.8};
   set_panels(layout, legend, panels, figure);
   figure.caption = fmt::format(
-      "Speed of the objects by frame, {} {}{}.{}", first.dataset, first.sequence,
+      "Speed of the objects by frame, {} {}{}. A gap: no estimate.{}{}", first.dataset, first.sequence,
       seed_text(first.seed, n_seeds),
+      choice_text(fmt::format("objects with at least {} estimates: those", min_estimates), panels.size(),
+                  n_objects),
       floor_kmh ? fmt::format(" Band: error of the true speed itself, {:.1f} km/h (RMS) from the camera's "
                               "ground truth alone.",
                               *floor_kmh)
@@ -238,11 +307,15 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, siz
 
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
                                   const std::map<std::string, double>& floor_kmh) {
+  std::vector<std::string> names;
+  for (const Record& record : records) names.push_back(record.estimator);
+  const SystemStyles systems(sorted_systems(std::move(names)));
   std::vector<Figure> figures;
   const auto data_of = [](const Record& r) { return std::pair(r.dataset, r.sequence); };
   for (const auto& [data, of_data] : group_by(records_where(records, has_speed), data_of)) {
     const auto by_seed = group_by(of_data, &Record::seed);
-    Figure figure = figure_of(by_seed.begin()->second, find_number(floor_kmh, data.second), by_seed.size());
+    Figure figure =
+        figure_of(by_seed.begin()->second, find_number(floor_kmh, data.second), by_seed.size(), systems);
     if (!figure.data.rows.empty()) figures.push_back(std::move(figure));
   }
   return figures;

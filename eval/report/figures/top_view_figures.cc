@@ -14,12 +14,15 @@ Eigen::Vector2d ground(const Eigen::Vector3d& p) { return {p.x(), p.z()}; }
 
 // ---- fig. 1
 
-std::optional<double> mean_speed_kmh(const std::vector<Record>& records, const std::string& body) {
+/// Returns the mean estimated speed of an object over the frames of its track.
+std::optional<double> mean_speed_kmh(const RecordRefs& records, const BodyTrack& track) {
   double sum = 0;
   int n = 0;
-  for (const Record& record : records) {
-    const auto speed = find_number(record.values, "v_kmh");
-    if (record.body != body || record.status != Status::ok || !speed) continue;
+  for (const Record* record : records) {
+    const auto speed = find_number(record->values, "v_kmh");
+    const bool is_drawn =
+        record->frame >= track.points.front().frame && record->frame <= track.points.back().frame;
+    if (record->body != track.body || record->status != Status::ok || !speed || !is_drawn) continue;
     sum += *speed;
     ++n;
   }
@@ -79,8 +82,20 @@ std::string system_style(const System& system) {
 
 }  // namespace
 
+RecordRefs records_of_tracks(const std::vector<Record>& records, const std::string& dataset,
+                             const std::string& sequence) {
+  RecordRefs of_source;
+  for (const Record& record : records) {
+    if (record.dataset == dataset && record.sequence == sequence) of_source.push_back(&record);
+  }
+  if (of_source.empty()) return {};
+  const Record& first = **std::ranges::min_element(of_source, {}, [](const Record* r) { return r->seed; });
+  return records_where(
+      of_source, [&](const Record& r) { return r.seed == first.seed && r.estimator == first.estimator; });
+}
+
 std::vector<Figure> showcase_figures(const std::string& title, const std::vector<BodyTrack>& tracks,
-                                     const std::vector<Record>& records) {
+                                     const RecordRefs& records) {
   Figure figure;
   figure.name = "fig1_tracks";
   figure.data = figure_data({"body", "frame", "x_m", "z_m", "x_gt_m", "z_gt_m"});
@@ -109,7 +124,7 @@ std::vector<Figure> showcase_figures(const std::string& title, const std::vector
     panel.plots.push_back(points("x_gt_m", "z_gt_m") + " with lines lc rgb \"#B0B0B0\" lw 4.5");
     panel.plots.push_back(points("x_m", "z_m") + " " + style);
     legend.push_back({body_title(track.body), style});
-    const auto speed = mean_speed_kmh(records, track.body);
+    const auto speed = mean_speed_kmh(records, track);
     if (!is_camera && speed) panel.settings += speed_label(track, *speed, colour, lying);
   }
   if (legend.empty()) return {};
