@@ -155,12 +155,13 @@ const SpatialCorrelation& NoiseProfile::injected_correlation() const {
 std::vector<std::string> NoiseProfile::warnings() const {
   // The standard deviation of a Laplace distribution is 1.38 times its 1.4826 MAD.
   constexpr double least_ratio = 1.5, most_tails = 0.5;
+  constexpr double least_px = 0.01;  // smaller errors are rounding
   std::vector<std::string> warnings;
   const auto add = [&](const char* of_channel, const std::optional<ProfileChannel>& channel) {
     if (!channel) return;
     const ChannelErrors& e = channel->errors;
     for (size_t a = 0; a < e.sigma_px.size(); ++a) {
-      if (e.sigma_px[a] <= least_ratio * e.robust_sigma_px[a]) continue;
+      if (e.sigma_px[a] <= std::max(least_px, least_ratio * e.robust_sigma_px[a])) continue;
       warnings.push_back(fmt::format(
           "{}: sigma is {:.3g} px, but half of the errors in the core are as small as with {:.3g} px: tails "
           "overlap the core, so that injected noise has too many errors of medium size and too few large "
