@@ -4,6 +4,7 @@
 
 #include <array>
 #include <regex>
+#include <set>
 #include <vector>
 
 #include "sextant/base/text.h"
@@ -36,9 +37,11 @@ constexpr std::array<LatexSign, 38> unicode_signs = {
      {"π", "$\\pi$"},     {"ρ", "$\\rho$"},     {"σ", "$\\sigma$"}, {"τ", "$\\tau$"},
      {"φ", "$\\varphi$"}, {"ω", "$\\omega$"}}};
 
-/// Returns true for the letters À to ſ (U+00C0 to U+017F) in UTF-8, which pdflatex sets as they are.
+/// Returns true for the letters À to ž (U+00C0 to U+017E) in UTF-8 that pdflatex sets as they are, in the
+/// font encoding T1.
 bool is_latin_letter(const std::string& sign) {
-  return sign.size() == 2 && sign >= "\xC3\x80" && sign <= "\xC5\xBF" && sign != "×" && sign != "÷";
+  static const std::set<std::string> unknown = {"×", "÷", "Ħ", "ħ", "ĸ", "Ŀ", "ŀ", "ŉ", "Ŧ", "ŧ"};
+  return sign.size() == 2 && sign >= "\xC3\x80" && sign <= "\xC5\xBE" && !unknown.contains(sign);
 }
 
 size_t utf8_length(char first) {

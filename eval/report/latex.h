@@ -1,9 +1,9 @@
 #pragma once
 
 // A table as LaTeX: \begin{table} with booktabs' rules, caption, label and notes, in a font size that fits
-// its columns. Needs \usepackage{booktabs, amsmath, textcomp} and \usepackage[utf8]{inputenc} with pdflatex.
-// Columns with the same value in every row are stated once in the caption; details are left out, as in
-// to_text.
+// its columns. Needs \usepackage{booktabs, amsmath, textcomp}, \usepackage[utf8]{inputenc} and, for letters
+// with accents, \usepackage[T1]{fontenc} with pdflatex. Columns with the same value in every row are stated
+// once in the caption; details are left out, as in to_text.
 
 #include <span>
 #include <string>
