@@ -162,9 +162,7 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
               "set xlabel \"tau: mean E_t over that of the best estimator\" noenhanced\n",
               {}};
   std::vector<LegendEntry> legend;
-  std::vector<std::string> names;
-  for (const ProfileRow& row : rows) names.push_back(row.estimator);
-  const SystemStyles styles(sorted_systems(names));
+  const SystemStyles styles = styles_of(rows);
   for (const ProfileRow& row : rows) {
     const std::string style = fmt::format("with steps lc rgb \"{}\" lw 2", styles.colour(row.estimator));
     panel.plots.push_back(fmt::format("data using {}:(column(\"share\")) {}",

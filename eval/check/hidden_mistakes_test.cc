@@ -146,7 +146,7 @@ TEST(HiddenMistakes, FlowOfZeroInPlaceOfMissingEstimatesIsSuspect) {
     EXPECT_EQ(line.outcome, CheckOutcome::suspect);
     EXPECT_THAT(line.cause, HasSubstr("exactly (0, 0) where the background moves"));
   }
-  // Of a camera that stands still, the flow of the background is 0.
+  // The flow of the background is 0 if the camera stands still.
   LoadedSequence still = copy_of("synthetic:s01-crossing@0-3");
   flow([](I, Flow f) { return std::hypot(f.u, f.v) < 0.01 ? Flow{0, 0} : f; })(still);
   EXPECT_EQ(line_of(checks_of(still), "flow").outcome, CheckOutcome::pass);

@@ -297,9 +297,7 @@ Figure tracklet_figure(const std::vector<Record>& records) {
   figure.name = "tracklets";
   figure.caption =
       "Number of tracklets (successive estimated steps of one object) that have at least x steps.";
-  std::vector<std::string> names;
-  for (const Record& record : records) names.push_back(record.estimator);
-  const SystemStyles styles(sorted_systems(std::move(names)));
+  const SystemStyles styles = styles_of(records);
   struct Step {
     size_t series;
     std::string system;

@@ -239,9 +239,7 @@ ReportDocument object_document(const ObjectScores& scores, std::span<const Metri
     document.sections.push_back({"consistency", nees.title, {}, {{"nees", nees}}, {}, {}});
   }
   ReportSection distributions{"distributions", "Distribution of the errors per step", {}, {}, {}, {}};
-  std::vector<std::string> names;
-  for (const Record& record : records) names.push_back(record.estimator);
-  const SystemStyles styles(sorted_systems(std::move(names)));
+  const SystemStyles styles = styles_of(records);
   for (const ErrorTitle& error : errors_of(presets)) {
     const std::vector<RunErrors> runs = object_run_errors(records, error.key);
     const auto colour = [&](const RunErrors& run, size_t) { return styles.colour(run.system); };

@@ -132,9 +132,7 @@ std::vector<Figure> classification_figures(const std::vector<Record>& records) {
     const auto& [dataset, sequence, level, estimator] = key;
     if (const auto curve = curve_of(decisions)) curves[{dataset, level}][sequence].emplace(estimator, *curve);
   }
-  std::vector<std::string> names;
-  for (const Record& record : records) names.push_back(record.estimator);
-  const SystemStyles systems(sorted_systems(std::move(names)));
+  const SystemStyles systems = styles_of(records);
   std::vector<Figure> figures;
   for (const auto& [data, by_sequence] : curves) {
     Figure figure;

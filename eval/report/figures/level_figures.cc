@@ -242,9 +242,7 @@ std::vector<Figure> efficiency_figures(const std::vector<NoiseLevelRow>& rows) {
   for (const NoiseLevelRow& row : rows) {
     if (!row.limit.efficiency.empty()) groups[{row.parameter, row.dataset, row.sequence}].push_back(&row);
   }
-  std::vector<std::string> estimators;
-  for (const NoiseLevelRow& row : rows) estimators.push_back(row.estimator);
-  const SystemStyles systems(sorted_systems(std::move(estimators)));
+  const SystemStyles systems = styles_of(rows);
   std::vector<Figure> figures;
   for (const auto& [key, group] : groups) {
     Figure figure = figure_of(group, systems);

@@ -394,9 +394,7 @@ std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& levels
   for (NoiseLevelRow& row : rows)  // another kind of noise with the same level is a separate line
     if (row.noise.find(" (spatial ") != std::string::npos) row.estimator += ", correlated";
   std::vector<Figure> figures;
-  std::vector<std::string> estimators;
-  for (const NoiseLevelRow& row : rows) estimators.push_back(row.estimator);
-  const SystemStyles systems(sorted_systems(std::move(estimators)));
+  const SystemStyles systems = styles_of(rows);
   add_figures(rows, error_figure, systems, figures);
   add_figures(rows, estimator_figure, systems, figures);
   return figures;

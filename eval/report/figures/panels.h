@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,14 @@ class SystemStyles {
 /// Returns the names in alphabetical order, each once: the order in which the figures of a page give its
 /// systems to SystemStyles.
 std::vector<std::string> sorted_systems(std::vector<std::string> names);
+
+/// Returns the styles of the estimators of records or other rows, in the order of sorted_systems().
+template <typename Row>
+SystemStyles styles_of(const std::vector<Row>& rows) {
+  std::set<std::string> names;
+  for (const Row& row : rows) names.insert(row.estimator);
+  return SystemStyles({names.begin(), names.end()});
+}
 
 /// Returns the argument of `plot` that draws the interval between two columns as a line at x. Error bars of
 /// gnuplot would blank a disc around each point.

@@ -307,9 +307,7 @@ Figure figure_of(const RecordRefs& records, std::optional<double> floor_kmh, siz
 
 std::vector<Figure> speed_figures(const std::vector<Record>& records,
                                   const std::map<std::string, double>& floor_kmh) {
-  std::vector<std::string> names;
-  for (const Record& record : records) names.push_back(record.estimator);
-  const SystemStyles systems(sorted_systems(std::move(names)));
+  const SystemStyles systems = styles_of(records);
   std::vector<Figure> figures;
   const auto data_of = [](const Record& r) { return std::pair(r.dataset, r.sequence); };
   for (const auto& [data, of_data] : group_by(records_where(records, has_speed), data_of)) {
