@@ -29,19 +29,31 @@ SE3 graduate(const RoughFlowDepthData& all, const SE3& start, const NoiseLevels&
 
 template <typename Real>
 double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel) {
-  double square = 0;
-  double slope = 0;
-  size_t n = 0;
+  constexpr double n_parameters = 6;
+  double n_points = 0;
+  double n_residuals = 0;
+  double squares = 0;
+  double slopes = 0;
+  double squared_slopes = 0;
   for (size_t i = 0; i < data.size(); ++i) {
     if (!data.used(i)) continue;
-    const double per_d = data.uses_depth_curr(i) ? 1.0 / 3 : 1.0 / 2;
+    const double d = data.uses_depth_curr(i) ? 3 : 2;
     const double q = data.q(i);
     const double w = kernel.weight(q);
-    square += w * w * q * per_d;
-    slope += w + kernel.curvature_term(q) * per_d;
-    ++n;
+    const double slope = w + kernel.curvature_term(q) / d;
+    n_points += 1;
+    n_residuals += d;
+    squares += w * w * q / d;
+    slopes += slope;
+    squared_slopes += slope * slope;
   }
-  return slope > 0 ? static_cast<double>(n) * square / (slope * slope) : INFINITY;
+  if (!(slopes > 0)) return INFINITY;
+  const double mean_slope = slopes / n_points;
+  const double asymptotic = squares / n_points / (mean_slope * mean_slope);
+  if (n_residuals <= n_parameters) return asymptotic;
+  const double relative_variance = squared_slopes / n_points / (mean_slope * mean_slope) - 1;
+  const double K = 1 + n_parameters / n_residuals * relative_variance;
+  return K * K * n_residuals / (n_residuals - n_parameters) * asymptotic;
 }
 
 MotionEstimate estimate_graduated(const Problem& problem, const StartingPoint& start,

@@ -17,9 +17,14 @@ inline constexpr double last_graduated_scale = 1.5;  // in sigmas
 SE3 graduate(const RoughFlowDepthData& all, const SE3& start, const NoiseLevels& levels);
 
 /// Returns the factor by which the covariance of a robust kernel's estimate exceeds the inverse of sum J^T
-/// S^-1 J: n sum(|psi|^2 / d) / (sum(div psi / d))^2 over the n included points, at the last evaluated q,
-/// with psi = weight(q) r and d = 2, or 3 with a current depth (Huber 1981, ch. 6). Infinite if the sum of
-/// div psi is not positive.
+/// S^-1 J, at the last evaluated q. With psi = weight(q) r, d = 2 residuals of a point (3 with a current
+/// depth), s = div psi / d, and M = sum(d) residuals of the included points,
+///
+///     K^2 M / (M - 6) * mean(|psi|^2 / d) / mean(s)^2,   K = 1 + 6 / M * var(s) / mean(s)^2.
+///
+/// The last quotient is exact for many points. The factors before it correct for the 6 parameters, which fit
+/// few points more closely than their noise (Huber 1981, section 7.6); with M <= 6 they are left out. Infinite
+/// if mean(s) is not positive.
 template <typename Real>
 double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel);
 

@@ -186,6 +186,13 @@ TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsConsistent) {
   EXPECT_NEAR(mean_nees(problem, with(Robust::geman_mcclure_gnc, 0.3, 0.3, 0.2), 300), 1, 0.12);
 }
 
+// Without the correction of variance_factor() for few observations the means are 1.20 and 1.46.
+TEST(JointFlowDepth, CovarianceOfTheDefaultKernelIsConsistentForFewPoints) {
+  const JointFlowDepthOptions options = with(Robust::geman_mcclure_gnc, 0.3, 0.3, 0.2);
+  EXPECT_NEAR(mean_nees({.n_points = 40, .delta_d_px = 0.2}, options, 600), 1, 0.12);
+  EXPECT_NEAR(mean_nees({.n_points = 20, .delta_d_px = 0.2}, options, 600), 1, 0.28);
+}
+
 // A distant, flat car: 120 points within +-`relief_m` of 30 m, depths with 1.8 m standard deviation, observed
 // from another car.
 RandomProblem make_far_car(unsigned seed, double relief_m, double turn_rad, double flow_scale = 1) {
