@@ -47,8 +47,8 @@ Samples benchmark_samples(const std::vector<BenchmarkFile>& files, bool several,
 }
 
 struct StageTimes {
-  std::vector<double> log_ratios;  ///< log ratio to the reference, per case
-  std::vector<double> reference_ms;
+  std::vector<double> reference_ms;  ///< of all records of the reference
+  std::vector<double> log_ratios;    ///< of the records that both sides have
 };
 
 Samples run_samples(const Side& side, const Side& base) {
@@ -145,19 +145,18 @@ void compare_samples(const Samples& base, const Samples& fresh, const Policy& po
 std::map<std::string, RunTime> run_times(const Subjects& subjects, const Subjects& reference) {
   std::map<std::string, StageTimes> stages_of;
   for (const auto& [s, pair] : by_key(reference, subjects)) {
-    if (!pair.base || !pair.fresh) continue;
-    const std::vector<RowPair> rows = pair_rows(pair).both;
+    if (!pair.base) continue;
     for (const auto& [stage, before] : pair.base->times) {
-      const std::vector<double>* after = find_in(pair.fresh->times, stage);
-      if (after == nullptr) continue;
       StageTimes& times = stages_of[fmt::format("{} {} {} {}{}", s.dataset, s.sequence, s.estimator, stage,
                                                 s.body == "ego" ? "" : " of objects")];
-      for (const auto& [b, f] : rows) {
+      for (size_t b = 0; b < before.size(); ++b)
+        if (pair.base->statuses[b] == Status::ok && before[b] > 0) times.reference_ms.push_back(before[b]);
+      const std::vector<double>* after = pair.fresh ? find_in(pair.fresh->times, stage) : nullptr;
+      if (after == nullptr) continue;
+      for (const auto& [b, f] : pair_rows(pair).both) {
         if (pair.base->statuses[b] != Status::ok || pair.fresh->statuses[f] != Status::ok) continue;
         const double a_ms = before[b], b_ms = (*after)[f];
-        if (!(a_ms > 0) || !(b_ms > 0)) continue;
-        times.log_ratios.push_back(std::log(b_ms / a_ms));
-        times.reference_ms.push_back(a_ms);
+        if (a_ms > 0 && b_ms > 0) times.log_ratios.push_back(std::log(b_ms / a_ms));
       }
     }
   }

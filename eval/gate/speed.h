@@ -45,13 +45,14 @@ struct SpeedRow {
 /// Time of one stage of one estimator for the camera, or for the objects, of one sequence, relative to a
 /// reference.
 struct RunTime {
-  double reference_ms = 0;  ///< median time in the reference
-  double ratio = 1;         ///< median over the records of time / reference time
+  double reference_ms = 0;  ///< median over all records of the reference
+  double ratio = 1;         ///< median over the records that both sides have of time / reference time
   Interval ratios;          ///< 10 % and 90 % quantiles of these ratios
 };
 
 /// Returns times by "dataset sequence estimator stage" for the camera, and by the same name followed by " of
-/// objects" for all objects, over the records that have status ok and a time above 0 on both sides.
+/// objects" for all objects, over records that have status ok and a time above 0. `reference_ms` does not
+/// depend on `subjects`: an object that is missing there changes no time.
 std::map<std::string, RunTime> run_times(const Subjects& subjects, const Subjects& reference);
 
 /// Returns the compared times; appends to `findings` what prevents or limits their comparison.

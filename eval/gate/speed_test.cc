@@ -68,6 +68,29 @@ TEST_F(ComparedRuns, RepeatedRunsAreJudgedByTheirTimes) {
   EXPECT_EQ(compare().verdict, GateVerdict::invalid);
 }
 
+TEST_F(ComparedRuns, ABodyThatIsMissingChangesNoTime) {
+  // The objects need different times, so that their median depends on which of them are there.
+  const auto write = [](const fs::path& side, double factor, bool loses_object) {
+    std::vector<Record> records = sweep_records();
+    for (Record& r : records) {
+      r.time_ms["refine"] *= factor * (r.body == "object:2" ? 5 : 1);
+      if (loses_object && r.body == "object:1") r.status = Status::lost;
+    }
+    write_run(side, records);
+  };
+  write(base(), 1, false);
+  for (const double factor : {1.0, 1.2}) {
+    write(fresh(), factor, true);
+    int n_judged = 0;
+    for (const SpeedRow& row : compare().speed) {
+      if (!row.name.ends_with("refine of objects")) continue;
+      EXPECT_NEAR(row.ratio, factor, 1e-9) << row.name;
+      ++n_judged;
+    }
+    EXPECT_EQ(n_judged, 2);
+  }
+}
+
 TEST_F(ComparedRuns, BenchmarksAreJudgedByTheirRepetitions) {
   int n_regressed = 0, n_false = 0;
   for (uint64_t draw = 0; draw < 40; ++draw) {
