@@ -160,6 +160,63 @@ void find_changes(Series& series, const Policy& policy) {
     series.changes.push_back(points[i]);
 }
 
+/// Returns a sentence for each way in which the records of a run are incomplete.
+std::vector<std::string> defects_of(const RunFolder& run) {
+  std::vector<std::string> defects;
+  if (std::string missing = missing_records(run.provenance, run.n_cases, run.path); !missing.empty())
+    defects.push_back(std::move(missing));
+  uint64_t n_without_errors = 0;
+  for (const auto& [subject, cases] : run.subjects) {
+    for (size_t row = 0; row < cases.size(); ++row) {
+      const bool has_error = std::ranges::any_of(cases.errors, [&](const auto& column) {
+        return !column.first.str().starts_with("epe_") && number_at(&column.second, row);
+      });
+      if (cases.statuses[row] == Status::ok && !has_error) ++n_without_errors;
+    }
+  }
+  if (n_without_errors > 0) defects.push_back(missing_errors(run.path, n_without_errors));
+  return defects;
+}
+
+/// Seeds and frames with truth, by subject: what the means of a point are computed from.
+using CasesWithTruth = std::map<Subject, std::vector<SeedFrame>, SubjectOrder>;
+
+CasesWithTruth cases_with_truth(const Subjects& subjects) {
+  CasesWithTruth all;
+  for (const auto& [subject, cases] : subjects) {
+    for (size_t row = 0; row < cases.size(); ++row)
+      if (cases.have_truth[row]) all[subject].push_back(cases.case_of(row));
+  }
+  return all;
+}
+
+/// Returns a sentence if a result lacks cases of the result before it, or has further ones of the same data set,
+/// estimator and level; otherwise "".
+std::string changed_cases(const CasesWithTruth& before, const CasesWithTruth& now, const std::string& label) {
+  size_t n_missing = 0, n_new = 0;
+  std::string example;
+  const auto count = [&](const CasesWithTruth& from, const CasesWithTruth& in, size_t& n, const char* what) {
+    for (const auto& [subject, cases] : from) {
+      const auto other = in.find(subject);
+      std::vector<SeedFrame> lost = cases;
+      if (other != in.end()) {
+        lost.clear();
+        std::ranges::set_difference(cases, other->second, std::back_inserter(lost));
+      }
+      if (!lost.empty() && example.empty())
+        example = fmt::format("{}: {} of its cases {}", to_string(subject), lost.size(), what);
+      n += lost.size();
+    }
+  };
+  count(before, now, n_missing, "missing");
+  count(now, before, n_new, "new");
+  if (n_missing + n_new == 0) return "";
+  return fmt::format(
+      "{}: {} cases of the result before it are missing and {} are new ({}), so its means and times may differ "
+      "for this reason alone",
+      label, n_missing, n_new, example);
+}
+
 }  // namespace
 
 History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
@@ -171,6 +228,7 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
   SubjectNames names;  // of all points, because two points may have one level of different noise
   std::vector<PointErrors> errors;
   std::optional<Side> before;  // without its cases
+  CasesWithTruth cases_before;
   const auto put = [&](const Key& key, size_t point, double value) {
     auto& values = all[key];
     values.resize(points.size());
@@ -187,8 +245,13 @@ History read_history(const std::vector<fs::path>& paths, const Policy& policy) {
     if (!side.runs.empty()) {
       Side now = without_cases(side);
       std::string changed = before ? changed_conditions(*before, now, history.labels.back(), policy) : "";
+      for (std::string& defect : defects_of(side.runs.front())) history.warnings.push_back(std::move(defect));
+      CasesWithTruth cases = cases_with_truth(side.runs.front().subjects);
+      // Another configuration has other cases.
+      if (before && changed.empty()) changed = changed_cases(cases_before, cases, history.labels.back());
       if (!changed.empty()) history.warnings.push_back(std::move(changed));
       before = std::move(now);
+      cases_before = std::move(cases);
     }
     const bool is_first = reference.empty() && !side.runs.empty();
     add_times(side, is_first ? side.runs.front().subjects : reference, policy.speed.time, point);

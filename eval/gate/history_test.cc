@@ -75,9 +75,37 @@ TEST_F(Past, OtherNoiseIsAnotherSeriesAndOtherOptionsAreNamed) {
     EXPECT_TRUE(s.values.back()) << s.name;
   }
   EXPECT_GT(n_other, 0U);
-  ASSERT_EQ(history.warnings.size(), 2U);  // run-9, and run-10, which is as before
+  ASSERT_EQ(history.warnings.size(), 3U);  // run-9; run-10, which is as before; the other noise of run-11
+  EXPECT_THAT(history.warnings[2],
+              AllOf(HasSubstr("run-11"), HasSubstr("are missing"), HasSubstr("are new")));
   EXPECT_THAT(history.warnings[0], AllOf(HasSubstr("run-9"), HasSubstr("sigma_px: 2.5, before it 1.0")));
   EXPECT_THAT(history_document(history).abstract, HasSubstr(history.warnings[1]));
+}
+
+TEST_F(Past, IncompleteResultsAreNamed) {
+  EXPECT_TRUE(read_history({temp_.path()}, policy_).warnings.empty());
+  const auto warnings = [&](const std::function<void(std::vector<Record>&)>& change, uint64_t stated) {
+    std::vector<Record> records = sweep_records(2);
+    change(records);
+    Json run = sweep_provenance();
+    if (stated > 0) run["records"] = stated;
+    write_run(temp_.path() / "run-11", records, run);
+    return read_history({temp_.path()}, policy_).warnings;
+  };
+  const auto without_object = [](std::vector<Record>& records) {
+    std::erase_if(records, [](const Record& r) { return r.body == "object:2"; });
+  };
+  EXPECT_THAT(warnings(without_object, 0),
+              ElementsAre(AllOf(HasSubstr("run-11"),
+                                HasSubstr(": 24 cases of the result before it are missing and 0 are new"),
+                                HasSubstr("object:2: 12 of its cases missing"))));
+  EXPECT_THAT(warnings(without_object, 72),
+              Contains(HasSubstr("records.jsonl holds 48 records, but run.json states 72")));
+  const auto without_errors = [](std::vector<Record>& records) {
+    for (Record& r : records)
+      if (r.frame == 1) r.errors.clear();
+  };
+  EXPECT_THAT(warnings(without_errors, 0), Contains(HasSubstr("12 records have status ok, but no error")));
 }
 
 TEST_F(Past, TimesAreTheKindThatThePolicyOrTheNameRequests) {

@@ -174,6 +174,13 @@ std::string missing_records(const Json& run, uint64_t n_records, const std::file
       folder.string(), n_records, stated);
 }
 
+std::string missing_errors(const std::filesystem::path& folder, uint64_t n) {
+  return fmt::format(
+      "{}: {} records have status ok, but no error of the motion: they count as estimated, and the means are "
+      "over the other records; was records.jsonl edited?",
+      folder.string(), n);
+}
+
 void SameDefinitions::check(const Json& run, const std::filesystem::path& folder) {
   const std::string file = (folder / "run.json").string();
   Json definitions = json_object(run, "metric_definitions", file);

@@ -59,6 +59,8 @@ std::optional<std::pair<uint64_t, uint64_t>> shard_of(const Json& run);
 void check_whole_sweep(const Json& run, const std::filesystem::path& folder);
 /// Returns a sentence if run.json states another number of records than the folder holds; otherwise "".
 std::string missing_records(const Json& run, uint64_t n_records, const std::filesystem::path& folder);
+/// Returns a warning that `n` records of the folder have status ok, but no errors.
+std::string missing_errors(const std::filesystem::path& folder, uint64_t n);
 /// Compares runs whose numbers are shown together with the first of them.
 class SameDefinitions {
  public:

@@ -184,14 +184,26 @@ Record strip_times(Record record) {
   return record;
 }
 
+namespace {
+
+/// An end-point error is relative to the true flow, which may be known without the true motion.
+bool has_error_of_motion(const Record& record) {
+  return std::ranges::any_of(record.errors,
+                             [](const auto& error) { return !error.first.str().starts_with("epe_"); });
+}
+
+}  // namespace
+
+bool lacks_errors(const Record& record) {
+  return record.status == Status::ok && !has_error_of_motion(record);
+}
+
 bool has_truth(const Record& record) {
   if (record.is_ego()) return record.values.contains("step_gt_m");
   const auto dynamic = record.values.find("dynamic_gt");
   if (dynamic != record.values.end() && dynamic->second == 0) return false;
-  // An end-point error is relative to the true flow, which may be known without the true motion.
-  const auto is_of_motion = [](const auto& error) { return !error.first.str().starts_with("epe_"); };
   return record.values.contains("distance_gt_m") || record.values.contains("v_gt_kmh") ||
-         std::ranges::any_of(record.errors, is_of_motion);
+         has_error_of_motion(record);
 }
 
 int body_order(Interned body) {

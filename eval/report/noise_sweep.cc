@@ -378,14 +378,17 @@ std::vector<NoiseSweep> read_noise_sweeps(const std::vector<std::filesystem::pat
       it->second->levels.add(of);
     };
     if (has_records) {
-      uint64_t n_records = 0;
+      uint64_t n_records = 0, n_without_errors = 0;
       for_each_record(folder / "records.jsonl", [&](const Record& record) {
         ++n_records;
+        if (lacks_errors(record)) ++n_without_errors;
         checks.check(record.estimator, record.dataset, record.sequence, record.noise, record.level);
         add(record);
       });
       const std::string missing = missing_records(run, n_records, folder);
       if (!missing.empty() && warnings != nullptr) warnings->push_back(missing);
+      if (n_without_errors > 0 && warnings != nullptr)
+        warnings->push_back(missing_errors(folder, n_without_errors));
     } else {
       for_each_summary(folder / summary_file_name, [&](const CaseSummary& summary) {
         for (const ResultSums& result : summary.results) {
