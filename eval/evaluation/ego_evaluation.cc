@@ -225,7 +225,31 @@ void drop_still_pairs(EgoResult& r) {
   }
 }
 
+/// Warns of pairs that are chosen by number of frames, but between which poses are missing.
+void warn_of_longer_pairs(EgoResult& r, const PairSelection& selection) {
+  if (selection.unit != DeltaUnit::frames) return;
+  const std::vector<double> times = r.times_of_matches();
+  std::vector<double> durations;
+  for (const auto& [first, second] : r.pairs)
+    durations.push_back(times[static_cast<size_t>(second)] - times[static_cast<size_t>(first)]);
+  const double usual = middle_of(durations);
+  const auto n = std::ranges::count_if(durations, [&](double duration) { return duration > 1.5 * usual; });
+  constexpr double least_share = 0.01;
+  if (static_cast<double>(n) <= least_share * static_cast<double>(durations.size())) return;
+  r.warnings.push_back(
+      {"longer_pairs",
+       fmt::format(
+           "{} of {} pairs of --rpe {} span more than 1.5 times the usual time, because poses between "
+           "them are missing: their errors are those of longer motions; comparisons of systems use "
+           "the pairs that both have",
+           n, durations.size(), selection.text())});
+}
+
 }  // namespace
+
+int EgoResult::first_row_of(size_t i) const {
+  return pairs.empty() ? 0 : reference_rows[static_cast<size_t>(pairs[i].first)];
+}
 
 int EgoResult::row_of(size_t i) const {
   return reference_rows[pairs.empty() ? i : static_cast<size_t>(pairs[i].second)];
@@ -285,7 +309,7 @@ std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs) {
   for (const EgoResult& r : runs) {
     RunErrors run{r.system, r.name, {}, {}, n_overlapping(r.pairs)};
     if (!has_any(r.warnings, {"same_run"})) run.errors = r.errors;
-    for (size_t i = 0; i < run.errors.size(); ++i) run.steps.emplace_back(0, r.row_of(i));
+    for (size_t i = 0; i < run.errors.size(); ++i) run.steps.emplace_back(r.first_row_of(i), r.row_of(i));
     out.push_back(std::move(run));
   }
   return out;
@@ -371,6 +395,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   warn_of_alignment(r, options, r.warnings);
   if (options.rpe) {
     r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe);
+    warn_of_longer_pairs(r, *options.rpe);
     if (options.relation == PoseRelation::point_distance_error_ratio) drop_still_pairs(r);
     r.errors = relative_errors(r.estimate, r.reference, r.pairs, options.relation);
   } else {

@@ -105,6 +105,8 @@ struct EgoResult : TrajectoryPair {
 
   /// Row of the reference that error i belongs to: the row of the pose, or of the second pose of the pair.
   int row_of(size_t i) const;
+  /// Row of the first pose of the pair; 0 without pairs.
+  int first_row_of(size_t i) const;
   /// Returns one strictly ascending time per match: the reference's time stamp, or its frame number, or its
   /// row, both as numbers. If several poses of the estimate match the same pose of the reference, the times
   /// are the stamps of the estimate on the reference's clock.
@@ -115,7 +117,7 @@ struct EgoResult : TrajectoryPair {
 
 /// Adds the warning "same_run" to each run whose poses equal those of an earlier run of the same system.
 void mark_same_runs(std::vector<EgoResult>& runs);
-/// Returns the errors of the runs for a comparison; the step of each error is its row_of() in the reference.
+/// Returns the errors of the runs for a comparison; the step of each error is its first_row_of() and row_of().
 /// A run that mark_same_runs() marked has no errors.
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
 /// Returns what is independent: absolute errors accumulate along a path, relative errors depend on their

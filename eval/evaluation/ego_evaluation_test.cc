@@ -217,6 +217,31 @@ TEST(EgoEvaluation, PairsWithoutDistanceHaveNoRatio) {
   EXPECT_THROW(evaluate_ego(reference_of(reference), file, "est.tum", options), Error);
 }
 
+TEST(EgoEvaluation, PairsOverMissingPosesAreNamedAndComparedWithEqualOnes) {
+  const PoseSeries all = noisy(drive(60, 10));
+  PoseSeries some = all;
+  std::vector<int> kept;
+  for (int i = 0; i < 60; ++i)
+    if (i % 7 != 3) kept.push_back(i);
+  some.keep(kept);
+  EgoOptions options;
+  options.rpe = PairSelection{};
+  const auto run = [&](const PoseSeries& poses, const char* name) {
+    TrajectoryFile file;
+    file.poses = poses;
+    return evaluate_ego(reference_of(drive(60, 10)), file, name, options);
+  };
+  const std::vector<EgoResult> runs = {run(all, "all"), run(some, "some")};
+  const auto is_named = [](const EgoResult& r) {
+    return std::ranges::any_of(r.warnings, [](const auto& w) { return w.code == "longer_pairs"; });
+  };
+  EXPECT_FALSE(is_named(runs[0]));
+  EXPECT_TRUE(is_named(runs[1]));
+  const SystemComparison c = compare_systems(run_errors(runs), IndependentUnit::blocks).at(0);
+  EXPECT_EQ(c.n_common, 59U - 17);  // poses 3, 10, .., 59 are missing; the last one has one pair
+  EXPECT_EQ(c.difference, 0);
+}
+
 TEST(EgoEvaluation, PerFrameErrorsSkipGaps) {
   PoseSeries reference = drive(20, 10), estimate = noisy(drive(20, 10));
   reference.stamps_s.clear();

@@ -371,8 +371,8 @@ void check_plausible(const ObjectLog& log, double rate_hz, const std::vector<Dat
     if (speed_mps > fastest_mps) {
       fail(
           "{}: the true speed of object {} at frame {} is {:.4g} m/s at {:.4g} Hz, expected at most {} m/s{}",
-          log.motion_lines.at(key), key.first, key.second, speed_mps, rate_hz, fastest_mps,
-          because(speed_mps / fastest_mps));
+          (log.holds_poses_only ? log.pose_lines : log.motion_lines).at(key), key.first, key.second,
+          speed_mps, rate_hz, fastest_mps, because(speed_mps / fastest_mps));
     }
   }
   const double most_m = largest_step_m * step_rate_hz / rate_hz;

@@ -45,6 +45,42 @@ TEST(PlainObjectFiles, AreReadInEveryLayoutAndScoredByTheirRate) {
   }
 }
 
+/// Writes motions of two objects at 10 Hz as TUM rows that begin at `first_s`; object 4 has a single motion, in
+/// frame 10, at a whole second.
+std::vector<Record> records_of_times(double first_s) {
+  const Drive drive;
+  const TempFolder folder;
+  for (const int id : {1, 4}) {
+    for (const bool is_truth : {false, true}) {
+      std::string text;
+      for (int k = id == 4 ? 10 : 1; k < (id == 4 ? 11 : Drive::n_frames); ++k) {
+        const SE3 T = is_truth ? drive.truth({id, k}) : drive.estimate.at({id, k});
+        text += fmt::format("{:.6f} {} {}\n", first_s + k / 10.0, fmt::join(T.translation(), " "),
+                            fmt::join(T.rotation().coeffs(), " "));
+      }
+      folder.write(fmt::format("obj_{}_motion{}.txt", id, is_truth ? "_gt" : ""), text);
+    }
+  }
+  ObjectFiles files;
+  files.folders = {folder.path()};
+  files.format = LogFormat::motions;
+  return evaluate_object_files(files).records;
+}
+
+TEST(PlainObjectFiles, AWholeSecondIsNoFrameNumber) {
+  const std::vector<Record> records = records_of_times(0);
+  EXPECT_EQ(records.size(), static_cast<size_t>(Drive::n_frames));
+  EXPECT_EQ(records.back().body, "object:4");
+  EXPECT_EQ(records.back().frame, 10);
+}
+
+TEST(PlainObjectFiles, UnixTimesBeginWithFrame0) {
+  const std::vector<Record> records = records_of_times(1.6e9);
+  EXPECT_EQ(records.size(), static_cast<size_t>(Drive::n_frames));
+  EXPECT_EQ(records.front().frame, 0);
+  EXPECT_EQ(records.back().frame, 9);
+}
+
 /// Poses of objects with errors of known covariance, written as plain files, must give the expected NEES or
 /// an error.
 TEST(PlainObjectFiles, CovariancesOfObjectsAreJudgedByTheirNees) {

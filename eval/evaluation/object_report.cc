@@ -153,6 +153,69 @@ std::string ObjectScores::rate_text() const {
   return fmt::format("Frame rates: {}", fmt::join(of_systems, ", "));
 }
 
+void warn_of_other_truth(ObjectScores& scores) {
+  using Run = std::pair<std::string, uint64_t>;
+  std::map<Run, std::map<ObjectFrame, double>> speeds_of;  // km/h
+  std::vector<Run> runs;
+  for (const Record& record : scores.records) {
+    const auto v_kmh = find_number(record.values, "v_gt_kmh");
+    if (!v_kmh) continue;
+    const Run run(record.estimator, record.seed);
+    add_distinct(run, runs);
+    speeds_of[run][{body_order(record.body), record.frame}] = *v_kmh;
+  }
+  constexpr double least_kmh = 1, least_share = 0.05;
+  for (size_t i = 1; i < runs.size(); ++i) {
+    const auto &first = speeds_of[runs[0]], &speeds = speeds_of[runs[i]];
+    size_t n_common = 0, n_different = 0;
+    std::string example;
+    for (const ObjectFrame& step : common_keys<std::map<ObjectFrame, double>>({&first, &speeds})) {
+      const double a = first.at(step), b = speeds.at(step);
+      ++n_common;
+      if (std::abs(a - b) <= least_kmh + least_share * std::max(a, b)) continue;
+      if (++n_different == 1)
+        example = fmt::format("object {} at frame {}: {:.1f} and {:.1f} km/h", step.first, step.second, b, a);
+    }
+    if (2 * n_different <= n_common) continue;
+    DataWarning warning{
+        "other_truth",
+        fmt::format(
+            "{} run {}: its true speeds differ from those of {} run {} at {} of {} common steps ({}): "
+            "logs of another recording, or other object ids? Then their comparison means nothing",
+            runs[i].first, runs[i].second + 1, runs[0].first, runs[0].second + 1, n_different, n_common,
+            example)};
+    scores.warnings.push_back(warning.text);
+    scores.diagnoses.push_back(std::move(warning));
+  }
+}
+
+void leave_out_repeated_runs(ObjectScores& scores) {
+  std::map<std::string, std::map<uint64_t, std::vector<const Record*>>> systems;
+  for (const Record& record : scores.records) systems[record.estimator][record.seed].push_back(&record);
+  const auto is_same = [](const Record* a, const Record* b) {
+    return a->body == b->body && a->frame == b->frame && a->status == b->status && a->errors == b->errors;
+  };
+  std::set<std::pair<std::string, uint64_t>> repeated;
+  for (const auto& [system, runs] : systems) {
+    for (auto run = runs.begin(); run != runs.end(); ++run) {
+      const auto same = std::find_if(runs.begin(), run, [&](const auto& other) {
+        return std::ranges::equal(run->second, other.second, is_same);
+      });
+      if (same == run) continue;
+      repeated.emplace(system, run->first);
+      scores.warnings.push_back(
+          fmt::format("{}: run {} has the same errors as run {}: a log given twice, or a system without any "
+                      "randomness? Run {} is left out",
+                      system, run->first + 1, same->first + 1, run->first + 1));
+    }
+  }
+  const auto is_repeated = [&](const auto& result) { return repeated.contains({result.system, result.run}); };
+  std::erase_if(scores.paths, is_repeated);
+  std::erase_if(scores.consistency, is_repeated);
+  std::erase_if(scores.tracks, is_repeated);
+  std::erase_if(scores.records, [&](const Record& r) { return repeated.contains({r.estimator, r.seed}); });
+}
+
 Json object_json(const ObjectScores& scores, std::span<const MetricPreset> presets) {
   const std::vector<Record>& records = scores.records;
   Json json;

@@ -86,6 +86,11 @@ struct ObjectScores {
   std::string frame_text() const;
 };
 
+/// Removes the runs that have the same errors as an earlier run of their system from all results, with a warning.
+void leave_out_repeated_runs(ObjectScores& scores);
+/// Warns of runs whose true speeds are not those of the first run at the steps that both have.
+void warn_of_other_truth(ObjectScores& scores);
+
 /// Returns {"schema":1,"rates":[{"system","hz","source"}],
 ///  "presets":[{"preset","aggregate","rows":[..]}],"systems":[..],"comparisons":[..],"poses":[..],
 ///  "pose_axes":[..],"nees":[..],"diagnoses":[{"code","text"}],"warnings":[..]}; rows as in the tables.

@@ -262,27 +262,6 @@ std::string title_of(const EgoResult& result, const EgoOptions& options) {
          fmt::format("\n(alignment: {}, {} poses)", to_string(options.alignment), result.estimate.size());
 }
 
-/// Warns of runs with the same errors as an earlier run of their system.
-void note_same_runs(ObjectScores& scores) {
-  std::map<std::string, std::map<uint64_t, std::vector<const Record*>>> systems;
-  for (const Record& record : scores.records) systems[record.estimator][record.seed].push_back(&record);
-  const auto is_same = [](const Record* a, const Record* b) {
-    return a->body == b->body && a->frame == b->frame && a->status == b->status && a->errors == b->errors;
-  };
-  for (const auto& [system, runs] : systems) {
-    for (auto run = runs.begin(); run != runs.end(); ++run) {
-      const auto same = std::find_if(runs.begin(), run, [&](const auto& other) {
-        return std::ranges::equal(run->second, other.second, is_same);
-      });
-      if (same == run) continue;
-      scores.warnings.push_back(
-          fmt::format("{}: run {} has the same errors as run {}: a log given twice, or a system without any "
-                      "randomness? Both count as one run in pooled errors, intervals and p",
-                      system, run->first + 1, same->first + 1));
-    }
-  }
-}
-
 }  // namespace
 
 EgoScores evaluate_ego_files(const EgoFiles& files, const EgoOptions& options) {
@@ -392,7 +371,8 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       std::ranges::move(log.warnings, std::back_inserter(scores.warnings));
     }
   }
-  note_same_runs(scores);
+  leave_out_repeated_runs(scores);
+  if (!source) warn_of_other_truth(scores);
   scores.is_comparison = files.folders.size() > 1 || runs.size() > 1;
   return scores;
 }

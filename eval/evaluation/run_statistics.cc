@@ -24,7 +24,7 @@ struct System {
   std::vector<const RunErrors*> runs;
 };
 
-/// Groups runs by system; runs without errors are ignored, and those that repeat an earlier one.
+/// Groups runs by system; runs without errors are ignored.
 std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
   std::vector<System> systems;
   for (const RunErrors& run : runs) {
@@ -32,10 +32,7 @@ std::vector<System> systems_of(const std::vector<RunErrors>& runs) {
     if (run.errors.empty()) continue;
     auto known = std::ranges::find(systems, run.system, &System::name);
     if (known == systems.end()) known = systems.insert(systems.end(), System{run.system, {}});
-    const bool is_repeated = std::ranges::any_of(known->runs, [&](const RunErrors* other) {
-      return other->errors == run.errors && other->steps == run.steps;
-    });
-    if (!is_repeated) known->runs.push_back(&run);
+    known->runs.push_back(&run);
   }
   return systems;
 }
@@ -162,13 +159,16 @@ std::optional<SystemComparison> compare(const System& a, const System& b, Indepe
     differences[step] = of_a.at(step) - of_b.at(step);
     sum += differences[step];
   }
-  if (differences.size() < fewest) return std::nullopt;
+  if (differences.empty()) return std::nullopt;
   SystemComparison out;
   out.a = a.name;
   out.b = b.name;
   out.n_common = differences.size();
   out.difference = sum / static_cast<double>(differences.size());
-  if (unit == IndependentUnit::blocks) {
+  if (differences.size() < fewest) {
+    out.why_no_p =
+        fmt::format("they have only {} steps in common, and the test needs {}", out.n_common, fewest);
+  } else if (unit == IndependentUnit::blocks) {
     size_t n_overlapping = 0;
     for (const System* system : {&a, &b}) {
       for (const RunErrors* run : system->runs) n_overlapping = std::max(n_overlapping, run->n_overlapping);

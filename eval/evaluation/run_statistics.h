@@ -2,8 +2,8 @@
 
 // Statistics of several runs of several systems on the same data.
 //
-//   pooled      statistics of the errors of all runs of a system together, never a mean of RMSEs. A run with
-//               the same errors as an earlier one of its system is left out
+//   pooled      statistics of the errors of all runs of a system together, never a mean of RMSEs. The caller
+//               leaves out runs that repeat an earlier one
 //   intervals   95 % intervals of the pooled RMSE and mean, by the bootstrap over runs
 //               (lib/stats/bootstrap.h): runs are independent, the errors within a run are not. At least 5
 //               runs are needed
@@ -31,7 +31,8 @@
 
 namespace sextant {
 
-/// Key of an error: body (0 is the camera) and row or frame of the reference.
+/// Key of an error: of an object motion its body and frame; of a pose 0 and its row in the reference; of a pair
+/// of poses their rows, so that only errors over the same motion are compared.
 using ErrorStep = std::pair<int, int>;
 
 /// The errors of one run.
@@ -69,7 +70,7 @@ struct SystemComparison {
 
 /// Summarises the systems in order of first appearance; systems without errors are left out.
 std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs);
-/// Compares every pair of systems that have at least 6 steps in common. p is nullopt with fewer than 6
+/// Compares every pair of systems that have steps in common. p is nullopt with fewer than 6 of them or 6
 /// blocks, with one run of a or b where the runs are the units, and where no outcome could give p < 0.05.
 std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs, IndependentUnit unit);
 /// Smallest p that the comparison of n_a with n_b runs can give: 2 / binomial(n_a + n_b, n_a), at most 1.

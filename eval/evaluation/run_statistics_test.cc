@@ -147,16 +147,6 @@ TEST(RunStatistics, PIsThatOfTheDifference) {
   EXPECT_EQ(c.p, 1);
 }
 
-TEST(RunStatistics, ARepeatedRunCountsOnce) {
-  const RunErrors run{"a", "", {1, 2, 3}, {{0, 1}, {0, 2}, {0, 3}}, 0};
-  RunErrors other = run;
-  other.errors[0] = 1.5;
-  const std::vector<SystemSummary> summary = summarize_systems({run, run, other, run, run, run});
-  EXPECT_EQ(summary.at(0).n_runs, 2);
-  EXPECT_EQ(summary.at(0).n_errors, 6U);
-  EXPECT_FALSE(summary.at(0).mean_interval);
-}
-
 TEST(RunStatistics, NoPWhereNoOutcomeCouldBeSignificant) {
   std::vector<RunErrors> runs;
   for (int i = 0; i < 6; ++i) {
