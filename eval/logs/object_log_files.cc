@@ -1,5 +1,6 @@
 #include "sextant/eval/logs/object_log_files.h"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <limits>
@@ -20,13 +21,13 @@ struct Row {
 struct PlainFile {
   std::string path;
   Key key = Key::row;
+  bool whole_numbers = true;  ///< all keys are
   std::vector<Row> rows;
   std::vector<PoseCovariance> covariances;  ///< of the rows; may be empty
 };
 
 PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog& out) {
   PlainFile file;
-  bool whole_numbers = true, is_tum = false;
   PoseSeries covered;  // the rows with a covariance
   for_each_record(folder, name, NumberFile::either, out, [&](const NumberFile& lines, RepairLog& repairs) {
     const size_t n = lines.values().size();
@@ -53,8 +54,7 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
                       tum ? "time" : "frame", row.key, file.rows.back().key);
     }
     file.key = key;
-    is_tum = tum;
-    whole_numbers = whole_numbers && row.key == std::trunc(row.key);
+    file.whole_numbers = file.whole_numbers && row.key == std::trunc(row.key);
     file.rows.push_back(row);
     if (!has_covariance) return;
     covered.add(row.pose.rotation().toRotationMatrix(), row.pose.translation());
@@ -72,9 +72,35 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
     for (std::string& text : repairs.warnings(file.path)) out.warnings.push_back(std::move(text));
     file.covariances = std::move(covered.covariances);
   }
-  // Whole numbers in the column of the time are frame numbers.
-  if (is_tum && whole_numbers) file.key = Key::frame;
   return file;
+}
+
+/// The column of the time holds frame numbers if it holds whole numbers in all files of a log: a single motion
+/// may well be at a whole second. Throws Error if the whole numbers of a file are no times of the other files.
+void read_whole_times_as_frames(std::vector<PlainFile>& files) {
+  std::vector<PlainFile*> whole;
+  const PlainFile* other = nullptr;
+  double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
+  for (PlainFile& file : files) {
+    if (file.key != Key::time) continue;
+    if (file.whole_numbers) {
+      whole.push_back(&file);
+      continue;
+    }
+    other = &file;
+    first_s = std::min(first_s, file.rows.front().key);
+    last_s = std::max(last_s, file.rows.back().key);
+  }
+  for (PlainFile* file : whole) {
+    if (other == nullptr) file->key = Key::frame;
+    const double first = file->rows.front().key, last = file->rows.back().key;
+    if (other != nullptr && (first < first_s - 1 || last > last_s + 1)) {
+      fail(
+          "{}: its first column holds whole numbers from {} to {}, which are no times of {} and the other "
+          "files, {} to {} s: write the time in s, or the frame number, in all files",
+          file->path, first, last, other->path, first_s, last_s);
+    }
+  }
 }
 
 /// Returns the rate of the frames in Hz, 1 / the smallest step between the times of a file, rounded to a
@@ -93,6 +119,23 @@ std::optional<double> rate_of(const std::vector<PlainFile>& files) {
   return rounded > 0 && std::abs(rate - rounded) < 1e-3 * rate ? rounded : rate;
 }
 
+constexpr double largest_frame = 1e9;
+
+/// Makes the first time of all files the time of frame 0 if frames that are counted from time 0 have too large
+/// numbers, as those of Unix time.
+void count_frames_from_first_time(double rate_hz, std::vector<PlainFile>& files,
+                                  std::vector<std::string>& warnings) {
+  double first_s = std::numeric_limits<double>::infinity();
+  for (const PlainFile& file : files)
+    if (file.key == Key::time) first_s = std::min(first_s, file.rows.front().key);
+  if (!std::isfinite(first_s) || first_s * rate_hz <= largest_frame) return;
+  for (PlainFile& file : files) {
+    if (file.key != Key::time) continue;
+    for (Row& row : file.rows) row.key -= first_s;
+  }
+  warnings.push_back(fmt::format("the times begin at {:.6f} s, which is taken as frame 0", first_s));
+}
+
 /// Calls use(frame, row) for each row. Throws Error if a time is more than a quarter of a step away from the
 /// nearest frame, or if two rows belong to the same frame.
 template <typename Use>
@@ -102,7 +145,7 @@ void for_each_frame(const PlainFile& file, double rate_hz, const Use& use) {
     const double at = file.key == Key::time ? row.key * rate_hz : row.key;
     const double frame = std::round(at);
     const double nearest = file.key == Key::time ? 0.25 : 0;
-    if (!(std::abs(at - frame) <= nearest) || !(frame >= 0) || frame > 1e9) {
+    if (!(std::abs(at - frame) <= nearest) || !(frame >= 0) || frame > largest_frame) {
       fail("{}:{}: {} {} does not belong to any frame{}", file.path, row.line,
            file.key == Key::time ? "time" : "frame", row.key,
            file.key == Key::time
@@ -188,8 +231,10 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
                     true_camera = first_of(folder, {"gt_camera_tum.txt", "camera_gt.txt", "camera_gt.tum"});
   for (const std::string& name : {camera, true_camera})
     files.push_back(name.empty() ? PlainFile() : read_rows(folder, name, log));
+  read_whole_times_as_frames(files);
   log.rate_hz = rate_of(files);
   const double rate_hz = folder.request().rate_hz.value_or(log.rate_hz.value_or(10));
+  count_frames_from_first_time(rate_hz, files, log.warnings);
 
   std::map<ObjectFrame, SE3> motions, truth;
   for (size_t i = 0; i < n_objects; ++i) {
