@@ -155,6 +155,13 @@ TEST_F(ForgedFolder, LacksNoErrorsBoundsAndNormalisedErrors) {
   EXPECT_THAT(without(&Record::errors, "Et_m"), HasSubstr("status ok, but the error Et_m is missing"));
   EXPECT_THAT(without(&Record::errors, "ER_deg"), HasSubstr("status ok, but the error ER_deg is missing"));
   EXPECT_THAT(without(&Record::errors, "Ev_kmh"), HasSubstr("status ok, but the error Ev_kmh is missing"));
+  const auto without_speeds = [](auto& records) {
+    for (Record& record : records) {
+      if (!record.is_ego()) record.errors.erase("Ev_kmh");
+      record.values.erase("v_kmh");
+    }
+  };
+  EXPECT_THAT(refusal_after(folder, without_speeds), HasSubstr("the error Ev_kmh is missing"));
   EXPECT_THAT(without(&Record::bound, "Et_m"), HasSubstr("bound.Et_m: stored is nothing, the rerun gives"));
   EXPECT_THAT(without(&Record::values, "nees"), HasSubstr("values.nees: stored is nothing, the rerun gives"));
   EXPECT_THAT(refusal_after(folder, [](auto& records) { ++records[0].n_inliers; }),
@@ -163,6 +170,18 @@ TEST_F(ForgedFolder, LacksNoErrorsBoundsAndNormalisedErrors) {
   EXPECT_THAT(text, HasSubstr("case 0 gives other records when it is run again: frame 1, body ego"));
   EXPECT_THAT(text, HasSubstr("; it was run by Sextant "));
   EXPECT_EQ(refusal_after(folder, [](auto&) {}), "verified");
+}
+
+TEST_F(ForgedFolder, HasTheBoundsOfTheDataAlsoIfItsProgramIsNotRun) {
+  const fs::path folder = run("two:program");
+  EXPECT_EQ(refusal(folder), "verified");
+  const auto larger_bounds = [](auto& records) {
+    for (Record& record : records) {
+      const Record::Numbers bounds = record.bound;
+      for (const auto& [name, bound] : bounds) record.bound[name] = 1.6 * bound;
+    }
+  };
+  EXPECT_THAT(refusal_after(folder, larger_bounds), HasSubstr("bounds do not follow from the data: frame 1"));
 }
 
 TEST_F(ForgedFolder, HasEveryResultOfTheProgram) {
