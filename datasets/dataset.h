@@ -43,6 +43,8 @@ struct SourceSpec {
   /// Adds the options of `tree` that concern this adapter: those below the adapter's name ("kitti.flow"), and
   /// those that are not below any adapter's name, which apply to every source.
   void add_options(const Json& tree);
+  /// Returns the name of the group of these options in messages, "source.kitti", which is also their key.
+  std::string option_group() const { return "source." + adapter; }
 };
 
 /// Errors of the ground truth's own camera steps, RMS over the sequence, lateral and in rotation, if a data

@@ -444,7 +444,7 @@ TEST(KittiLayoutErrors, NothingIsOverwritten) {
       [&] {
         write(sequence, temp.path(), {{"oxts_jitter_ms", -1.0}});
       },
-      "option oxts_jitter_ms = -1");
+      "option layout.oxts_jitter_ms = -1");
   expect_error([&] { write(sequence, temp.path(), {{"oxts_jitter", 1.0}}); }, "unknown option key");
 }
 

@@ -71,7 +71,7 @@ void KittiTrackingOptions::check() const {
 
 std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
   KittiTrackingOptions options;
-  read_options(source.options, options, source.adapter);
+  read_options(source.options, options, source.option_group());
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();
   KittiTruth truth = read_kitti_truth(source.path, source.sequence, options, sequence->inputs());

@@ -185,13 +185,13 @@ TEST_F(KittiTracking, BadOptions) {
   const auto error = [&](const Json& options, const char* message) {
     expect_error([&] { open("#0007", options); }, message);
   };
-  error({{"ground_truth", "author"}}, "option kitti.ground_truth = author: did you mean 'authors'?");
+  error({{"ground_truth", "author"}}, "option source.kitti.ground_truth = author: did you mean 'authors'?");
   error({{"velocity", "corrected"}},
-        "option kitti.velocity = corrected: known: raw, velocity_corrected, velocity_vector");
-  error({{"bf_preset", "gray"}}, "option kitti.bf_preset = gray: did you mean 'grey'?");
-  error({{"bf", -1.0}}, "option bf = -1");
-  error({{"rate_hz", 0.0}}, "option rate_hz = 0: must be finite and > 0");
-  error({{"depht", "sgbm"}}, "unknown option key 'kitti.depht': did you mean 'depth'");
+        "option source.kitti.velocity = corrected: known: raw, velocity_corrected, velocity_vector");
+  error({{"bf_preset", "gray"}}, "option source.kitti.bf_preset = gray: did you mean 'grey'?");
+  error({{"bf", -1.0}}, "option source.kitti.bf = -1");
+  error({{"rate_hz", 0.0}}, "option source.kitti.rate_hz = 0: must be finite and > 0");
+  error({{"depht", "sgbm"}}, "unknown option key 'source.kitti.depht': did you mean 'depth'");
   error({{"flow", "diss"}}, "diss");
   error({{"masks", "mots_png:/no/such"}}, "/no/such");
 }

@@ -285,7 +285,7 @@ void SyntheticOptions::check() const {
 
 std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source) {
   SyntheticOptions options;
-  read_options(source.options, options, "synthetic");
+  read_options(source.options, options, source.option_group());
   if (!source.sequence.empty()) {
     fail("source '{}': a synthetic source has no '#': expected synthetic:scenario[@first-last]", source.text);
   }
@@ -340,7 +340,7 @@ void ReplayKittiOptions::check() const {
 
 std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source) {
   ReplayVkitti1Options options;
-  read_options(source.options, options, source.adapter);
+  read_options(source.options, options, source.option_group());
   const VkittiName name = parse_vkitti1_name(source.sequence);
   return open_rendered(
       [&](InputLog& inputs) {
@@ -359,7 +359,7 @@ std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source) {
 
 std::unique_ptr<Sequence> open_replay_kitti(const SourceSpec& source) {
   ReplayKittiOptions options;
-  read_options(source.options, options, source.adapter);
+  read_options(source.options, options, source.option_group());
   return open_rendered(
       [&](InputLog& inputs) {
         KittiTruth text = read_kitti_truth(source.path, source.sequence, options, inputs);

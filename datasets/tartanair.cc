@@ -106,7 +106,7 @@ void TartanairOptions::check() const {
 
 std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
   TartanairOptions options;
-  read_options(source.options, options, source.adapter);
+  read_options(source.options, options, source.option_group());
   const fs::path folder = find_trajectory(source);
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();

@@ -322,7 +322,7 @@ void VdoFolderOptions::check() const {
 
 std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
   VdoFolderOptions options;
-  read_options(source.options, options, source.adapter);
+  read_options(source.options, options, source.option_group());
   const fs::path dir = source.path;
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();

@@ -194,12 +194,12 @@ TEST_F(VdoFolder, OptionsOverrideTheFolder) {
   EXPECT_EQ(sequence->info().camera.bf, 190);
   ASSERT_EQ(sequence->info().warnings.size(), 1u);
   EXPECT_THAT(sequence->info().warnings[0], HasSubstr("steps of 0.1 s, but the rate is 5 Hz"));
-  expect_error([&] { open_with(source(), {{"bf", -1.0}}); }, "option bf = -1");
+  expect_error([&] { open_with(source(), {{"bf", -1.0}}); }, "option source.vdo.bf = -1");
   expect_error(
       [&] {
         open_with(source(), {{"bf_preset", "gray"}});
       },
-      "option vdo.bf_preset = gray: known: authors, colour");
+      "option source.vdo.bf_preset = gray: known: authors, colour");
   expect_error(
       [&] {
         open_with(source(), {{"bf_preset", "colour"}});
@@ -209,7 +209,7 @@ TEST_F(VdoFolder, OptionsOverrideTheFolder) {
       [&] {
         open_with(source(), {{"rate_hs", 5}});
       },
-      "unknown option key 'vdo.rate_hs': did you mean 'rate_hz'");
+      "unknown option key 'source.vdo.rate_hs': did you mean 'rate_hz'");
 }
 
 TEST_F(VdoFolder, MissingTruthIsAWarning) {

@@ -254,7 +254,7 @@ void Vkitti1Options::check() const {
 
 std::unique_ptr<Sequence> open_vkitti1(const SourceSpec& source) {
   Vkitti1Options options;
-  read_options(source.options, options, source.adapter);
+  read_options(source.options, options, source.option_group());
   const VkittiName name = parse_sequence(source);
   require_vkitti1_sequence(source.path, name.group, name.variation);
   auto sequence = std::make_unique<FolderSequence>(source);

@@ -267,7 +267,11 @@ TEST_F(Vkitti1Files, OtherChannelsLeaveTheTruthTrue) {
   EXPECT_EQ(other->info().provenance[1], "flow: dis");
   expect_error([&] { open_with(source_, {{"flow", "diss"}}); }, "unknown choice 'diss'");
   expect_error([&] { open_with(source_, {{"depth", "sgbm"}}); }, "sgbm");  // no right image
-  expect_error([&] { open_with(source_, {{"rate_hz", 0.0}}); }, "option rate_hz = 0: must be finite and > 0");
+  expect_error(
+      [&] {
+        open_with(source_, {{"rate_hz", 0.0}});
+      },
+      "option source.vkitti1.rate_hz = 0: must be finite and > 0");
 }
 
 TEST_F(Vkitti1Files, EachArchiveInAFolderOfItsOwnName) {

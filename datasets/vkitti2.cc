@@ -269,7 +269,7 @@ void Vkitti2Options::check() const {
 
 std::unique_ptr<Sequence> open_vkitti2(const SourceSpec& source) {
   Vkitti2Options options;
-  read_options(source.options, options, source.adapter);
+  read_options(source.options, options, source.option_group());
   const Place place(source);
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();

@@ -45,7 +45,11 @@ TEST_F(Vkitti2Files, TheRightCameraHasNoPartner) {
                               ": no rows of camera 1, only of camera 0: there is no true object motion",
                           file(scene + "bbox.txt") +
                               ": no rows of camera 1, only of camera 0: objects have no boxes"));
-  expect_error([&] { open_with(source_, {{"camera", 2}}); }, "option camera = 2: must be 0 or 1");
+  expect_error(
+      [&] {
+        open_with(source_, {{"camera", 2}});
+      },
+      "option source.vkitti2.camera = 2: must be 0 or 1");
 }
 
 TEST_F(Vkitti2Files, AnySubsetOpens) {

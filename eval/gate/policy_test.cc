@@ -54,7 +54,7 @@ TEST(Policy, AMisspeltErrorIsRefusedButNotAnErrorOfThirdPartyRecords) {
     ADD_FAILURE() << "read";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(),
-                HasSubstr("policy.json: option metrics: unknown error 'Et': did you mean 'Et_m'"));
+                HasSubstr("policy.json: option accuracy.metrics: unknown error 'Et': did you mean 'Et_m'"));
   }
   const Policy policy =
       policy_of(R"({"accuracy": {"metrics": {"altitude_drift_m": {"minimum_effect": 0.5}}}})");

@@ -214,7 +214,16 @@ void read_options(const Json& json, T& options, const std::string& where) {
            suggest(item.key(), reader.known));
     }
   }
-  if constexpr (requires { options.check(); }) options.check();
+  if constexpr (requires { options.check(); }) {
+    try {
+      options.check();
+    } catch (const Error& error) {
+      const std::string_view message = error.what();
+      constexpr std::string_view begin = "option ";
+      if (where.empty() || !message.starts_with(begin)) throw;
+      fail("{}{}.{}", begin, where, message.substr(begin.size()));
+    }
+  }
 }
 
 template <internal::OptionStruct T>

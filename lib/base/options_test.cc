@@ -144,7 +144,8 @@ TEST(OptionMaps, ErrorsNameThePath) {
   EXPECT_THAT(message(R"({"stages": {"a": {"max_iteration": 3}}})"), HasSubstr("'x.stages.a.max_iteration'"));
   EXPECT_THAT(message(R"({"stages": {"a": 1}})"), AllOf(HasSubstr("x.stages.a"), HasSubstr("an object")));
   EXPECT_THAT(message(R"({"stages": []})"), AllOf(HasSubstr("x.stages"), HasSubstr("an object")));
-  EXPECT_THAT(message(R"({"stages": {"a": {"max_iterations": 0}}})"), HasSubstr("must be > 0"));
+  EXPECT_THAT(message(R"({"stages": {"a": {"max_iterations": 0}}})"),
+              HasSubstr("option x.stages.a.max_iterations = 0: must be > 0"));
 }
 
 TEST(DescribeOptions, ListsEveryLeafWithItsPathDefaultAndUnit) {
