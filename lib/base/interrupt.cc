@@ -40,13 +40,18 @@ Watch& watch() {
   return *the_watch;
 }
 
-/// Removes a folder in which another thread or a child process, such as gnuplot, may still create files.
+/// Removes a folder in which another thread or a child process, such as gnuplot, may still create files: under a
+/// new name, which they do not know.
 void remove_in_use(const std::filesystem::path& folder) {
-  constexpr int most_tries = 10;
+  std::filesystem::path renamed = folder;
+  renamed += ".removed";
   std::error_code error;
-  for (int i = 0; i < most_tries && std::filesystem::exists(folder, error); ++i) {
+  std::filesystem::rename(folder, renamed, error);
+  const std::filesystem::path& left = error ? folder : renamed;
+  constexpr int most_tries = 10;
+  for (int i = 0; i < most_tries && std::filesystem::exists(left, error); ++i) {
     if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    std::filesystem::remove_all(folder, error);
+    std::filesystem::remove_all(left, error);
   }
 }
 
