@@ -342,6 +342,7 @@ class Reader {
     if (coordinates == ObjectsFrame::world && before && after) X = after->inverse() * motion * *before;
     if (coordinates == ObjectsFrame::body) X = from_body(id, frame, motion);
     if (X) out_.motions.emplace(ObjectFrame(id, frame), *X);
+    if (!X && out_.camera_unreadable && set_.objects.ids != ObjectsIds::overlap) out_.unreadable.insert(id);
   }
 
   std::optional<SE3> from_body(int id, int frame, const SE3& motion) const {

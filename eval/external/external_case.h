@@ -122,7 +122,7 @@ struct ExternalResults {
   MotionFrame declared_frame = MotionFrame::world;  ///< frame in which the program wrote the motions
   bool camera_unreadable = false;
   bool objects_unreadable = false;    ///< all of them
-  std::set<int> unreadable;           ///< objects whose own file could not be read
+  std::set<int> unreadable;           ///< objects whose file, or whose camera poses, could not be read
   std::vector<std::string> problems;  ///< "FILE:LINE: ...", and missing files
   std::vector<std::string> notes;     ///< repairs, and skipped files
 };

@@ -240,6 +240,10 @@ TEST_F(ExternalEstimatorTest, Garbage) {
               HasSubstr("obj_1.txt"));
   EXPECT_EQ(statuses("ego"), ok4);
   EXPECT_EQ(statuses("object:1"), diverged4);
+  write_motions();
+  EXPECT_THAT(problem_of("echo 4 what > $output/camera.txt; cp $(dirname $0)/obj_1.txt $output", motions_),
+              HasSubstr("camera.txt"));
+  EXPECT_EQ(statuses("object:1"), diverged4) << "the program named it, but its motion needs the camera";
 }
 
 TEST_F(ExternalEstimatorTest, ExitCodeAndPartialOutput) {
