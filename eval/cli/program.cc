@@ -192,8 +192,9 @@ int run(int argc, const char* const* argv, std::span<const AddCommand> commands)
     return report_no_memory();
   } catch (
       const std::filesystem::filesystem_error& error) {  // a folder of the user: loop of links, no permission
-    return report(fmt::format("{}: {}: expected a file or folder that this user may read and write",
-                              error.path1().string(), error.code().message()),
+    const std::string path = error.path1().empty() ? std::string("a file") : error.path1().string();
+    return report(fmt::format("{}: {}: expected a file or folder that this user may read and write", path,
+                              error.code().message()),
                   exit_bad_input);
   } catch (const std::system_error& error) {
     if (std::ferror(stdout) != 0) return exit_bad_input;  // fmt::print() throws; after_output() says why

@@ -240,8 +240,7 @@ uint64_t remove_left_over(const fs::path& folder) {
 
 fs::path default_cache_folder() {
   const fs::path root = cache_root();
-  return root.empty() ? fs::temp_directory_path() / fmt::format("sextant-packs-{}", ::geteuid())
-                      : root / "packs";
+  return root.empty() ? temporary_folder() / fmt::format("sextant-packs-{}", ::geteuid()) : root / "packs";
 }
 
 PackCache::Packed PackCache::load(const SourceSpec& source, const Sequence& sequence,

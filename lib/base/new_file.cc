@@ -39,9 +39,16 @@ bool write_all(int file, std::string_view bytes) {
   return true;
 }
 
+std::filesystem::path temporary_folder() {
+  for (const char* variable : {"TMPDIR", "TMP", "TEMP", "TEMPDIR"}) {  // as temp_directory_path()
+    if (const char* folder = std::getenv(variable); folder != nullptr && *folder != '\0') return folder;
+  }
+  return "/tmp";
+}
+
 ScratchFolder::ScratchFolder(const std::string& prefix)
     : path_(create_watched_folder([&]() -> std::filesystem::path {
-        std::string name = (std::filesystem::temp_directory_path() / (prefix + "XXXXXX")).string();
+        std::string name = (temporary_folder() / (prefix + "XXXXXX")).string();
         if (::mkdtemp(name.data()) == nullptr)
           fail(
               "{}: cannot create this temporary folder: set TMPDIR to a folder with free space in which you "
@@ -178,9 +185,10 @@ void make_private_folder(const fs::path& folder) {
   std::error_code ignored;
   const fs::path parent = folder.parent_path();
   if (!parent.empty()) fs::create_directories(parent, ignored);
-  if (::mkdir(folder.c_str(), 0700) != 0 && !fs::is_directory(folder, ignored))
+  const int reason = ::mkdir(folder.c_str(), 0700) == 0 ? 0 : errno;
+  if (reason != 0 && !fs::is_directory(folder, ignored))
     fail("{}: cannot create the cache: {}; choose another folder with --cache", folder.string(),
-         std::strerror(errno));
+         std::strerror(reason));
   check_private_folder(folder);
 }
 

@@ -35,7 +35,10 @@ class Descriptor {
   int fd_;
 };
 
-// A new folder in the system's temporary folder. Its name is `prefix` and six random letters and digits, so
+/// Returns the folder for temporary files: $TMPDIR, or /tmp. It need not exist.
+std::filesystem::path temporary_folder();
+
+// A new folder in the folder for temporary files. Its name is `prefix` and six random letters and digits, so
 // that it differs from every existing folder, also from one left by a killed process. The destructor removes
 // the folder with its content, and so does the end of the program after Ctrl-C (base/interrupt.h). The
 // constructor throws Error if the folder cannot be created.

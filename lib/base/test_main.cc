@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 
 #include "sextant/base/new_file.h"
 
@@ -43,6 +44,10 @@ int run_in(const fs::path& own) {
 int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
   if (testing::GTEST_FLAG(list_tests)) return RUN_ALL_TESTS();
+  // Tests write paths into lines for the shell without quotes.
+  const std::string temporary = sextant::temporary_folder().string();
+  if (temporary.find_first_of(" \t'\"$&;()<>|*?[]#~`\\!{}") != std::string::npos)
+    ::setenv("TMPDIR", "/tmp", 1);
   const sextant::ScratchFolder own("sextant_test_");
   return run_in(own.path());
 }
