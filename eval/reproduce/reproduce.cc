@@ -86,16 +86,16 @@ Table data_table(const Json& data, const Evidence& evidence) {
 }
 
 /// Makes the summary line of a table of the paper.
-VerdictLine verdict_line(const PaperTable& entry, const PublishedTable& table,
-                         const std::vector<PaperLayout>& layouts) {
+VerdictLine verdict_line(const PaperTable& entry, const std::vector<PaperLayout>& layouts) {
   std::vector<std::string> verdicts;
   const auto layout = std::ranges::find(layouts, entry.number, &PaperLayout::number);
   for (const LayoutRow& row : layout->versions.front().rows) {
     for (const auto& cell : row.cells)
       for (const LayoutValue& value : cell)
-        if (value.published && !value.verdict.empty()) verdicts.push_back(value.verdict);
+        if (value.published) verdicts.push_back(value.measured ? value.verdict : "not measured here");
   }
-  VerdictLine line{paper().table(entry.number).title, joint_verdict(verdicts), answer_text(table.rows),
+  std::erase(verdicts, "");
+  VerdictLine line{paper().table(entry.number).title, joint_verdict(verdicts), answer_text(verdicts),
                    "#" + entry.name};
   line.group = "Tables of the paper";
   return line;
@@ -122,7 +122,7 @@ std::vector<PlacedSection> long_table_sections(const Evidence& evidence,
     std::vector<Figure> figures;
     if (entry.published) {
       PublishedTable table = *std::ranges::find(published, entry.number, &PublishedTable::number);
-      verdicts.push_back(verdict_line(entry, table, layouts));
+      verdicts.push_back(verdict_line(entry, layouts));
       if (auto figure = answer_figure(entry.name, table)) figures.push_back(std::move(*figure));
       for (PaperRow& row : table.rows) row.command = measuring_line(text.fetch);
       shown = table.table();
@@ -314,9 +314,9 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
   std::string text =
       sentence("Holds", holds) + sentence("Holds in part", partly) + sentence("Does not hold", differs);
   if (!why.empty()) text += fmt::format("Why Table III differs: {}. ", why);
-  text +=
-      fmt::format("{} of {} comparable published values lie within our runs{}. ", n_within, n_judged,
-                  n_injected == 0 ? "" : fmt::format(", without {} sizes of the injected noise", n_injected));
+  text += fmt::format(
+      "{} of {} comparable published values lie within our runs{}. ", n_within, n_judged,
+      n_injected == 0 ? "" : fmt::format(" ({} sizes of the injected noise are not counted)", n_injected));
   if (!missing.empty())
     text += fmt::format("Not measured: tables {}: {}, then sextant reproduce --data ROOT.",
                         fmt::join(missing, ", "), fmt::join(fetch, " and "));

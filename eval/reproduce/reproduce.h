@@ -135,15 +135,15 @@ std::vector<PlacedSection> figure_sections(const std::filesystem::path& parts, c
 //   word        verdict of the table on that row
 //
 // If a value was measured on several kinds of data, the last one in the table is drawn, which is nearest to
-// the paper's; with several noises, the first. Values of 0 cannot be drawn on the logarithmic axis, and
-// values beyond 0.02 .. 50 are drawn at its ends. The first 26 lines are drawn; the caption states how many
+// the paper's; with several noises, the first. Values of 0 cannot be drawn on the logarithmic axis, which ends at
+// 0.02 and 50 at most: an arrow stands for a value beyond it. The first 26 lines are drawn; the caption states how many
 // there are.
 
 /// Returns nullopt if there is no line: no published value above 0 was measured by one of the two procedures.
 std::optional<Figure> answer_figure(const std::string& name, const PublishedTable& table);
 
-/// Formats "12 of 40 comparisons: the published value lies where our single runs do; 2 not
-/// comparable; 3 not measured here".
-std::string answer_text(const std::vector<PaperRow>& rows);
+/// Formats "the published value lies within our single runs in 12 of 40 comparisons; 2 not comparable; 3 not
+/// measured here" from the verdicts on published values.
+std::string answer_text(const std::vector<std::string>& verdicts);
 
 }  // namespace sextant

@@ -124,7 +124,7 @@ std::span<const MetricDefinition> metric_definitions() {
        "mean absolute horizontal error of the measured flow"},
       {"epe_initial_y_px", errors, "both", "EPE y before", "px", 3, neither,
        "mean absolute vertical error of the measured flow"},
-      {"epe_refined_px", errors, "both", "after", "px", 3, lower,
+      {"epe_refined_px", errors, "both", "EPE after", "px", 3, lower,
        "mean end-point error of the refined flow over the inliers", in_summary},
       {"epe_refined_x_px", errors, "both", "EPE x after", "px", 3, lower,
        "mean absolute horizontal error of the refined flow"},

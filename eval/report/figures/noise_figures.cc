@@ -344,6 +344,18 @@ std::vector<Line> lines_by(const std::vector<const NoiseLevelRow*>& rows, std::s
   return lines;
 }
 
+/// Formats the number of seeds of all points of the lines: "20", or "3 to 20".
+std::string seeds_text(const std::vector<Line>& lines) {
+  int fewest = INT_MAX, most = 0;
+  for (const Line& line : lines) {
+    for (const auto& [level, row] : line.by_level) {
+      fewest = std::min(fewest, static_cast<int>(row->n_seeds));
+      most = std::max(most, static_cast<int>(row->n_seeds));
+    }
+  }
+  return fewest == most ? fmt::format("{}", most) : fmt::format("{} to {}", fewest, most);
+}
+
 Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line>& lines,
                      const std::vector<Level>& levels, const NoiseLevelRow& first, const Content& content) {
   Figure figure;
@@ -355,7 +367,7 @@ Figure curves_figure(const std::vector<std::string>& key, const std::vector<Line
   figure.caption =
       fmt::format("{} against noise{}, {} {}, {}. Curves: {} E_t over {} seeds, bands: its 95 % interval.{}",
                   content.what, others == std::string::npos ? "" : first.parameter.substr(others),
-                  first.dataset, first.sequence, of, content.word, first.n_seeds,
+                  first.dataset, first.sequence, of, content.word, seeds_text(lines),
                   content.bars ? " Bars: mean E_R with its 95 % interval." : "");
   std::string noise;  // at the highest level, because level 0 has none
   for (const NoiseLevelRow* row : levels.back().of_line) {

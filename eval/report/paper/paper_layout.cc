@@ -257,6 +257,8 @@ struct VersionMaker {
         any |= measured;
       }
       if (any) add_text(system.value("note", ""), version.notes);
+      if (any && procedure.contains("procedure"))  // the rows above are of another one than ours
+        add_text(layout.value("note_on_other_procedures", ""), version.notes);
     }
     return version;
   }

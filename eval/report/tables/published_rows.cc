@@ -16,13 +16,14 @@ namespace {
 
 constexpr int frames_per_stretch = 5;
 
-/// Range of single runs, m +- t s sqrt(1 + 1/n).
+/// Range of single runs, m +- t s sqrt(1 + 1/n). Sizes, which are never negative, are at least 0.
 std::optional<Interval> one_run_range(const std::vector<double>& by_seed) {
   const auto n = static_cast<double>(by_seed.size());
   if (by_seed.size() < 2) return std::nullopt;
   const double half = student_t_quantile(0.975, static_cast<int>(by_seed.size()) - 1) * std_dev(by_seed) *
                       std::sqrt(1 + 1 / n);
-  return Interval{mean(by_seed) - half, mean(by_seed) + half};
+  const bool is_size = std::ranges::none_of(by_seed, [](double value) { return value < 0; });
+  return Interval{is_size ? std::max(mean(by_seed) - half, 0.0) : mean(by_seed) - half, mean(by_seed) + half};
 }
 
 }  // namespace
