@@ -144,9 +144,11 @@ std::vector<Figure> curve_figures(const Suite& suite, const std::vector<const Ca
   return figures;
 }
 
+constexpr const char* profile_name = "performance_profile";
+
 Figure profile_figure(const std::vector<ProfileRow>& rows) {
   constexpr double largest = 16;
-  Figure figure{.name = "performance_profile", .data = figure_data({"estimator", "tau", "share"})};
+  Figure figure{.name = profile_name, .data = figure_data({"estimator", "tau", "share"})};
   for (const ProfileRow& row : rows) {
     const auto add = [&](double tau) {
       figure.data.add_row({gp_cell(row.estimator), tau, row.share_within(tau)});
@@ -164,7 +166,9 @@ Figure profile_figure(const std::vector<ProfileRow>& rows) {
   std::vector<LegendEntry> legend;
   const SystemStyles styles = styles_of(rows);
   for (const ProfileRow& row : rows) {
-    const std::string style = fmt::format("with steps lc rgb \"{}\" lw 2", styles.colour(row.estimator));
+    // Different dashes, so that of two equal curves both are seen.
+    const std::string style = fmt::format("with steps lc rgb \"{}\" dt {} lw 2", styles.colour(row.estimator),
+                                          legend.size() % 4 + 1);
     panel.plots.push_back(fmt::format("data using {}:(column(\"share\")) {}",
                                       only_where({{"estimator", gp_cell(row.estimator)}}, "column(\"tau\")"),
                                       style));
@@ -476,7 +480,13 @@ OutputFiles page_files(const std::vector<fs::path>& folders, const std::string& 
     if (!places.insert(place).second) fail("{}: the card is given twice", (folder / "card.json").string());
     cards.push_back({std::move(card), place.lexically_relative(fs::weakly_canonical(out)).string()});
   }
-  return {{"index.html", report_page(page_document(cards, suite), jobs)}};
+  const ReportDocument document = page_document(cards, suite);
+  OutputFiles files = {{"index.html", report_page(document, jobs)}};
+  for (const ReportSection& section : document.sections) {
+    for (const Figure& figure : section.figures)
+      if (figure.name == profile_name) files.merge(draw_svg({figure}, jobs));
+  }
+  return files;
 }
 
 }  // namespace sextant

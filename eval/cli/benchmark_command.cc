@@ -161,7 +161,9 @@ void add_benchmark_merge_command(CLI::App& benchmark) {
 
 void add_page_command(CLI::App& benchmark) {
   auto [command, flags] = add_part(benchmark, "page", "One page of several cards", "CARD", make_page);
-  add_value(command, "--out", flags.out, "DIR", "Folder for index.html")->required();
+  add_value(command, "--out", flags.out, "DIR",
+            "Folder for index.html, and performance_profile.svg of several cards")
+      ->required();
   add_suite_of_cards_flag(command, flags.suite);
   add_jobs_flag(command, flags);
   command.footer("Example:\n  sextant benchmark page out/joint_flow out/my_estimator --out site");
