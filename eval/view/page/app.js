@@ -112,7 +112,7 @@ function showNumbers() {
   const add = (key, what, title, values) => rows.push(
     {key, cells: [{text: what, kind: "what", title}, ...values.map(v => ({text: v.text, kind: "number", title: v.exact}))]});
   if (D.runs.length > 1)
-    rows.push({cells: [{}, ...D.runs.map((run, i) => ({text: run.estimator, kind: "number head", title: run.name, colour: `var(--run-${i})`}))]});
+    rows.push({cells: [{}, ...D.runs.map((run, i) => ({text: titleOf(run), kind: "number head", title: run.name, colour: `var(--run-${i})`}))]});
   add(undefined, "status", "", records.map(r => ({text: r ? r.gate ? `${r.status} (${r.gate})` : r.status : "no record"})));
   if (HAS_POINTS) add(undefined, "inliers / points", "", records.map(r => ({text: r ? `${r.n_inliers} / ${r.n_points}` : ""})));
   for (const map of ["errors", "values", "bound"]) {
@@ -149,7 +149,7 @@ function nextWorst() {
 // ---- building the page
 
 function buildHeader() {
-  document.title = `${D.runs.map(run => run.estimator).join(" and ")} on ${D.source}`;
+  document.title = `${D.runs.map(titleOf).join(" and ")} on ${D.source}`;
   element("title").textContent = document.title;
   const facts = D.runs.map((run, index) => {
     const noise = run.noise === "none" || run.noise === "" ? "" : `, noise ${run.noise}, level ${run.level}, seed ${run.seed}`;
@@ -235,7 +235,8 @@ function buildTimelines() {
     canvas.setAttribute("aria-label", `${difference ? "difference of " : ""}${curve.title} over time`);
     element("timelines").append(canvas);
     scrubs(canvas, (frame, _) => goTo(frame));
-    const option = new Option(`${difference ? "difference of " : ""}${curve.title}`, canvas.id);
+    const ofRun = D.runs.length > 1 && !difference ? ` of ${titleOf(D.runs[0])}` : "";  // worstFrames() takes the first run
+    const option = new Option(`${difference ? "difference of " : ""}${curve.title}${ofRun}`, canvas.id);
     option.dataset.curve = CURVES.indexOf(curve);
     option.dataset.difference = difference ? "1" : "";
     element("worst-by").append(option);
@@ -347,7 +348,8 @@ function start() {
   element("timelines-note").textContent = [
     ...(HAS_BANDS ? ["band: 95 % of errors by the estimate's own covariance"] : []),
     ...(HAS_FLOORS ? ["dashed: the truth's own floor"] : [])].join("; ");
-  element("top-note").textContent = HAS_POSITIONS ? "95 % ellipses of the accumulated covariance" : "";
+  element("top-note").textContent = HAS_POSITIONS
+    ? "lines and discs: estimate; grey dashes and circles: truth; ellipses: 95 % by the accumulated covariance" : "";
   element("help-button").addEventListener("click", () => element("help").showModal());
   document.addEventListener("keydown", onKey);
   window.addEventListener("hashchange", followAddress);
