@@ -13,6 +13,7 @@ die() {
 logged() {
   local log=$1
   shift
+  : >"$log" || die "cannot write $log: use a clone in a folder of your own"
   "$@" >"$log" 2>&1 || { tail -n 40 "$log" >&2; die "failed: $*"; }
 }
 
@@ -65,7 +66,7 @@ configure_options=()
 build_preset() {
   local preset=$1 log=$root/build/$1-configure.log
   shift
-  mkdir -p "$root/build"
+  mkdir -p "$root/build" || die "cannot write $root/build: use a clone in a folder of your own"
   say "configure build/$preset"
   logged "$log" env -C "$root" cmake --preset "$preset" "${configure_options[@]}"
   sed -n 's/^-- \(Python package: not built.*\)/\1/p' "$log"  # so that an option kept in CMake's cache does not pass unnoticed
