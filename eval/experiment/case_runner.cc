@@ -211,6 +211,7 @@ void CaseRunner::process(const ExtractedPair& extracted, const PairObserver& on_
   const size_t n_before = out_.records.size();
   std::optional<FrameResult> first;
   for (Result& result : results_) {
+    // The estimators of this library run inside FrameEstimator::process() (lib/estimator/pipeline.cc).
     FrameResult frame = result.estimator->process(noisy ? noisy->pair : extracted.pair);
     extend_motions(frame, result.motions);
     std::vector<Record> records = evaluate_pair(
