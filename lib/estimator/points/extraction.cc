@@ -329,7 +329,8 @@ Correspondences extract_background(const Frame& prev, const Frame& curr, const I
 }
 
 /// Returns all instances of the current mask. Their points are samples of the previous image whose flow ends
-/// on the instance: pixel (x, y), depth there, flow, and depth of the current frame at the target pixel.
+/// on the instance: pixel (x, y), depth there, flow, and depth of the current frame at the target pixel,
+/// which is the pixel nearest to (x, y) + flow.
 std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& curr,
                                                const Instances& instances, const ExtractionOptions& options) {
   const int width = prev.mask.width();

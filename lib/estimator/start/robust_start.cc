@@ -233,8 +233,8 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   std::vector<float> errors;
   const auto is_inlier = [&](size_t k) { return errors[k] <= threshold * threshold; };
   // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refits on all inliers. A refit replaces the motion
-  // if it has more inliers. If all points are inliers of both, it replaces it too, because it is more accurate
-  // than a motion through three points.
+  // if it has more inliers. If all points are inliers of both, it replaces it too, because it is more
+  // accurate than a motion through three points.
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
     squared_errors(data, best, errors);
     for (size_t i = 0; i < data.size(); ++i) data.use(i, is_inlier(i));
