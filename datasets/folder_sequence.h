@@ -58,7 +58,7 @@ struct FolderChannel {
   bool exact = false;           ///< the files are the ground truth of the data set
   std::string provenance;       ///< text for files; empty: "depth: KIND:FILES"
   std::string if_none;          ///< warning if auto finds nothing; empty: no warning
-  /// Opens files that no kind describes; empty: use `kind`.
+  /// Opens files of a format that is not in channels/channel_source.h. If empty, `kind` selects the format.
   std::function<std::unique_ptr<ChannelSource<T>>(const ChannelInputs&)> open;
 };
 

@@ -345,7 +345,7 @@ std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
                  .kind = "vdo_text",
                  .files = (dir / "semantic").string(),
                  .provenance = "masks: precomputed text"};
-  sequence->open_channels(files);
+  sequence->open_channels(files);  // FolderSequence::read() calls read() of the sources that this opens
   texts.warn_about_depth_factor();
   return sequence;
 }

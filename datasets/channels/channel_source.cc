@@ -61,7 +61,8 @@ std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& c
   return kind->make(path, inputs);
 }
 
-/// Returns a factory of sources with one file per frame.
+/// Returns a factory of sources with one file per frame: FrameFiles finds the file by the number in its name,
+/// and `decode` converts its bytes to the image of the channel.
 template <typename T>
 Make<T> files(const char* channel, const char* kind, const char* extension,
               typename FolderSource<T>::Decode decode) {

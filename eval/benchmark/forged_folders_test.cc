@@ -17,12 +17,12 @@ using ::testing::Not;
 class TwoResults final : public CaseEstimator {
  public:
   explicit TwoResults(Json options) : options_(std::move(options)) {}
-  std::vector<NamedSolver> begin(const CaseContext& context) const override {
+  std::vector<NamedEstimator> begin(const CaseContext& context) const override {
     ++n_begun;
-    std::vector<NamedSolver> all;
+    std::vector<NamedEstimator> all;
     for (const char* name : {"joint_flow", "motion_only"}) {
-      std::vector<NamedSolver> one = make_case_estimator(name)->begin(context);
-      all.push_back({fmt::format("r{}", all.size()), std::move(one.front().solver)});
+      std::vector<NamedEstimator> one = make_case_estimator(name)->begin(context);
+      all.push_back({fmt::format("r{}", all.size()), std::move(one.front().estimator)});
     }
     return all;
   }

@@ -26,9 +26,9 @@ Additions& additions() {
   return added;
 }
 
-class PipelineSolver final : public PairSolver {
+class PipelinePairEstimator final : public PairEstimator {
  public:
-  PipelineSolver(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)
+  PipelinePairEstimator(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)
       : pipeline_(options, std::move(estimator)) {}
   FrameResult process(const FramePair& pair) override { return pipeline_.process(pair); }
 
@@ -42,9 +42,9 @@ class PipelineEstimator final : public CaseEstimator {
   PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator,
                     std::optional<Fingerprint> fingerprint)
       : name_(std::move(name)), estimator_(std::move(estimator)), fingerprint_(std::move(fingerprint)) {}
-  std::vector<NamedSolver> begin(const CaseContext& context) const override {
-    std::vector<NamedSolver> alone;
-    alone.push_back({"", std::make_unique<PipelineSolver>(context.pipeline, estimator_)});
+  std::vector<NamedEstimator> begin(const CaseContext& context) const override {
+    std::vector<NamedEstimator> alone;
+    alone.push_back({"", std::make_unique<PipelinePairEstimator>(context.pipeline, estimator_)});
     return alone;
   }
   Json options() const override { return estimator_->options(); }

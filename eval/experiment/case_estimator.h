@@ -38,10 +38,10 @@ struct CaseContext {
   bool rescore = false;
 };
 
-/// Processes the pairs of one case.
-class PairSolver {
+/// Estimates the motions in the pairs of one case.
+class PairEstimator {
  public:
-  virtual ~PairSolver() = default;
+  virtual ~PairEstimator() = default;
   /// Processes the next pair; pairs come in the order of the sequence.
   virtual FrameResult process(const FramePair& pair) = 0;
   /// Adds the costs of the frame that are not in BodyResult::times to the record of the camera.
@@ -57,17 +57,17 @@ class PairSolver {
 
 /// One result of a case. Its name in records is the label of the estimator, followed by ".NAME" if `name` is
 /// not empty.
-struct NamedSolver {
+struct NamedEstimator {
   std::string name;
-  std::unique_ptr<PairSolver> solver;
+  std::unique_ptr<PairEstimator> estimator;
 };
 
 class CaseEstimator {
  public:
   virtual ~CaseEstimator() = default;
-  /// Begins a case; returns one solver, or several with names. Safe to call from several threads. The context
-  /// must outlive the solvers.
-  virtual std::vector<NamedSolver> begin(const CaseContext& context) const = 0;
+  /// Begins a case; returns one estimator of its pairs, or several with names. Safe to call from several
+  /// threads. The context must outlive these estimators.
+  virtual std::vector<NamedEstimator> begin(const CaseContext& context) const = 0;
   /// Returns all options with their values, for provenance.
   virtual Json options() const = 0;
   /// Returns the name of the estimator in records, unless the user gives another label.

@@ -155,11 +155,12 @@ class CaseRunner {
 
   CaseOutcome finish() {
     for (const Result& result : results_) {
-      std::ranges::move(result.solver->problems(), std::back_inserter(out_.problems));
+      std::ranges::move(result.estimator->problems(), std::back_inserter(out_.problems));
       if (settings_.estimator->is_third_party())
-        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.identity.estimator,
-                                        result.solver->recorded_camera(), result.solver->declared_frame()),
-                          std::back_inserter(out_.problems));
+        std::ranges::move(
+            diagnose_case(result.motions, sequence_.truth(), result.identity.estimator,
+                          result.estimator->recorded_camera(), result.estimator->declared_frame()),
+            std::back_inserter(out_.problems));
     }
     out_.motions = results_.empty() ? std::move(start_) : std::move(results_.front().motions);
     return std::move(out_);
@@ -168,16 +169,16 @@ class CaseRunner {
  private:
   struct Result {
     Record identity;  ///< PairContext::identity
-    std::unique_ptr<PairSolver> solver;
+    std::unique_ptr<PairEstimator> estimator;
     CaseMotions motions;
   };
 
   /// Called at the first pair, because an estimator may use the whole sequence.
   void begin() {
-    std::vector<NamedSolver> solvers =
+    std::vector<NamedEstimator> pair_estimators =
         settings_.estimator->begin({sequence_, settings_.pipeline, settings_.noise, settings_.seed,
                                     settings_.folder, settings_.rescore});
-    for (NamedSolver& named : solvers) {
+    for (NamedEstimator& named : pair_estimators) {
       const Record identity{
           .dataset = sequence_.info().dataset,
           .sequence = sequence_.info().sequence,
@@ -185,7 +186,7 @@ class CaseRunner {
           .noise = settings_.noise.name(),
           .level = settings_.level,
           .seed = settings_.seed};
-      results_.push_back({identity, std::move(named.solver), start_});
+      results_.push_back({identity, std::move(named.estimator), start_});
     }
   }
 
@@ -210,7 +211,8 @@ void CaseRunner::process(const ExtractedPair& extracted, const PairObserver& on_
   const size_t n_before = out_.records.size();
   std::optional<FrameResult> first;
   for (Result& result : results_) {
-    FrameResult frame = result.solver->process(noisy ? noisy->pair : extracted.pair);
+    // The estimators of this library run inside FrameEstimator::process() (lib/estimator/pipeline.cc).
+    FrameResult frame = result.estimator->process(noisy ? noisy->pair : extracted.pair);
     extend_motions(frame, result.motions);
     std::vector<Record> records = evaluate_pair(
         frame, {result.identity, info.camera.left, sequence_.truth(),
@@ -219,7 +221,7 @@ void CaseRunner::process(const ExtractedPair& extracted, const PairObserver& on_
     Record& ego = records.front();
     ego.time_ms["extraction"] = extracted.extraction_ms;
     ego.time_ms["decode"] = extracted.decode_ms;
-    result.solver->add_costs(frame.curr, ego);
+    result.estimator->add_costs(frame.curr, ego);
     check_listed(records);
     std::ranges::move(records, std::back_inserter(out_.records));
     if (!first) first = std::move(frame);

@@ -111,7 +111,7 @@ struct CaseOutcome {
   std::vector<Record> records;
   CaseMotions motions;                ///< motions of the first result, if there are several
   NoiseVerification noise;            ///< achieved on the points
-  std::vector<std::string> problems;  ///< PairSolver::problems() and diagnose_case()
+  std::vector<std::string> problems;  ///< PairEstimator::problems() and diagnose_case()
 };
 
 /// Returns the next pairs, in order, valid until the next call; empty at the end.

@@ -22,6 +22,8 @@ struct ObjectStep {
   std::optional<bool> flag;  ///< the data set's own dynamic/static flag, previous frame
 };
 
+/// Returns the step of an object with a true pose in both frames. Its motion T_curr_prev is T_camera_object
+/// at `curr` times the inverse of T_camera_object at `prev`.
 std::optional<ObjectStep> object_step(const SequenceTruth& truth, int id, int prev, int curr) {
   const std::optional<SE3> motion = truth.object_motion(id, prev, curr);
   if (!motion) return std::nullopt;
@@ -189,6 +191,7 @@ void add_object_errors(const BodyResult& body, const ObjectStep& step, const Fra
     put(pose_change_error(body_motion(H, L), body_motion(H_true, L)), "_body", record.errors);
   }
 
+  // Ev_kmh = |v_kmh - v_gt_kmh|, both speeds at the centroid of the estimate's inliers.
   const double v_kmh = record.values.at("v_kmh");
   const double v_gt_kmh = velocity_kmh(H_true, body.centroid_m, result.dt_s);
   record.values["v_gt_kmh"] = v_gt_kmh;
@@ -301,6 +304,7 @@ void add_limits(const FrameResult& result, const PairContext& context, std::vect
 }  // namespace
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context) {
+  // T_curr_prev of the static background: the inverse of the camera's true motion.
   const std::optional<SE3> true_background = context.truth.background_motion(result.prev, result.curr);
   std::map<int, const BodyResult*> bodies;
   for (const BodyResult& body : result.objects) bodies[body.instance] = &body;

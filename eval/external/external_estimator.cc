@@ -101,9 +101,10 @@ Eigen::Vector3d centroid(const PinholeCamera& camera, const Correspondences& poi
 }
 
 /// Returns the program's results pair by pair.
-class ExternalSolver final : public PairSolver {
+class ExternalPairEstimator final : public PairEstimator {
  public:
-  ExternalSolver(ExternalResults results, std::vector<std::string> problems, Costs costs, double max_depth_m)
+  ExternalPairEstimator(ExternalResults results, std::vector<std::string> problems, Costs costs,
+                        double max_depth_m)
       : results_(std::move(results)),
         problems_(std::move(problems)),
         costs_(std::move(costs)),
@@ -234,7 +235,7 @@ class ExternalEstimator final : public CaseEstimator {
     fill_template(any_placeholders());  // reports errors here and not in the first case
   }
 
-  std::vector<NamedSolver> begin(const CaseContext& context) const override {
+  std::vector<NamedEstimator> begin(const CaseContext& context) const override {
     const FrameNumbers numbers = frame_numbers(config_, context.sequence.info());
     if (context.rescore) {
       const fs::path folder = fs::absolute(context.folder).lexically_normal();
@@ -283,9 +284,9 @@ class ExternalEstimator final : public CaseEstimator {
   }
 
   /// Reads the files in folder/output; writes folder/log.txt if there is a `request`.
-  std::vector<NamedSolver> score(const CaseContext& context, const FrameNumbers& numbers,
-                                 const fs::path& folder, const ProcessOutcome& outcome,
-                                 const ProcessRequest* request) const {
+  std::vector<NamedEstimator> score(const CaseContext& context, const FrameNumbers& numbers,
+                                    const fs::path& folder, const ProcessOutcome& outcome,
+                                    const ProcessRequest* request) const {
     const int n_frames = numbers.last - numbers.first + 1;
     const ResultFolder output{folder / "output", numbers, outcome.ok()};
     std::vector<std::string> problems;  // of the run, then of each set
@@ -318,13 +319,13 @@ class ExternalEstimator final : public CaseEstimator {
     }
     const Costs costs{1000 * outcome.wall_s / (n_frames - 1), 1000 * outcome.cpu_s / (n_frames - 1),
                       outcome.peak_memory_mb, std::move(times.ms)};
-    std::vector<NamedSolver> solvers;
+    std::vector<NamedEstimator> pair_estimators;
     for (ScoredSet& set : scored) {
-      solvers.push_back(
-          {set.name, std::make_unique<ExternalSolver>(std::move(set.results), std::exchange(problems, {}),
-                                                      costs, context.pipeline.max_object_distance_m)});
+      pair_estimators.push_back({set.name, std::make_unique<ExternalPairEstimator>(
+                                               std::move(set.results), std::exchange(problems, {}), costs,
+                                               context.pipeline.max_object_distance_m)});
     }
-    return solvers;
+    return pair_estimators;
   }
 
   ExternalConfig config_;

@@ -8,7 +8,7 @@
 //   it does not exist              lost; not_detected for an object that the results never name
 //   the results cannot be read     diverged
 //
-// Exit code, time-out and every problem are reported (PairSolver::problems()) and written to the case's
+// Exit code, time-out and every problem are reported (PairEstimator::problems()) and written to the case's
 // log.txt.
 
 #include <filesystem>

@@ -144,6 +144,38 @@ class ExternalEstimatorTest : public testing::Test {
         name, [&](int k) { return world(k); }, first, shift);
   }
 
+  // Files of VDO-SLAM.
+
+  static std::string matrix_row(int frame, const SE3& T) {
+    return fmt::format("{} {} 0 0 0 1", frame, kitti_row(T));
+  }
+
+  /// Writes the files of VDO-SLAM's System::SaveResults(), with its names. Poses and motions of the front end
+  /// have errors of 0.1 m.
+  void write_vdo_results(int label = 1) const {
+    const SE3 off(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1, 0, 0));
+    fs::create_directories(file("vdo"));
+    const auto motions = [&](const char* name, const SE3& error) {
+      write_results(
+          fmt::format("vdo/{}", name),
+          [&](int k) { return fmt::format("{} {} {} 0 0 0 1", k, label, kitti_row(body(k) * error)); }, 4);
+    };
+    motions("obj_mot_stereo_new.txt", off);
+    motions("obj_mot_stereo_rf_new.txt", SE3());
+    motions("obj_mot_gt.txt", SE3());
+    write_results(
+        "vdo/obj_centre.txt", [&](int k) { return fmt::format("{} {} 1.5 2.5 9.5", k, label); }, 4);
+    write_results("vdo/initial_stereo_new.txt", [&](int k) {
+      return matrix_row(k, k % 2 == 0 ? own(T_world_camera(k)) * off : own(T_world_camera(k)));
+    });
+    write_results("vdo/refined_stereo_new.txt", [&](int k) { return matrix_row(k, own(T_world_camera(k))); });
+    write_results("vdo/cam_pose_gt_stereo.txt", [&](int k) { return matrix_row(k, own(T_world_camera(k))); });
+  }
+  static Json vdo_set(const std::string& stage, const std::string& ids = "masks") {
+    return {{"camera", {{"file", stage + "_*.txt"}}},
+            {"objects", {{"format", "vdo"}, {"stage", stage}, {"ids", ids}}}};
+  }
+
   TempFolder folder_;
   VdoFixture fixture_;
   std::unique_ptr<Sequence> sequence_;

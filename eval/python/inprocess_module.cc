@@ -96,13 +96,13 @@ struct Place {
 
 thread_local Place place;
 
-class PlacedSolver final : public PairSolver {
+class PlacedPairEstimator final : public PairEstimator {
  public:
-  PlacedSolver(std::string source, uint64_t seed, std::unique_ptr<PairSolver> solver)
-      : source_(std::move(source)), seed_(seed), solver_(std::move(solver)) {}
+  PlacedPairEstimator(std::string source, uint64_t seed, std::unique_ptr<PairEstimator> estimator)
+      : source_(std::move(source)), seed_(seed), estimator_(std::move(estimator)) {}
   FrameResult process(const FramePair& pair) override {
     place = {source_, seed_, &pair};
-    FrameResult result = solver_->process(pair);
+    FrameResult result = estimator_->process(pair);
     place = {};
     return result;
   }
@@ -110,7 +110,7 @@ class PlacedSolver final : public PairSolver {
  private:
   std::string source_;
   uint64_t seed_;
-  std::unique_ptr<PairSolver> solver_;
+  std::unique_ptr<PairEstimator> estimator_;
 };
 
 /// An estimator of cases whose messages name the place.
@@ -118,13 +118,13 @@ class PlacedEstimator final : public CaseEstimator {
  public:
   explicit PlacedEstimator(std::shared_ptr<const CaseEstimator> estimator)
       : estimator_(std::move(estimator)) {}
-  std::vector<NamedSolver> begin(const CaseContext& context) const override {
-    std::vector<NamedSolver> solvers = estimator_->begin(context);
+  std::vector<NamedEstimator> begin(const CaseContext& context) const override {
+    std::vector<NamedEstimator> pair_estimators = estimator_->begin(context);
     const SequenceInfo& info = context.sequence.info();
-    for (NamedSolver& each : solvers)
-      each.solver = std::make_unique<PlacedSolver>(info.dataset + " " + info.sequence, context.seed,
-                                                   std::move(each.solver));
-    return solvers;
+    for (NamedEstimator& each : pair_estimators)
+      each.estimator = std::make_unique<PlacedPairEstimator>(info.dataset + " " + info.sequence, context.seed,
+                                                             std::move(each.estimator));
+    return pair_estimators;
   }
   Json options() const override { return estimator_->options(); }
   std::string label() const override { return estimator_->label(); }

@@ -66,6 +66,18 @@ std::string what_is_missing(const Part& part, const std::string& data_root);
 /// not have are left out. Throws Error if the experiment does not exist, or if `beside` has no records.jsonl.
 OutputFiles stored_files(const std::string& part, const std::filesystem::path& beside);
 
+// ---- Recorded camera trajectories of other systems on KITTI tracking (recorded_systems.cc), converted to
+// records: the paper's pose change error against the truth for each frame pair.
+//
+//   ROOT/kitti_tracking                                     truth (text is enough)
+//   ROOT/kitti_tracking_peers/orbslam3_camera/0003.txt      KITTI format
+//   ROOT/kitti_tracking_peers/vdo_slam_frontend/0000.xml    VDO-SLAM's log
+//
+//   errors.Et_m, ER_deg        against the raw truth
+//   errors.Et_corrected_m      against the truth with velocity-corrected step lengths
+//   errors.Et_scaled_m         raw truth, the estimate scaled to the truth's size (Umeyama, scale only)
+//   values.step_gt_m, step_floor_m, and other floors of the truth
+
 /// A system with recorded camera trajectories.
 struct RecordedSystem {
   const char* name;
@@ -78,6 +90,23 @@ std::span<const RecordedSystem> recorded_systems();
 
 /// Returns the paper's sequences whose truth is publicly available as text: "0000" to "0006", "0018", "0020".
 const std::vector<std::string>& recorded_sequences();
+
+/// Returns the files that evaluate_recorded() would read, as path -> SHA-256. Throws Error if there is no
+/// trajectory.
+Json recorded_inputs(const std::string& data_root);
+/// Returns records.jsonl, run.json, and for each system and sequence
+/// <system>_<sequence>_{reference,estimate}.tum.
+OutputFiles evaluate_recorded(const std::string& data_root);
+
+// ---- Recorded object motions: DynOSAM's logs of a sequence of KITTI tracking, in ROOT/dynosam_kitti_0000.
+// The truth comes from the data set; the errors are computed as by `sextant evaluate objects`.
+
+/// Returns the files that evaluate_recorded_objects() would read, as path -> SHA-256.
+Json recorded_object_inputs(const std::string& data_root);
+/// Returns records.jsonl and run.json. The estimators are called "DynOSAM front end" and "DynOSAM back end".
+OutputFiles evaluate_recorded_objects(const std::string& data_root);
+
+// ---- The reproduction
 
 /// Configuration of a reproduction.
 struct ReproduceConfig {

@@ -8,7 +8,7 @@
 //
 // The likelihood test (test_motion()) needs the object's motion, which is then estimated before the
 // labels. FrameEstimator stores the propagated state: the last camera motion, object motions and labels.
-// Pairs must be given in order. The result is a pure function of the pairs and the options.
+// Pairs must be given in order. The result depends only on the pairs given so far and the options.
 
 #include <map>
 #include <memory>

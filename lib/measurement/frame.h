@@ -48,17 +48,16 @@ constexpr Channels Channels::all() {
           .occlusion = true};
 }
 
-// Target pixels of optical flow.
-
-/// Pixel nearest to (x, y) + flow. If the flow is not known or that pixel lies outside the width x height
-/// image, `inside` is false and the pixel is (0, 0).
-struct Landing {
+/// Target of the optical flow at a pixel: the pixel of the next image nearest to (x, y) + flow. If the flow
+/// is not known or the target lies outside the width x height image, `inside` is false and the pixel is
+/// (0, 0).
+struct TargetPixel {
   int x = 0;
   int y = 0;
   bool inside = false;
 };
 
-inline Landing land(int x, int y, const Flow& flow, int width, int height) {
+inline TargetPixel target_pixel(int x, int y, const Flow& flow, int width, int height) {
   const float u = static_cast<float>(x) + flow.u;
   const float v = static_cast<float>(y) + flow.v;
   if (!(u > -0.5F && v > -0.5F && u < static_cast<float>(width) - 0.5F &&

@@ -30,10 +30,10 @@ inline PoseChangeError pose_change_error(const SE3& estimate, const SE3& truth) 
   return {error.translation().norm(), rotation_angle_rad(error.rotation()) * 180.0 / std::numbers::pi};
 }
 
-/// Returns E_v = |v_hat - v| of one object step, km/h; geometry/object_motion.h defines the speed v. There
-/// are two conventions for the true speed:
-///   same_formula          the true H, at the same centroid as the estimate
-///   origin_displacement   displacement of the origin of the true label box (published code)
+/// Returns E_v = |v_hat - v| of one object step, km/h; geometry/object_motion.h defines the speed v. Records
+/// have two true speeds (docs/metrics.md):
+///   v_gt_kmh          of the true H, at the same centroid as the estimate; E_v is Ev_kmh
+///   v_gt_origin_kmh   displacement of the origin of the true label box (published code); Ev_origin_kmh
 inline double velocity_error_kmh(double estimate_kmh, double truth_kmh) {
   return std::abs(estimate_kmh - truth_kmh);
 }

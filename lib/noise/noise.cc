@@ -181,19 +181,19 @@ void NoiseApplication::verify_neighbours(NoiseChannel channel, const PixelBatch&
 std::vector<double> NoiseApplication::depth_curr(const Pixels& pixels, const Correspondences& clean,
                                                  const FramePair& pair) {
   std::vector<size_t> of_point;
-  Pixels landings;
+  Pixels targets;
   std::vector<double> depths;
   for (size_t i = 0; i < clean.size(); ++i) {
     if (!valid_depth(clean.depth_curr[i])) continue;
     const Flow flow{static_cast<float>(clean.flow_u[i]), static_cast<float>(clean.flow_v[i])};
-    const Landing to = land(pixels.x[i], pixels.y[i], flow, pair.width, pair.height);
-    if (!to.inside) continue;
+    const TargetPixel target = target_pixel(pixels.x[i], pixels.y[i], flow, pair.width, pair.height);
+    if (!target.inside) continue;
     of_point.push_back(i);
-    landings.x.push_back(to.x);
-    landings.y.push_back(to.y);
+    targets.x.push_back(target.x);
+    targets.y.push_back(target.y);
     depths.push_back(clean.depth_curr[i]);
   }
-  const std::vector<double> noisy = depth(landings.batch(pair.curr), depths);
+  const std::vector<double> noisy = depth(targets.batch(pair.curr), depths);
   std::vector<double> out(clean.size(), NAN);
   for (size_t i = 0; i < of_point.size(); ++i) out[of_point[i]] = noisy[i];
   return out;

@@ -54,11 +54,11 @@ FramePair make_pair(const Frame& prev, const Frame& curr, int step) {
   for (int y = 0; y < height; y += step) {
     for (int x = 0; x < width; x += step) {
       const Flow flow = prev.flow(x, y);
-      const Landing to = land(x, y, flow, width, height);
-      if (!to.inside || std::isnan(prev.depth_m(x, y))) continue;
+      const TargetPixel target = target_pixel(x, y, flow, width, height);
+      if (!target.inside || std::isnan(prev.depth_m(x, y))) continue;
       const uint16_t body = prev.mask(x, y);
       Correspondences& points = body == 0 ? pair.background : pair.objects[0].points;
-      points.push_back(x, y, prev.depth_m(x, y), flow.u, flow.v, curr.depth_m(to.x, to.y));
+      points.push_back(x, y, prev.depth_m(x, y), flow.u, flow.v, curr.depth_m(target.x, target.y));
       if (body != 0) pair.objects[0].instance_prev.push_back(body);
     }
   }
@@ -95,14 +95,14 @@ TEST(Noise, PointsAndDenseFramesAgreeBitForBit) {
         ASSERT_EQ(noisy.depth[i], dense_prev.frame.depth_m(x, y));
         ASSERT_EQ(noisy.flow_u[i], dense_prev.frame.flow(x, y).u);
         ASSERT_EQ(noisy.flow_v[i], dense_prev.frame.flow(x, y).v);
-        const Landing to = land(x, y, prev.flow(x, y), width, height);
+        const TargetPixel target = target_pixel(x, y, prev.flow(x, y), width, height);
         const bool outlier =
             std::hypot(noisy.flow_u[i] - prev.flow(x, y).u, noisy.flow_v[i] - prev.flow(x, y).v) > 6;
         if (outlier) {
           ASSERT_TRUE(std::isnan(noisy.depth_curr[i]));
         }
         if (!std::isnan(noisy.depth_curr[i])) {
-          ASSERT_EQ(noisy.depth_curr[i], dense_curr.frame.depth_m(to.x, to.y));
+          ASSERT_EQ(noisy.depth_curr[i], dense_curr.frame.depth_m(target.x, target.y));
         }
       }
     };

@@ -7,10 +7,8 @@ import dataclasses
 import json
 import os
 import pathlib
-import shutil
 import tempfile
 import typing
-import weakref
 
 import numpy
 
@@ -20,6 +18,7 @@ from .arguments import SWITCHES, arguments_named, choice, json_text, number, num
 from .plots import draw_errors, draw_lines, grids_of, heading, with_counted_errors
 from .program_call import Progress, ProgramError, call, checked_progress, program
 from .records import read
+from .results_folder import results_folder
 from .showing import Shown, axes_of
 from .trajectories import ErrorStatistics, measured, statistics_table
 
@@ -145,45 +144,12 @@ def _digits(value):
     return "" if value is None else f"{value:.4g}"
 
 
-_temporary = weakref.WeakValueDictionary()  # the folders of this process by name
-
-
-class _Temporary:
-    """A folder that is removed with the last reference to this object, which copies of a result share."""
-
-    def __init__(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="sextant_"))
-        _temporary[str(self.folder)] = self
-        weakref.finalize(self, _remove, self.folder, os.getpid())
-
-    def __reduce__(self):
-        return _temporary_folder, (str(self.folder),)
-
-
-def _temporary_folder(name):
-    """Returns the object of this process that keeps the folder; None in another process, or if the folder was removed."""
-    return _temporary.get(name)
-
-
-def _remove(folder, owner):
-    if os.getpid() == owner:  # not in a forked child
-        shutil.rmtree(folder, ignore_errors=True)
-
-
 def _quiet(progress):
     """Returns whether a run or sweep with functions shows no progress."""
     progress = checked_progress(progress)
     if callable(progress):
         raise Error("progress: expected True or False, because the estimator is a function, got a function")
     return not progress
-
-
-def _results_folder(out):
-    """Returns (path, the object that keeps a temporary folder or None)."""
-    if out is not None:
-        return path("out", out), None
-    kept = _Temporary()
-    return str(kept.folder / "out"), kept
 
 
 @dataclasses.dataclass(frozen=True)
@@ -368,7 +334,7 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
     Run(out: ..., preset: 'paper', ...)
     """
     sources = _texts("sources", sources)
-    out, kept = _results_folder(out)
+    out, kept = results_folder(out)
     seeds, level, force = whole("seeds", seeds, 1, 1000000), number("level", level), switch("force", force)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
     data = _data_folder(data)
@@ -402,7 +368,7 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
     >>> sextant.sweep(plan).cases
     2
     """
-    out, kept = _results_folder(out)
+    out, kept = results_folder(out)
     jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
     data, cache = _data_folder(data), optional(path, "cache", cache)
     force, reuse_stale = switch("force", force), switch("reuse_stale", reuse_stale)

@@ -92,9 +92,9 @@ std::optional<double> rms_floor(const RecordRefs& records, const Floors& floors,
   return numbers.empty() ? std::nullopt : std::optional(rmse(numbers));
 }
 
-void add_rows(const std::string& sequence, const std::string& system, const RecordRefs& records,
-              const Json* published, const std::string& data, const std::string& part, const Floors& floors,
-              PublishedTable& table) {
+void add_ego_rows(const std::string& sequence, const std::string& system, const RecordRefs& records,
+                  const Json* published, const std::string& data, const std::string& part,
+                  const Floors& floors, PublishedTable& table) {
   const Floor floor = floor_of(records);
   for (const EgoError& q : ego_errors) {
     PaperRow row{
@@ -139,25 +139,26 @@ PublishedTable ego_motion_table(const Evidence& evidence) {
   const PaperEstimator& reference = paper().reference;
   for (const auto& [column, system] : {std::pair<std::string, std::string>{"proposed", "paper, proposed"},
                                        {reference.column, reference.title + " (reference)"}}) {
-    add_rows("12 sequences", system, {}, &published.at(column), "the paper's own runs", "", floors, table);
+    add_ego_rows("12 sequences", system, {}, &published.at(column), "the paper's own runs", "", floors,
+                 table);
   }
   for (const EvidencePart* part : evidence.with(PartRole::recorded)) {
     for (const auto& [system, sequences] : systems_of(*part)) {
       RecordRefs all;
       for (const auto& [sequence, records] : sequences) {
-        add_rows(sequence, system, records, nullptr, frames_title(records), part->name, floors, table);
+        add_ego_rows(sequence, system, records, nullptr, frames_title(records), part->name, floors, table);
         all.insert(all.end(), records.begin(), records.end());
       }
-      add_rows(fmt::format("all {}", sequences.size()), system, all, nullptr,
-               fmt::format("{}, {} sequences", paper().recorded_title, sequences.size()), part->name, floors,
-               table);
+      add_ego_rows(fmt::format("all {}", sequences.size()), system, all, nullptr,
+                   fmt::format("{}, {} sequences", paper().recorded_title, sequences.size()), part->name,
+                   floors, table);
     }
   }
   for (const EvidencePart* part : evidence.with(PartRole::real)) {
     for (const auto& [system, sequences] : systems_of(*part)) {
       const Json* proposed = system == paper().method ? &published.at("proposed") : nullptr;
       for (const auto& [sequence, records] : sequences)
-        add_rows(sequence, system, records, proposed, frames_title(records), part->name, floors, table);
+        add_ego_rows(sequence, system, records, proposed, frames_title(records), part->name, floors, table);
     }
   }
   return table;
@@ -172,21 +173,25 @@ struct GroupRecords {
   std::string data, dataset;
 };
 
-bool is_of(const Json& column, const Record& record) {
-  return column.at("sequence") == paper().sequence_of(record.dataset, record.sequence);
+/// Returns true if the record is of the sequence of a column of the published table. The lists `sequences`
+/// and `objects` of zhang2020_data.json assign our sequences and mask ids to those of the paper.
+bool is_of(const Json& published_column, const Record& record) {
+  return published_column.at("sequence") == paper().sequence_of(record.dataset, record.sequence);
 }
 
-GroupRecords group_records(const EvidencePart& part, const std::string& estimator, const Json& column) {
+GroupRecords group_records(const EvidencePart& part, const std::string& estimator,
+                           const Json& published_column) {
   GroupRecords group;
-  const std::set<int> ids = paper().ids_of(column.at("sequence"), column.at("objects"));
+  const std::set<int> ids = paper().ids_of(published_column.at("sequence"), published_column.at("objects"));
   for (const Record& record : part.records) {
-    if (record.estimator != estimator || !is_of(column, record)) continue;
+    if (record.estimator != estimator || !is_of(published_column, record)) continue;
     if (group.data.empty()) {
       group.first_frame = record.frame - 1;
       group.data = data_title(record.dataset, record.sequence);
       group.dataset = record.dataset.str();
     }
     group.last_frame = std::max(group.last_frame, record.frame);
+    // has_truth() excludes objects without true motion, and objects that are static by truth.
     if (record.is_ego() || !has_truth(record)) continue;
     if (!ids.empty() && !ids.contains(body_order(record.body))) continue;
     group.with_truth.push_back(&record);
@@ -204,10 +209,12 @@ Measured count(size_t n) {
   return measured;
 }
 
-void add_rows(const Json& column, const std::string& estimator, const GroupRecords* group,
-              const std::string& part, PublishedTable& table) {
+void add_velocity_rows(const Json& published_column, const std::string& estimator, const GroupRecords* group,
+                       const std::string& part, PublishedTable& table) {
   const bool measured = group != nullptr && !group->estimated.empty();
-  PaperRow row{.group = column.at("sequence"), .body = column.at("objects"), .estimator = estimator};
+  PaperRow row{.group = published_column.at("sequence"),
+               .body = published_column.at("objects"),
+               .estimator = estimator};
   row.records = part;
   if (group != nullptr) row.data = group->data;
   if (group != nullptr) row.dataset = group->dataset;
@@ -218,7 +225,7 @@ void add_rows(const Json& column, const std::string& estimator, const GroupRecor
   }
   const auto add = [&](const char* key, const char* title, const std::optional<Measured>& value) {
     row.quantity = title;
-    row.published = published_number(column, key);
+    row.published = published_number(published_column, key);
     row.measured = value;
     table.rows.push_back(row);
   };
@@ -240,23 +247,24 @@ PublishedTable velocity_table(const Evidence& evidence) {
                        .decimals = 2,
                        .more = {Column::number("coverage_percent", "coverage [%]", 1)}};
   std::vector<const Json*> unmeasured;
-  for (const Json& column : evidence.published.at("tab:velocity").at("columns")) {
+  for (const Json& published_column : evidence.published.at("tab:velocity").at("columns")) {
     bool measured = false;  // by an estimator that was run here
     for (const EvidencePart* part : evidence.with({PartRole::real, PartRole::recorded_objects})) {
       std::set<std::string> estimators;
       for (const Record& record : part->records) {
-        if (is_of(column, record)) estimators.insert(record.estimator);
+        if (is_of(published_column, record)) estimators.insert(record.estimator);
       }
       for (const std::string& estimator : estimators) {
-        const GroupRecords group = group_records(*part, estimator, column);
+        const GroupRecords group = group_records(*part, estimator, published_column);
         if (group.estimated.empty() && estimator != paper().method) continue;
-        add_rows(column, estimator, &group, part->name, table);
+        add_velocity_rows(published_column, estimator, &group, part->name, table);
         measured |= part->role == PartRole::real;
       }
     }
-    if (!measured) unmeasured.push_back(&column);
+    if (!measured) unmeasured.push_back(&published_column);
   }
-  for (const Json* column : unmeasured) add_rows(*column, paper().method, nullptr, "", table);
+  for (const Json* published_column : unmeasured)
+    add_velocity_rows(*published_column, paper().method, nullptr, "", table);
   return table;
 }
 

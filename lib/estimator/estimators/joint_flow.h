@@ -2,20 +2,18 @@
 
 // The two estimators of the paper.
 //
-// motion_only (paper eq. (4), (10)) minimises  sum_i h(p_i + phi_i - project(X m_i))  over X, where h is
-// Huber's kernel with covariance Sigma_1 = sigma^2 I. The flow is not refined.
+// motion_only (paper eq. (4), (10)) minimises the robust reprojection error of the measured flow over the
+// motion X. The flow is not refined.
 //
-// joint_flow (paper eq. (11)) minimises over X and every refined flow phihat_i
-//
-//   sum_i h1(p_i + phihat_i - project(X m_i)) + h2(phi_i - phihat_i),
-//
-// where h1, h2 are Huber's kernels with covariances sigma_projection^2 I and sigma_flow^2 I. The flows are
-// eliminated in closed form (robust_kernel.h): X is the optimum of motion_only with the effective kernel, and
-// the refined flow follows per point. The result equals that of the literal cost in Ceres (ceres_reference.h)
-// to 1e-8 in X and 1e-6 px in the flow.
+// joint_flow (paper eq. (11)) minimises the sum of two robust errors over X and the refined flow of every
+// point: the reprojection error of the refined flow, and its difference from the measured flow. The flows are
+// eliminated in closed form; both costs and the closed form stand in joint_flow.cc. The result equals that of
+// the literal cost in Ceres (ceres_reference.h) to 1e-8 in X and 1e-6 px in the flow.
 //
 // Two options are not in the paper and are implemented in flow_depth/: robust = geman_mcclure_gnc
 // (graduation.h) and covariance = correlated (correlated_covariance.h).
+
+#include <Eigen/Core>
 
 #include "sextant/base/options.h"
 #include "sextant/estimator/solvers/estimator.h"
@@ -51,15 +49,21 @@ struct JointFlowOptions {
                   (SolverOptions, solver, {}, "", "Levenberg-Marquardt"))
   void check() const;
 
-  HuberKernel projection_kernel() const { return {sigma_projection_px, threshold(huber_projection)}; }
-  HuberKernel flow_kernel() const { return {sigma_flow_px, threshold(huber_flow)}; }
-  /// Returns the threshold `huber`, or infinity for any other kernel than Huber's: the residual is then split
-  /// by variance, as in least squares.
-  double threshold(double huber) const {
-    return robust == Robust::huber ? huber : std::numeric_limits<double>::infinity();
-  }
-  HuberKernel effective_kernel() const { return infimal_convolution(projection_kernel(), flow_kernel()); }
+  HuberKernel projection_kernel() const;
+  HuberKernel flow_kernel() const;
+  /// Returns the kernel with which motion_only has the same optimum.
+  HuberKernel effective_kernel() const;
 };
+
+/// Returns the kernel of the minimum over all splits r = a + b of the projection term at a plus the flow term
+/// at b.
+HuberKernel infimal_convolution(const HuberKernel& projection, const HuberKernel& flow);
+
+/// Returns the part b of r that the flow term takes at that minimum; a = r - b remains for the projection
+/// term. If both terms reach their thresholds at the same |r|, the minimum is a segment, and b is the share
+/// of r by variance, as below the thresholds.
+Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& projection,
+                               const HuberKernel& flow);
 
 class JointFlow : public WithOptions<Estimator, JointFlowOptions> {
  public:

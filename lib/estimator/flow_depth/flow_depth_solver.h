@@ -10,10 +10,10 @@
 //             [ + D(s'; 1 / depth_curr, kappa_curr) ],      kappa = delta_d / bf
 //   C(X) = 1/2 sum_i rho(min_s q_i(X, s)),   rho: robust_kernel.h
 //
-// Refined flows are eliminated in closed form (robust_kernel.h: the variances of the two terms add). The
-// minimum over s is computed by Newton's method, to convergence for every point and every X, several points
-// at a time; the 6x6 system is its Schur complement. Intermediate descents are rough: they take one step of s
-// per X. D is the deviance of the depth measurement (option DepthErrors):
+// Refined flows are eliminated in closed form: the variances of the two terms add. The minimum over s is
+// computed by Newton's method, to convergence for every point and every X, several points at a time; the 6x6
+// system is its Schur complement. Intermediate descents are rough: they take one step of s per X. D is the
+// deviance of the depth measurement (option DepthErrors):
 //
 //   disparity   D = ((s - sm) / kappa)^2: bf s is measured with standard deviation delta_d
 //   depth       D = ((s - sm) / kappa)^2 (2 s + sm) / (3 sm): the depth is measured without bias and with

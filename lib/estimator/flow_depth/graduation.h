@@ -23,8 +23,8 @@ SE3 graduate(const RoughFlowDepthData& all, const SE3& start, const NoiseLevels&
 ///     K^2 M / (M - 6) * mean(|psi|^2 / d) / mean(s)^2,   K = 1 + 6 / M * var(s) / mean(s)^2.
 ///
 /// The last quotient is exact for many points. The factors before it correct for the 6 parameters, which fit
-/// few points more closely than their noise (Huber 1981, section 7.6); with M <= 6 they are left out. Infinite
-/// if mean(s) is not positive.
+/// few points more closely than their noise (Huber 1981, section 7.6); with M <= 6 they are left out.
+/// Infinite if mean(s) is not positive.
 template <typename Real>
 double variance_factor(const FlowDepthPoints<Real>& data, const RobustKernel& kernel);
 

@@ -131,7 +131,8 @@ void correct_depth_curr(const std::vector<DepthCurrReading>& readings, FlowDepth
 
 /// Chooses the points that agree with the motion, in alternation with steps of the motion on a sample of them
 /// until the choice converges; and the kernel that suits them.
-void choose_points(const JointFlowDepthOptions& options, RoughFlowDepthData& data, FlowDepthProblem& out) {
+void choose_points_and_kernel(const JointFlowDepthOptions& options, RoughFlowDepthData& data,
+                              FlowDepthProblem& out) {
   const bool graduated = options.robust == Robust::geman_mcclure_gnc;
   for (size_t i = 0; i < data.size(); ++i) data.use(i, true, false);
   RoughFlowDepthData some = data.sample(choice_sample);
@@ -194,7 +195,7 @@ FlowDepthProblem decide(const Problem& problem, const StartingPoint& start,
         correct_depth_curr(readings, data);
       }
     }
-    choose_points(options, rough, out);
+    choose_points_and_kernel(options, rough, out);
   }
   if (rough.n_used() >= min_points) {
     out.prior = weak_directions(rough, start.T_curr_prev, levels, out.kernel);

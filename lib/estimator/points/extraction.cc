@@ -184,9 +184,9 @@ namespace {
 
 bool valid_depth(float depth_m) { return std::isfinite(depth_m) && depth_m > 0; }
 
-double depth_at(const Image<float>& depth_m, const Landing& pixel) {
+double depth_at(const Image<float>& depth_m, const TargetPixel& target) {
   if (depth_m.empty()) return NAN;
-  const float depth = depth_m(pixel.x, pixel.y);
+  const float depth = depth_m(target.x, target.y);
   return valid_depth(depth) ? depth : NAN;
 }
 
@@ -292,7 +292,9 @@ Correspondences extract_background(const Frame& prev, const Frame& curr, const I
   const int width = prev.gray.width();
   const int height = prev.gray.height();
   const int margin = options.mask_margin_px;
-  const auto landing = [&](const Feature& f) { return land(f.x, f.y, prev.flow(f.x, f.y), width, height); };
+  const auto target_of = [&](const Feature& f) {
+    return target_pixel(f.x, f.y, prev.flow(f.x, f.y), width, height);
+  };
   std::vector<Feature> corners = fast_corners(prev.gray, options.fast_threshold);
   filter(
       corners, [&](const Feature& f) { __builtin_prefetch(&prev.depth_m(f.x, f.y)); },
@@ -305,28 +307,30 @@ Correspondences extract_background(const Frame& prev, const Frame& curr, const I
       [&](const Feature& f) {
         const bool off =
             !instances_prev.is_near(f.x, f.y, margin) || off_instances(prev.mask, f.x, f.y, margin);
-        return off && landing(f).inside;
+        return off && target_of(f).inside;
       });
   filter(
       corners,
       [&](const Feature& f) {
-        const Landing to = landing(f);
-        if (!curr.depth_m.empty()) __builtin_prefetch(&curr.depth_m(to.x, to.y));
+        const TargetPixel target = target_of(f);
+        if (!curr.depth_m.empty()) __builtin_prefetch(&curr.depth_m(target.x, target.y));
       },
       [&](const Feature& f) {
-        const Landing to = landing(f);
-        return !instances_curr.is_near(to.x, to.y, 0) || curr.mask(to.x, to.y) == 0;
+        const TargetPixel target = target_of(f);
+        return !instances_curr.is_near(target.x, target.y, 0) || curr.mask(target.x, target.y) == 0;
       });
   Correspondences points;
   for (const Feature& f : strongest_per_cell(corners, width, height, options)) {
     const Flow& flow = prev.flow(f.x, f.y);
-    const Landing to = landing(f);
-    points.push_back(f.x, f.y, prev.depth_m(f.x, f.y), flow.u, flow.v, depth_at(curr.depth_m, to));
+    const TargetPixel target = target_of(f);
+    points.push_back(f.x, f.y, prev.depth_m(f.x, f.y), flow.u, flow.v, depth_at(curr.depth_m, target));
   }
   return points;
 }
 
-/// Returns all instances of the current mask, with the samples of the previous image that land on them.
+/// Returns all instances of the current mask. Their points are samples of the previous image whose flow ends
+/// on the instance: pixel (x, y), depth there, flow, and depth of the current frame at the target pixel,
+/// which is the pixel nearest to (x, y) + flow.
 std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& curr,
                                                const Instances& instances, const ExtractionOptions& options) {
   const int width = prev.mask.width();
@@ -350,14 +354,14 @@ std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& c
       const float u = static_cast<float>(x) + flow.u;
       const float v = static_cast<float>(y) + flow.v;
       if (!(u > left && u < right && v > top && v < bottom)) continue;  // true for most pixels
-      const Landing to = land(x, y, flow, width, height);
-      if (!to.inside || curr.mask(to.x, to.y) == 0) continue;
-      ObjectObservation& object = objects.at(curr.mask(to.x, to.y));
+      const TargetPixel target = target_pixel(x, y, flow, width, height);
+      if (!target.inside || curr.mask(target.x, target.y) == 0) continue;
+      ObjectObservation& object = objects.at(curr.mask(target.x, target.y));
       const uint16_t from = prev.mask(x, y);
       if (from == 0) {
         ++object.n_background;
       } else if (valid_depth(prev.depth_m(x, y))) {
-        object.points.push_back(x, y, prev.depth_m(x, y), flow.u, flow.v, depth_at(curr.depth_m, to));
+        object.points.push_back(x, y, prev.depth_m(x, y), flow.u, flow.v, depth_at(curr.depth_m, target));
         object.instance_prev.push_back(from);
       }
     }

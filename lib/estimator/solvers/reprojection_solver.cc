@@ -1,3 +1,17 @@
+// Cost and normal equations of one rigid body, with the errors e_i = project(X m_i) - p_i - phi_i (px) of
+// the points m_i = backproject(p_i, d_i):
+//
+//   C(X) = 1/2 sum_i h(e_i)
+//
+// X is perturbed from the left, X <- exp(xi) X; the Jacobians of the errors are analytic. The weight of an
+// error in the Hessian is the second derivative of h / 2 (Newton instead of re-weighting): I / s^2 for
+// |e| <= k s, and k / (s |e|) (I - e e^T / |e|^2) beyond, which is positive semi-definite.
+//
+// The steps are those of Levenberg and Marquardt (levenberg_marquardt.h). A step that moves a point behind
+// the camera has an infinite cost and is rejected. The estimators iterate until no component of a step
+// reaches 1e-12 m or rad (option solver.step_tolerance), or until rounding hides any further progress. Their
+// motion is therefore an optimum of C, and does not depend on the details of the iterations.
+
 #include "sextant/estimator/solvers/reprojection_solver.h"
 
 #include <algorithm>

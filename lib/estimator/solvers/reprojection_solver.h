@@ -1,12 +1,11 @@
 #pragma once
 
-// Minimises the robust reprojection cost of one rigid body over X = T_curr_prev (paper eq. (4), (10)):
+// Minimises the robust reprojection cost of one rigid body over its motion X = T_curr_prev (paper eq. (4),
+// (10)):
 //
 //   C(X) = 1/2 sum_i h(p_i + phi_i - project(X m_i)),  m_i = backproject(p_i, d_i),  h: robust_kernel.h
 //
-// Levenberg-Marquardt on SE(3) with left perturbation X <- exp(xi) X, analytic Jacobians and Newton weights
-// of the kernel: I/s^2 inside, k/(s|r|) (I - r r^T/|r|^2) outside, which is the exact (semi-definite) Hessian
-// of h. A step that moves a point behind the camera is rejected. Units: px, m, rad.
+// The cost is infinite if a point is not in front of the camera. Units: px, m, rad.
 
 #include <cstdint>
 #include <memory>

@@ -8,8 +8,6 @@
 //
 // weight = rho'(q): rho(r^T r) has the same gradient as weight * r^T r with a constant weight.
 
-#include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -88,47 +86,12 @@ struct RobustKernel {
   double root_weight(double q) const { return scale * scale / (scale * scale + q); }
 };
 
-// Closed form of the joint problem (docs/method.md), whose two terms have Huber's kernels h1 and h2 with s =
-// sigma_px and k = threshold (struct HuberKernel).
-//
-// Infimal convolution: min over a + b = r of h1(a) + h2(b) is again a Huber kernel with
-//   s^2 = s1^2 + s2^2,   k = s min(k1 / s1, k2 / s2),
-// because the convex conjugates add: h_i*(y) = s_i^2 |y|^2 / 4 on |y| <= 2 k_i / s_i. Minimising over every
-// refined flow first therefore leaves the reprojection problem with one effective kernel, and
-// split_residual() recovers the refined flow of each point.
-
+/// Huber's kernel of a residual by its parameters; Huber<Real> has its precomputed constants.
 struct HuberKernel {
   double sigma_px = 1.0;
-  double threshold = std::numeric_limits<double>::infinity();  ///< in units of sigma
+  double threshold = std::numeric_limits<double>::infinity();  ///< in units of sigma_px
 
   double threshold_px() const { return threshold * sigma_px; }
 };
-
-/// Returns the kernel of the minimum over all splits r = a + b.
-inline HuberKernel infimal_convolution(const HuberKernel& projection, const HuberKernel& flow) {
-  const double s = std::hypot(projection.sigma_px, flow.sigma_px);
-  return {s, s * std::min(projection.threshold / projection.sigma_px, flow.threshold / flow.sigma_px)};
-}
-
-/// Returns the part b of r that the flow term takes at the optimum; a = r - b remains for the projection
-/// term. If both terms reach their thresholds at the same |r|, the optimum is a segment, and b is the share
-/// of r by variance, as below the thresholds.
-inline Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& projection,
-                                      const HuberKernel& flow) {
-  const double variance_projection = projection.sigma_px * projection.sigma_px;
-  const double variance_flow = flow.sigma_px * flow.sigma_px;
-  const double share = variance_flow / (variance_projection + variance_flow);
-  const HuberKernel joint = infimal_convolution(projection, flow);
-  const double norm = r.norm();
-  if (norm <= joint.threshold_px()) return share * r;
-  // Above the cap the influence is constant: the capped term takes the rest, and the other one does not grow
-  // any further.
-  const double cap_projection = projection.threshold / projection.sigma_px;
-  const double cap_flow = flow.threshold / flow.sigma_px;
-  const Eigen::Vector2d at_cap = joint.threshold_px() / norm * r;
-  if (cap_projection < cap_flow) return share * at_cap;
-  if (cap_flow < cap_projection) return r - (1 - share) * at_cap;
-  return share * r;
-}
 
 }  // namespace sextant

@@ -232,9 +232,9 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
 
   std::vector<float> errors;
   const auto is_inlier = [&](size_t k) { return errors[k] <= threshold * threshold; };
-  // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refit on all inliers; keep a refit only if it has
-  // more inliers, or if no refit can have more: at low noise the first sample already has every point as an
-  // inlier, but its error is many times that of a fit to all of them.
+  // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refits on all inliers. A refit replaces the motion
+  // if it has more inliers. If all points are inliers of both, it replaces it too, because it is more
+  // accurate than a motion through three points.
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
     squared_errors(data, best, errors);
     for (size_t i = 0; i < data.size(); ++i) data.use(i, is_inlier(i));
@@ -258,6 +258,18 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   result.status = check_geometry(problem, result.start.inliers);
   return result;
 }
+
+// ---- Choice of the points that a refinement uses
+//
+// `reselected` models the errors e = project(X m) - p - phi within a window of w standard deviations as a
+// mixture of a Gaussian core and outliers that are uniform over the window (Torr & Zisserman, MLESAC, CVIU
+// 2000; fitted by expectation maximisation),
+//
+//   p(e) = share N(e; 0, diag(sigma_u^2, sigma_v^2)) + (1 - share) / (pi w^2 sigma_u sigma_v),
+//
+// and keeps the points that more likely belong to the core. If there are no outliers the gate opens to w
+// standard deviations; if there are many, or the tails are heavy, it closes to about 2.3. Fit and motion
+// alternate.
 
 namespace {
 

@@ -72,16 +72,8 @@ std::array<double, 4> quartic_roots(const std::array<double, 4>& a);
 //                few, and selected for agreement with a motion through three noisy points
 //   all          every measurement in front of the camera at the start, outliers included
 //   reselected   points that agree with the refined motion, given the noise level of the residuals
-//                themselves. The RANSAC threshold then only serves to find a start
-//
-// `reselected` models the residuals e = project(X m) - p - phi within a window of w standard deviations as a
-// mixture of a Gaussian core and outliers that are uniform over the window (Torr & Zisserman, MLESAC, CVIU
-// 2000; fitted by expectation maximisation),
-//
-//   p(e) = share N(e; 0, diag(sigma_u^2, sigma_v^2)) + (1 - share) / (pi w^2 sigma_u sigma_v),
-//
-// and keeps the points that more likely belong to the core. If there are no outliers the gate opens to w
-// sigma; if there are many, or the tails are heavy, it closes to about 2.3 sigma. Fit and motion alternate.
+//                themselves: those that belong to the core of a mixture of core and outliers
+//                (robust_start.cc). The RANSAC threshold then only serves to find a start
 
 enum class RefineOn { inliers, all, reselected };
 constexpr Names<3> names_of(RefineOn) { return {"inliers", "all", "reselected"}; }
