@@ -57,8 +57,8 @@ struct MissingError {
   Interned estimator, body;
 };
 
-/// Returns the errors that the records of estimated motions lack. The speed error of an object needs the motion
-/// of the camera.
+/// Returns the errors that the records of estimated motions lack. The speed error of an object needs the
+/// motion of the camera.
 std::vector<std::string> missing_errors(const Record& record) {
   std::vector<std::string> names = {"Et_m", "ER_deg"};
   if (!record.is_ego()) names.emplace_back("Ev_kmh");

@@ -117,8 +117,8 @@ struct EgoResult : TrajectoryPair {
 
 /// Adds the warning "same_run" to each run whose poses equal those of an earlier run of the same system.
 void mark_same_runs(std::vector<EgoResult>& runs);
-/// Returns the errors of the runs for a comparison; the step of each error is its first_row_of() and row_of().
-/// A run that mark_same_runs() marked has no errors.
+/// Returns the errors of the runs for a comparison; the step of each error is its first_row_of() and
+/// row_of(). A run that mark_same_runs() marked has no errors.
 std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
 /// Returns what is independent: absolute errors accumulate along a path, relative errors depend on their
 /// neighbours only.

@@ -45,8 +45,8 @@ TEST(PlainObjectFiles, AreReadInEveryLayoutAndScoredByTheirRate) {
   }
 }
 
-/// Writes motions of two objects at 10 Hz as TUM rows that begin at `first_s`; object 4 has a single motion, in
-/// frame 10, at a whole second.
+/// Writes motions of two objects at 10 Hz as TUM rows that begin at `first_s`; object 4 has a single
+/// motion, in frame 10, at a whole second.
 std::vector<Record> records_of_times(double first_s) {
   const Drive drive;
   const TempFolder folder;

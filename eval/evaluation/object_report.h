@@ -86,7 +86,8 @@ struct ObjectScores {
   std::string frame_text() const;
 };
 
-/// Removes the runs that have the same errors as an earlier run of their system from all results, with a warning.
+/// Removes the runs that have the same errors as an earlier run of their system from all results, with a
+/// warning.
 void leave_out_repeated_runs(ObjectScores& scores);
 /// Warns of runs whose true speeds are not those of the first run at the steps that both have.
 void warn_of_other_truth(ObjectScores& scores);

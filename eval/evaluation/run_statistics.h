@@ -31,8 +31,8 @@
 
 namespace sextant {
 
-/// Key of an error: of an object motion its body and frame; of a pose 0 and its row in the reference; of a pair
-/// of poses their rows, so that only errors over the same motion are compared.
+/// Key of an error: of an object motion its body and frame; of a pose 0 and its row in the reference; of a
+/// pair of poses their rows, so that only errors over the same motion are compared.
 using ErrorStep = std::pair<int, int>;
 
 /// The errors of one run.

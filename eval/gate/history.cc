@@ -190,8 +190,8 @@ CasesWithTruth cases_with_truth(const Subjects& subjects) {
   return all;
 }
 
-/// Returns a sentence if a result lacks cases of the result before it, or has further ones of the same data set,
-/// estimator and level; otherwise "".
+/// Returns a sentence if a result lacks cases of the result before it, or has further ones of the same data
+/// set, estimator and level; otherwise "".
 std::string changed_cases(const CasesWithTruth& before, const CasesWithTruth& now, const std::string& label) {
   size_t n_missing = 0, n_new = 0;
   std::string example;
@@ -212,8 +212,8 @@ std::string changed_cases(const CasesWithTruth& before, const CasesWithTruth& no
   count(now, before, n_new, "new");
   if (n_missing + n_new == 0) return "";
   return fmt::format(
-      "{}: {} cases of the result before it are missing and {} are new ({}), so its means and times may differ "
-      "for this reason alone",
+      "{}: {} cases of the result before it are missing and {} are new ({}), so its means and times may "
+      "differ for this reason alone",
       label, n_missing, n_new, example);
 }
 

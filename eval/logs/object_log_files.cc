@@ -75,8 +75,9 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
   return file;
 }
 
-/// The column of the time holds frame numbers if it holds whole numbers in all files of a log: a single motion
-/// may well be at a whole second. Throws Error if the whole numbers of a file are no times of the other files.
+/// The column of the time holds frame numbers if it holds whole numbers in all files of a log: a single
+/// motion may well be at a whole second. Throws Error if the whole numbers of a file are no times of the
+/// other files.
 void read_whole_times_as_frames(std::vector<PlainFile>& files) {
   std::vector<PlainFile*> whole;
   const PlainFile* other = nullptr;
@@ -121,8 +122,8 @@ std::optional<double> rate_of(const std::vector<PlainFile>& files) {
 
 constexpr double largest_frame = 1e9;
 
-/// Makes the first time of all files the time of frame 0 if frames that are counted from time 0 have too large
-/// numbers, as those of Unix time.
+/// Makes the first time of all files the time of frame 0 if frames that are counted from time 0 have too
+/// large numbers, as those of Unix time.
 void count_frames_from_first_time(double rate_hz, std::vector<PlainFile>& files,
                                   std::vector<std::string>& warnings) {
   double first_s = std::numeric_limits<double>::infinity();

@@ -140,8 +140,8 @@ void put(const PoseChangeError& error, const std::string& frame, Record::Numbers
 /// step_gt_m; an object if it is not static by truth (dynamic_gt = 0) and the record has distance_gt_m or,
 /// like records from logs of other systems, v_gt_kmh or any error of its motion.
 bool has_truth(const Record& record);
-/// Returns true if the motion is estimated and compared with truth (status ok), but the record has no error of
-/// it. This program writes no such record; tables would count it as estimated, and means would lack it.
+/// Returns true if the motion is estimated and compared with truth (status ok), but the record has no error
+/// of it. This program writes no such record; tables would count it as estimated, and means would lack it.
 bool lacks_errors(const Record& record);
 
 /// Returns the position of a body in tables: 0 for ego, otherwise its id.

@@ -164,9 +164,9 @@ std::vector<PlacedSection> figure_sections(const std::filesystem::path& parts, c
 //   word        verdict of the table on that row
 //
 // If a value was measured on several kinds of data, the last one in the table is drawn, which is nearest to
-// the paper's; with several noises, the first. Values of 0 cannot be drawn on the logarithmic axis, which ends at
-// 0.02 and 50 at most: an arrow stands for a value beyond it. The first 26 lines are drawn; the caption states how many
-// there are.
+// the paper's; with several noises, the first. Values of 0 cannot be drawn on the logarithmic axis, which
+// ends at 0.02 and 50 at most: an arrow stands for a value beyond it. The first 26 lines are drawn; the
+// caption states how many there are.
 
 /// Returns nullopt if there is no line: no published value above 0 was measured by one of the two procedures.
 std::optional<Figure> answer_figure(const std::string& name, const PublishedTable& table);

@@ -40,8 +40,8 @@ Watch& watch() {
   return *the_watch;
 }
 
-/// Removes a folder in which another thread or a child process, such as gnuplot, may still create files: under a
-/// new name, which they do not know.
+/// Removes a folder in which another thread or a child process, such as gnuplot, may still create files:
+/// under a new name, which they do not know.
 void remove_in_use(const std::filesystem::path& folder) {
   std::filesystem::path renamed = folder;
   renamed += ".removed";
