@@ -482,9 +482,10 @@ OutputFiles page_files(const std::vector<fs::path>& folders, const std::string& 
   }
   const ReportDocument document = page_document(cards, suite);
   OutputFiles files = {{"index.html", report_page(document, jobs)}};
+  const std::string picture = std::string(profile_name) + ".svg";  // for a README
   for (const ReportSection& section : document.sections) {
     for (const Figure& figure : section.figures)
-      if (figure.name == profile_name) files.merge(draw_svg({figure}, jobs));
+      if (figure.name == profile_name) files[picture] = draw_svg({figure}, jobs).at(picture);
   }
   return files;
 }
