@@ -24,8 +24,9 @@ const FIRST_BODY = bodies.find(body =>
 const colourOf = body => body === "ego" ? PALETTE[0] : PALETTE[1 + (bodies.indexOf(body) - 1) % (PALETTE.length - 1)];
 const nameOf = body => body === "ego" ? "camera" : body.replace(":", " ");
 const instanceOf = body => body === "ego" ? "0" : body.slice(body.indexOf(":") + 1);
-/// Name of a run: its estimator, or its folder if both runs are of one estimator.
-const titleOf = run => D.runs.every(other => other === run || other.estimator !== run.estimator) ? run.estimator : run.name;
+/// Name of a run: its estimator, or the last part of its folder if both runs are of one estimator.
+const titleOf = run => D.runs.every(other => other === run || other.estimator !== run.estimator)
+  ? run.estimator : run.name.split("/").filter(part => part !== "").pop() ?? run.name;
 const recordOf = (run, frame, body) => D.runs[run]?.records[frame]?.[body];
 const pairOf = (run, frame, body) => D.runs[run]?.pairs[frame]?.[body];
 const metricOf = (map, key) => D.metrics.find(m => m.map === map && m.key === key);
