@@ -263,11 +263,14 @@ class Clock:
         weights = np.where(inside & (np.abs(u) <= 5), np.exp(-u ** 2 / 2) * h[k], 0)
         return (weights[..., None] * values[k]).sum(1) / weights.sum(1)[:, None]
 
-    def score(self, d, use=None):
+    def score_of(self, a, use=None):
+        """Score of the reference's signals `a` at the times of the estimate's."""
         use = np.ones(self.n, bool) if use is None else use
-        a, b = self.smooth(self.ref, d)[use], self.signal[use]
-        rho = [np.clip(np.corrcoef(a[:, c], b[:, c])[0, 1], 0, 1 - 1e-12) for c in (0, 1)]
+        rho = [np.clip(np.corrcoef(a[use, c], self.signal[use, c])[0, 1], 0, 1 - 1e-12) for c in (0, 1)]
         return -0.5 * use.sum() * sum(np.log(1 - r * r) for r in rho)
+
+    def score(self, d, use=None):
+        return self.score_of(self.smooth(self.ref, d), use)
 
     def peak(self, d, use=None):
         """Ternary search within half a width."""
@@ -284,10 +287,15 @@ class Clock:
         grid = self.initial + self.width / 2 * np.arange(-round(2 * self.reach / self.width),
                                                         round(2 * self.reach / self.width) + 1)
         best = self.peak(grid[int(np.argmax([self.score(d) for d in grid]))])
-        left_out = []
+        without = np.ones((20, self.n), bool)
         for k in range(20):
-            use = np.ones(self.n, bool)
-            use[k * self.n // 20:(k + 1) * self.n // 20] = False
-            left_out.append(self.peak(best, use))
-        half = 2.0930240544 * np.sqrt(19 / 20 * np.sum((np.array(left_out) - np.mean(left_out)) ** 2))
-        return best, best - half, best + half
+            without[k, k * self.n // 20:(k + 1) * self.n // 20] = False
+        error = lambda values: np.sqrt(19 / 20 * np.sum((np.array(values) - np.mean(values)) ** 2))
+        half = 2.0930240544 * error([self.peak(best, use) for use in without])
+        low, high, at_best = best - half, best + half, self.smooth(self.ref, best)
+        for d in grid:
+            a = self.smooth(self.ref, d)
+            lower = error([self.score_of(at_best, use) - self.score_of(a, use) for use in without])
+            if self.score_of(at_best) - self.score_of(a) <= 2.0930240544 * lower:
+                low, high = min(low, d), max(high, d)
+        return best, low, high

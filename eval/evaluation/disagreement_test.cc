@@ -11,6 +11,7 @@ namespace sextant {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Not;
 
@@ -45,6 +46,36 @@ TEST(Disagreement, OfACameraIsReported) {
     EXPECT_THAT(evaluate(bumpy(1), bumpy(-1), {.alignment = how}).warnings,
                 Contains(text("turns about its axis x -1 +- ")));
   }
+}
+
+TEST(Disagreement, RotationsThatAreUnrelatedAreReported) {
+  const PoseSeries truth = drive(400, 10);
+  PoseSeries as_radians = noisy(truth), random = noisy(truth);
+  std::srand(4);
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::AngleAxisd turn(truth.rotations[i]);
+    as_radians.rotations[i] = Eigen::AngleAxisd(degrees(turn.angle()), turn.axis()).toRotationMatrix();
+    random.rotations[i] = Eigen::Quaterniond::UnitRandom().toRotationMatrix();
+  }
+  for (const Alignment how : {Alignment::none, Alignment::se3}) {
+    EXPECT_THAT(evaluate(truth, as_radians, {.alignment = how}).warnings, Contains(code("large_rotations")));
+    EXPECT_THAT(evaluate(truth, random, {.alignment = how}).warnings, Contains(code("large_rotations")));
+  }
+}
+
+TEST(Disagreement, AConstantCoordinateThatExplainsTheErrorIsNamed) {
+  PoseSeries hilly = drive(400, 10), flat;
+  for (size_t i = 0; i < hilly.size(); ++i)
+    hilly.positions_m[i].y() = 3 * std::sin(0.03 * static_cast<double>(i));
+  flat = noisy(hilly);
+  for (Eigen::Vector3d& p : flat.positions_m) p.y() = 0;
+  for (const Alignment how : {Alignment::none, Alignment::se3, Alignment::sim3}) {
+    EXPECT_THAT(evaluate(hilly, flat, {.alignment = how}).warnings,
+                ElementsAre(testing::AllOf(code("constant"), text("estimate's y is 0 m in all poses"))));
+  }
+  PoseSeries planar = noisy(drive(400, 10));  // its reference moves by 0.4 m in y and by 320 m in z
+  for (Eigen::Vector3d& p : planar.positions_m) p.y() = 0;
+  EXPECT_THAT(evaluate(drive(400, 10), planar, {.alignment = Alignment::se3}).warnings, IsEmpty());
 }
 
 TEST(Disagreement, DriftIsNoDisagreement) {

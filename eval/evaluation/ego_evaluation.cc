@@ -183,11 +183,13 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options, std::vecto
   // The scale of a standstill is that of the noise.
   constexpr double least_extent_m = 0.1;
   const bool moves = rms_extent_m(r.reference) >= least_extent_m;
-  if (!scaled && !is_explained && moves && std::abs(std::log(r.umeyama_scale)) > std::log(1.1)) {
+  if (!scaled && !is_explained && moves && r.umeyama_scale &&
+      std::abs(std::log(*r.umeyama_scale)) > std::log(1.1)) {
+    const bool is_line = !umeyama(r.estimate.positions_m, r.reference.positions_m, true);
     warnings.push_back(
         {"scale", fmt::format("the estimate fits best when scaled by {:.4g}, but --align {} does not correct "
-                              "scale; a system without metric scale needs --align sim3",
-                              r.umeyama_scale, to_string(options.alignment))});
+                              "scale; a system without metric scale needs --align {}",
+                              *r.umeyama_scale, to_string(options.alignment), is_line ? "scale" : "sim3")});
   }
   constexpr double flat = 1e-12;
   if (r.alignment.flatness < flat) {
@@ -365,8 +367,7 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   warn_of_share(r, range, r.warnings);
   add(warnings_of_matched(r));
 
-  if (const auto u = umeyama(r.estimate.positions_m, r.reference.positions_m, true))
-    r.umeyama_scale = u->y_from_x.scale;
+  r.umeyama_scale = umeyama_scale(r.estimate.positions_m, r.reference.positions_m);
   const auto clock =
       clock_is_reported ? std::nullopt
                         : warning_of_clock(reference.poses, r.estimate, association.offset_s, choice, remedy);

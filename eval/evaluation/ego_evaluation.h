@@ -93,9 +93,9 @@ struct EgoResult : TrajectoryPair {
   double offset_s = 0;                   ///< added to the estimate's time stamps, as given or as estimated
   std::optional<OffsetEstimate> offset;  ///< the estimated offset, if one was requested
   std::optional<Interpolation> interpolation;
-  double umeyama_scale = 1;     ///< scale of the matched positions; 1 if they do not determine one
-  std::vector<PosePair> pairs;  ///< the pairs of the relative errors, one per error
-  std::vector<double> errors;   ///< one per matched pose, or per pair
+  std::optional<double> umeyama_scale;  ///< scale of the matched positions; empty if one side stands still
+  std::vector<PosePair> pairs;          ///< the pairs of the relative errors, one per error
+  std::vector<double> errors;           ///< one per matched pose, or per pair
   ErrorStatistics statistics;
   std::vector<ErrorsOverLength> by_length;  ///< one for each of EgoOptions::rpe_lengths
   std::optional<TrajectoryConsistency> consistency;

@@ -103,7 +103,7 @@ void put_run(Json& json, const EgoResult& r, const EgoReference& reference, cons
   json["n_estimate"] = r.n_estimate;
   json["n_matched"] = r.estimate.size();
   put_times(json, r, options);
-  json["umeyama_scale"] = r.umeyama_scale;
+  if (r.umeyama_scale) json["umeyama_scale"] = *r.umeyama_scale;
   json["alignment"] = matrix_json(r.alignment.ref_from_est.matrix());
   json["per_frame"] = per_frame_json(r.per_frame, reference);
   json["kitti_odometry"] = kitti_json(r.kitti);

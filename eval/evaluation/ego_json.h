@@ -15,10 +15,11 @@
 //    "nees":{"n","dof","mean","interval","consistent","position","rotation"} (covariances in the estimate),
 //    "warnings":[{"code","text"}]}
 //
-// A value that does not exist is left out, and is never 0, NaN or null. With several runs, the object has
-// "runs":[...] (one object as above each), "systems":[...] and "comparisons":[...] in addition to "metric" ..
-// "all_pairs"; "n" and "stats" are then pooled over all runs of the first system. A comparison has "a","b",
-// "n_common","mean_difference", "stretches" (rpe) or "runs_a","runs_b" (ape), and "p" or "why_no_p".
+// A value that does not exist is left out, and is never 0, NaN or null; "umeyama_scale" does not exist if
+// one side stands still. With several runs, the object has "runs":[...] (one object as above each),
+// "systems":[...] and "comparisons":[...] in addition to "metric" .. "all_pairs"; "n" and "stats" are then
+// pooled over all runs of the first system. A comparison has "a","b","n_common","mean_difference",
+// "stretches" (rpe) or "runs_a","runs_b" (ape), and "p" or "why_no_p".
 
 #include <vector>
 

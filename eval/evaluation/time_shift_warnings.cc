@@ -149,6 +149,10 @@ std::optional<DataWarning> warning_of_lag(const PoseSeries& reference, const Pos
                         ? unexplained_by(timed_pair(reference, estimate, offset_s), shift, choice)
                         : std::nullopt;
   if (left) {
+    // The motions of a good estimate may agree with a shift by chance.
+    constexpr double good_share = 0.05;
+    if (left->then_m >= left->now_m || left->now_m <= good_share * rms_extent_m(reference))
+      return std::nullopt;
     return DataWarning{
         "no_offset",
         fmt::format("no offset explains the errors: the motions agree best when the estimate is shifted by "
@@ -279,6 +283,9 @@ std::optional<DataWarning> warning_of_rows(const TrajectoryPair& pair, double of
     return std::pair(found ? std::optional(found->squares) : std::nullopt, steps);
   };
   const auto [squares_0, steps_0] = shifted(0);
+  // Where the speed changes steadily, a change of scale resembles a shift.
+  const auto scaled =
+      aligned_agreement({thinned(reference, 0, n), thinned(estimate, 0, n)}, choice.with(Alignment::sim3));
   constexpr double of_path = 25;
   const double by_place = squares_of_place(pair, all);
   std::vector<Reading> readings;
@@ -287,14 +294,15 @@ std::optional<DataWarning> warning_of_rows(const TrajectoryPair& pair, double of
     const auto [squares, steps] = shifted(k);
     const std::string cause = fmt::format("the estimate is {} by {} frame{}", k > 0 ? "late" : "early",
                                           std::abs(k), std::abs(k) > 1 ? "s" : "");
+    const bool exceeds_scale = squares && (!scaled || *squares < scaled->squares);
     const bool by_path =
-        squares && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
+        exceeds_scale && squares_0 && explains_times * *squares <= *squares_0 && confirmed * steps <= steps_0;
     const bool by_steps =
         explains_times * steps <= steps_0 && (!squares || !squares_0 || *squares <= 1.01 * *squares_0);
     // Where independent errors of the poses hide the steps, the path decides, if no other place of the world
     // or of the body explains it.
-    const bool by_path_alone =
-        squares && squares_0 && of_path * *squares <= *squares_0 && explains_times * *squares <= by_place;
+    const bool by_path_alone = exceeds_scale && squares_0 && of_path * *squares <= *squares_0 &&
+                               explains_times * *squares <= by_place;
     if (by_path || by_steps || by_path_alone) readings.push_back({"lag", cause, correction(-k), steps, 0});
   }
   const auto best = std::ranges::min_element(readings, {}, &Reading::residual);

@@ -8,11 +8,13 @@
 //   clocks   a shift explains more than half of the squared position errors, and the interval of
 //            estimate_offset(), from the motions alone, does not contain 0
 //   rows     a shift of the matched poses by 1 to 3 rows leaves at most a fifth of the squared errors
-//            of the path or of its steps
+//            of the path, and less than an alignment with scale without the shift, or of its steps
 //
-// "no_offset": the motions have a shift that halves neither. "clock_rate": the times of the estimate,
-// stretched to begin and end with those of the reference, leave at most a fifth of the squared errors, also
-// of those after an alignment with scale. "reversed": the same, for the poses in the opposite order.
+// "no_offset": the motions have a shift that halves neither. It is not reported if the shift increases the
+// position RMSE, or if this RMSE is at most 5 % of the RMS extent of the reference. "clock_rate": the
+// times of the estimate, stretched to begin and end with those of the reference, leave at most a fifth of the
+// squared errors, also of those after an alignment with scale. "reversed": the same, for the poses in the
+// opposite order.
 
 #include <functional>
 #include <optional>

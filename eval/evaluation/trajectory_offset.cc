@@ -31,15 +31,28 @@ std::array<double, 2> step_of(const PoseSeries& series, size_t i) {
   return {step.translation_m.norm(), rotation_angle_rad(Eigen::Quaterniond(step.rotation))};
 }
 
+/// Returns the longest step between poses, s, that is no gap of the recording.
+double longest_step(const std::vector<double>& reference_times, const std::vector<double>& estimate_times) {
+  constexpr double steps = 10;
+  return steps * std::max(median_step(reference_times), median_step(estimate_times));
+}
+
 /// Path length and sum of rotation angles up to each time; differences give the motion over any interval.
 struct Motion {
   std::vector<double> times, path_m, angle_rad;
+  double longest_step_s = 0;
 
+  /// Returns NaN within a gap, where the motion is unknown.
   std::array<double, 2> at(double time) const {
     const auto after = std::upper_bound(times.begin(), times.end(), time);
     const auto i = static_cast<size_t>(
         std::clamp<std::ptrdiff_t>(after - times.begin(), 1, static_cast<std::ptrdiff_t>(times.size()) - 1));
-    const double w = (time - times[i - 1]) / (times[i] - times[i - 1]);
+    const double step = times[i] - times[i - 1];
+    if (step > longest_step_s) {
+      constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+      return {unknown, unknown};
+    }
+    const double w = (time - times[i - 1]) / step;
     return {path_m[i - 1] + w * (path_m[i] - path_m[i - 1]),
             angle_rad[i - 1] + w * (angle_rad[i] - angle_rad[i - 1])};
   }
@@ -54,9 +67,9 @@ int shifts(double duration_s, double width_s) {
   return std::clamp(static_cast<int>(reach_s / width_s), fewest, most);
 }
 
-Motion motion_of(const PoseSeries& series, const std::vector<double>& times, double until) {
-  Motion motion{{times[0]}, {0.0}, {0.0}};
-  for (size_t i = 1; i < series.size() && times[i - 1] <= until; ++i) {
+Motion motion_of(const PoseSeries& series, const std::vector<double>& times, double longest_step_s) {
+  Motion motion{{times[0]}, {0.0}, {0.0}, longest_step_s};
+  for (size_t i = 1; i < series.size(); ++i) {
     const auto [length_m, angle_rad] = step_of(series, i);
     motion.times.push_back(times[i]);
     motion.path_m.push_back(motion.path_m.back() + length_m);
@@ -65,14 +78,22 @@ Motion motion_of(const PoseSeries& series, const std::vector<double>& times, dou
   return motion;
 }
 
-double correlation(std::span<const double> x, std::span<const double> y) {
-  const auto n = static_cast<double>(x.size());
+/// Returns the correlation of the pairs of finite values; 0 for fewer than `fewest` of them.
+double correlation(std::span<const double> x, std::span<const double> y, std::ptrdiff_t fewest) {
   double mx = 0, my = 0, xx = 0, yy = 0, xy = 0;
+  std::ptrdiff_t n = 0;
+  const auto is_known = [&](size_t i) { return std::isfinite(x[i]) && std::isfinite(y[i]); };
   for (size_t i = 0; i < x.size(); ++i) {
-    mx += x[i] / n;
-    my += y[i] / n;
+    if (!is_known(i)) continue;
+    mx += x[i];
+    my += y[i];
+    ++n;
   }
+  if (n < fewest) return 0;
+  mx /= static_cast<double>(n);
+  my /= static_cast<double>(n);
   for (size_t i = 0; i < x.size(); ++i) {
+    if (!is_known(i)) continue;
     xx += (x[i] - mx) * (x[i] - mx);
     yy += (y[i] - my) * (y[i] - my);
     xy += (x[i] - mx) * (y[i] - my);
@@ -92,6 +113,10 @@ std::array<std::vector<double>, 2> motion_in_windows(const Motion& motion, doubl
   return out;
 }
 
+std::ptrdiff_t count_finite(const std::vector<double>& values) {
+  return std::ranges::count_if(values, [](double value) { return std::isfinite(value); });
+}
+
 /// Returns the centre of the search for a shift of the estimate's times: 0, or a shift beyond `reach` that
 /// explains the motions much better (trajectory_offset.h); empty if it does not explain them so much better
 /// that it is certain. Windows of four time steps are compared, at shifts by single steps.
@@ -108,14 +133,16 @@ std::optional<double> centre_of_search(const PoseSeries& reference,
   const auto n_r = static_cast<std::ptrdiff_t>(reference_span / width) - 1;
   const auto n_e = static_cast<std::ptrdiff_t>(estimate_span / width);
   if (std::min(n_r, n_e) < fewest_windows) return 0;
-  const std::ptrdiff_t fewest = std::max(fewest_windows, std::min(n_r, n_e) / 2);
-  const Motion of_reference = motion_of(reference, reference_times, reference_times.back());
-  const auto e = motion_in_windows(motion_of(estimate, estimate_times, estimate_times.back()),
+  const double longest_step_s = longest_step(reference_times, estimate_times);
+  const Motion of_reference = motion_of(reference, reference_times, longest_step_s);
+  const auto e = motion_in_windows(motion_of(estimate, estimate_times, longest_step_s),
                                    estimate_times.front(), width, static_cast<size_t>(n_e));
   double near = 1, far = 1, best = 0, best_correlation = 0;
   for (std::ptrdiff_t phase = 0; phase < shifts_per_window; ++phase) {
     const double begin = reference_times.front() + static_cast<double>(phase) * width / shifts_per_window;
     const auto r = motion_in_windows(of_reference, begin, width, static_cast<size_t>(n_r));
+    const std::ptrdiff_t fewest =
+        std::max(fewest_windows, std::min(count_finite(r[0]), count_finite(e[0])) / 2);
     for (std::ptrdiff_t k = -n_e; k <= n_r; ++k) {  // window i of the estimate is i + k of the reference
       const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, k);
       if (std::min(n_r, n_e + k) - first < fewest) continue;
@@ -123,7 +150,7 @@ std::optional<double> centre_of_search(const PoseSeries& reference,
       double unexplained = 1, highest = 0;
       for (size_t c = 0; c < 2; ++c) {
         const double rho = correlation(std::span(r[c]).subspan(static_cast<size_t>(first), n),
-                                       std::span(e[c]).subspan(static_cast<size_t>(first - k), n));
+                                       std::span(e[c]).subspan(static_cast<size_t>(first - k), n), fewest);
         highest = std::max(highest, rho);
         if (rho > 0) unexplained *= 1 - rho * rho;
       }
@@ -143,17 +170,17 @@ std::optional<double> centre_of_search(const PoseSeries& reference,
 
 // ---- offset
 
-/// Speed and rotation rate of the steps between poses, at the middle of each step.
+/// Speed and rotation rate of the steps between poses, at the middle of each step; gaps are left out.
 struct Rates {
   std::vector<double> times, durations;
   std::array<std::vector<double>, 2> values;  // m/s, rad/s
 };
 
-Rates rates_of(const PoseSeries& series) {
+Rates rates_of(const PoseSeries& series, double longest_step_s) {
   Rates out;
   for (size_t i = 1; i < series.size(); ++i) {
     const double duration = series.stamps_s[i] - series.stamps_s[i - 1];
-    if (!(duration > 0)) continue;
+    if (!(duration > 0 && duration <= longest_step_s)) continue;
     const auto [length_m, angle_rad] = step_of(series, i);
     out.times.push_back(0.5 * (series.stamps_s[i] + series.stamps_s[i - 1]));
     out.durations.push_back(duration);
@@ -165,9 +192,9 @@ Rates rates_of(const PoseSeries& series) {
 
 using Signals = std::array<std::vector<double>, 2>;
 
-/// Signals smoothed by a Gaussian of deviation `width`, cut at five deviations, and sampled at begin + i
-/// width + shift. NaN if no step is near.
-Signals smoothed(const Rates& rates, double begin, double width, size_t n, double shift) {
+/// Appends signals smoothed by a Gaussian of deviation `width`, cut at five deviations, and sampled at
+/// start + i width. NaN if no step is near.
+void append_smoothed(Signals& out, const Rates& rates, double start, double width, size_t n) {
   // A step at g samples from the nearest one, |g| <= 1/2, has at the sample m before that one the weight
   // exp(-(m + g)^2 / 2) = exp(-m^2 / 2) exp(-g)^m exp(-g^2 / 2): two exponentials serve all samples.
   constexpr int reach = 5;
@@ -182,7 +209,6 @@ Signals smoothed(const Rates& rates, double begin, double width, size_t n, doubl
   };
   constexpr int margin = 2 * reach;  // samples before the first and after the last one
   std::vector<Sum> sums(n + 2 * margin);
-  const double start = begin + shift;
   const auto first = std::lower_bound(rates.times.begin(), rates.times.end(), start - reach * width);
   for (auto k = static_cast<size_t>(first - rates.times.begin()); k < rates.times.size(); ++k) {
     const double at = (rates.times[k] - start) / width;
@@ -204,12 +230,10 @@ Signals smoothed(const Rates& rates, double begin, double width, size_t n, doubl
       if (m - g <= reach) add(m, after * gaussian[m]);
     }
   }
-  Signals out;
   for (size_t i = 0; i < n; ++i) {
     const Sum& sum = sums[i + margin];
     for (size_t c = 0; c < 2; ++c) out[c].push_back(sum.values[c] / sum.weight);
   }
-  return out;
 }
 
 /// Sums of two signals and of their products over samples; the signals are about fixed values near their
@@ -261,17 +285,25 @@ class OffsetSearch {
   static constexpr int nothing = -1;      // no stretch is left out
 
   OffsetSearch(const PoseSeries& reference, const PoseSeries& estimate, double initial_s)
-      : reference_(rates_of(reference)), estimate_(rates_of(estimate)) {
-    width_ = std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s));
+      : width_(std::max(median_step(reference.stamps_s), median_step(estimate.stamps_s))) {
+    const double longest_step_s = longest_step(reference.stamps_s, estimate.stamps_s);
+    reference_ = rates_of(reference, longest_step_s);
+    estimate_ = rates_of(estimate, longest_step_s);
     for (double& t : estimate_.times) t += initial_s;
     const double duration = std::min(reference.stamps_s.back() - reference.stamps_s.front(),
                                      estimate.stamps_s.back() - estimate.stamps_s.front());
     reach_ = shifts(duration, width_) * width_;
-    if (!(width_ > 0)) return;
-    begin_ = std::max(estimate_.times.front(), reference_.times.front() + reach_);
-    const double end = std::min(estimate_.times.back(), reference_.times.back() - reach_);
-    if (end > begin_) n_ = std::min(static_cast<size_t>((end - begin_) / width_) + 1, max_samples);
-    signal_ = smoothed(estimate_, begin_, width_, n_, 0);
+    if (!(width_ > 0) || reference_.times.empty()) return;
+    const std::vector<double>& times = estimate_.times;
+    for (size_t first = 0, next = 0; next < times.size() && n_ < max_samples; first = next) {
+      for (++next; next < times.size() && times[next] - times[next - 1] <= longest_step_s;) ++next;
+      const double begin = std::max(times[first], reference_.times.front() + reach_);
+      const double end = std::min(times[next - 1], reference_.times.back() - reach_);
+      if (!(end > begin)) continue;
+      parts_.push_back({begin, std::min(static_cast<size_t>((end - begin) / width_) + 1, max_samples - n_)});
+      n_ += parts_.back().n;
+    }
+    signal_ = smoothed(estimate_, 0);
     for (size_t c = 0; c < 2; ++c) centre_[c] = mean_of_finite(signal_[c]);
   }
 
@@ -286,7 +318,8 @@ class OffsetSearch {
     for (size_t c = 0; c < 2; ++c) {
       Moments rest = stretches.all[c];
       if (left_out != nothing) rest.add(stretches.each[static_cast<size_t>(left_out)][c], -1);
-      rho[c] = rest.correlation();
+      // Few samples, as of a shift into a gap of the reference, correlate by chance.
+      if (2 * rest.n >= static_cast<double>(n_)) rho[c] = rest.correlation();
     }
     return rho;
   }
@@ -298,18 +331,37 @@ class OffsetSearch {
     return 0.5 * static_cast<double>(n_ - without) * sum;
   }
 
-  /// Best offset on a grid of half widths over the whole range.
+  /// Grid of half widths over the whole range.
+  std::vector<double> grid() const {
+    std::vector<double> out;
+    const int steps = static_cast<int>(std::lround(2 * reach_ / width_));
+    for (int k = -steps; k <= steps; ++k) out.push_back(0.5 * width_ * k);
+    return out;
+  }
+
   double coarse_best() {
     double best = 0, highest = -std::numeric_limits<double>::infinity();
-    const int steps = static_cast<int>(std::lround(2 * reach_ / width_));
-    for (int k = -steps; k <= steps; ++k) {
-      const double d = 0.5 * width_ * k, s = score(d);
+    for (const double d : grid()) {
+      const double s = score(d);
       if (s > highest) {
         highest = s;
         best = d;
       }
     }
     return best;
+  }
+
+  /// Returns the standard error of a quantity by the jackknife: of(k) is its value without stretch k.
+  template <typename Of>
+  static double jackknife_error(const Of& of) {
+    double sum = 0, squares = 0;
+    for (int k = 0; k < n_stretches; ++k) {
+      const double value = of(k);
+      sum += value;
+      squares += value * value;
+    }
+    constexpr double n = n_stretches;
+    return std::sqrt((n - 1) / n * std::max(0.0, squares - sum * sum / n));
   }
 
   /// Golden-section search within half a width of `d`.
@@ -339,6 +391,11 @@ class OffsetSearch {
  private:
   static constexpr size_t max_samples = 4000;  // longer recordings are compared over their first samples only
 
+  /// Samples between two gaps of the estimate.
+  struct Part {
+    double begin;
+    size_t n;
+  };
   struct Stretches {
     std::array<Moments, 2> all;
     std::array<std::array<Moments, 2>, n_stretches> each;
@@ -346,12 +403,18 @@ class OffsetSearch {
 
   size_t begin_of(int stretch) const { return static_cast<size_t>(stretch) * n_ / n_stretches; }
 
+  Signals smoothed(const Rates& rates, double shift) const {
+    Signals out;
+    for (const Part& part : parts_) append_smoothed(out, rates, part.begin + shift, width_, part.n);
+    return out;
+  }
+
   /// Computes the sums at an offset once: the searches without one stretch begin at the same offsets.
   const Stretches& stretches_at(double d) {
     const auto [found, is_new] = known_.try_emplace(d);
     Stretches& out = found->second;
     if (!is_new) return out;
-    const Signals r = smoothed(reference_, begin_, width_, n_, d);
+    const Signals r = smoothed(reference_, d);
     for (size_t c = 0; c < 2; ++c) {
       for (int k = 0; k < n_stretches; ++k) {
         Moments& moments = out.each[static_cast<size_t>(k)][c];
@@ -366,8 +429,9 @@ class OffsetSearch {
   }
 
   Rates reference_, estimate_;
-  double width_ = 0, reach_ = 0, begin_ = 0;
-  size_t n_ = 0;
+  double width_ = 0, reach_ = 0;
+  std::vector<Part> parts_;
+  size_t n_ = 0;                    // samples of all parts
   Signals signal_;                  // signal of the estimate
   std::array<double, 2> centre_{};  // its mean
   std::map<double, Stretches> known_;
@@ -411,16 +475,25 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
     undetermined(fmt::format("speeds correlate at {:.2f}, rotation rates at {:.2f} at best, {} needed", speed,
                              rotation, least_correlation));
   }
-  double sum = 0, squares = 0;
-  for (int k = 0; k < OffsetSearch::n_stretches; ++k) {
-    const double d = search.refined(shift_s, k) - shift_s;
-    sum += d;
-    squares += d * d;
+  const double half = student_19 * search.jackknife_error([&](int k) { return search.refined(shift_s, k); });
+  // Offsets at which the score is not significantly lower: further maxima, or a plateau
+  double low = shift_s - half, high = shift_s + half;
+  for (const double d : search.grid()) {
+    const double lower = search.score(shift_s) - search.score(d);
+    const double error =
+        search.jackknife_error([&](int k) { return search.score(shift_s, k) - search.score(d, k); });
+    if (lower > student_19 * error) continue;
+    low = std::min(low, d);
+    high = std::max(high, d);
   }
-  constexpr double n = OffsetSearch::n_stretches;
-  const double half = student_19 * std::sqrt((n - 1) / n * std::max(0.0, squares - sum * sum / n));
-  out.low_s = out.offset_s - half;
-  out.high_s = out.offset_s + half;
+  if (std::min(low + search.reach(), search.reach() - high) < 0.75 * search.width()) {
+    undetermined(
+        fmt::format("shifts of {:.3g} to {:.3g} s from {} s agree about as well, because the motion is too "
+                    "uniform there: use a longer recording",
+                    low, high, initial_s));
+  }
+  out.low_s = initial_s + low;
+  out.high_s = initial_s + high;
   return out;
 }
 

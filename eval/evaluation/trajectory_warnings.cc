@@ -182,20 +182,25 @@ double rounding_m(const PoseSeries& poses, int axis) {
 
 /// Warns if the coordinates of one side were rounded so that this explains more than half of the squared
 /// errors of the translations from pose to pose. The difference of two numbers that are rounded to multiples
-/// of q has the variance q^2 / 6.
+/// of q has the variance q^2 / 6, over two poses as well as over one; errors of steps accumulate.
 std::optional<DataWarning> warning_of_rounding(const TrajectoryPair& pair) {
   constexpr size_t fewest = 20;
   // Errors smaller than those that rounding causes show that the coordinates are exact and were not rounded.
-  constexpr double explained = 0.5, contradicted = 2, least_share_of_step = 0.01;
+  constexpr double explained = 0.5, contradicted = 2, least_share_of_step = 0.01, most_growth = 1.5;
   if (pair.size() < fewest) return std::nullopt;
-  double squares = 0;
   std::vector<double> lengths;
-  for_each_step(pair, 1, 1, [&](const RelativePose& r, const RelativePose& e) {
-    squares += (e.translation_m - r.translation_m).squaredNorm();
+  for_each_step(pair, 1, 1, [&](const RelativePose& r, const RelativePose&) {
     lengths.push_back(r.translation_m.norm());
   });
-  squares /= static_cast<double>(lengths.size());
-  if (!(squares > 0)) return std::nullopt;
+  const auto mean_squares = [&](size_t k) {
+    double sum = 0;
+    for_each_step(pair, k, 1, [&](const RelativePose& r, const RelativePose& e) {
+      sum += (e.translation_m - r.translation_m).squaredNorm();
+    });
+    return sum / static_cast<double>(pair.size() - k);
+  };
+  const double squares = mean_squares(1);
+  if (!(squares > 0) || mean_squares(2) > most_growth * squares) return std::nullopt;
   const double step_m = middle_of(lengths);
   for (const auto& [side, name] :
        {std::pair(&pair.estimate, "estimate"), std::pair(&pair.reference, "reference")}) {
@@ -273,8 +278,9 @@ std::vector<DataWarning> warnings_of_pair(const PoseSeries& reference, const Tra
                                              side->name, step)});
   }
   const double ratio = step_a / step_b;
-  const bool longer = b.back() - b.front() > 1.02 * (a.back() - a.front());
-  if (!by_name && ratio > 1.5 && longer) {
+  // A sparse reference, as of GNSS, begins and ends up to a step within the time that it covers.
+  const bool longer = b.back() - b.front() > 1.02 * (a.back() - a.front()) + 2 * step_a;
+  if (!by_name && ratio > 1.5 && longer && reference.has_rotations()) {
     warnings.push_back(
         {"swapped", fmt::format("the estimate {} is denser ({:.4g} Hz against {:.4g} Hz) and longer than "
                                 "the reference {}, as ground truth usually is: are they swapped? The "

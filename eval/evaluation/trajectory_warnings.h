@@ -4,7 +4,8 @@
 // programs can test, and a text with the finding and the remedy.
 //
 //   swapped         the name or comments of the estimate call it ground truth, or those of the reference call
-//                   it an estimate, or the estimate is much denser and longer than the reference
+//                   it an estimate, or the estimate is much denser than a reference with rotations, and
+//                   longer than it by 2 % and two of its steps
 //   scale           Umeyama's scale is outside 1 / 1.1 .. 1.1, and the alignment does not correct it
 //   rates           median time steps differ by more than a factor of 1.5
 //   unmatched       less than 80 % of the poses of the shorter trajectory have a partner
@@ -22,7 +23,7 @@
 //                   origin: missing truth that was logged as identity
 //   no_rotations    all rotations of one side are equal while the other side turns by 5 deg or more
 //   rounded         the coordinates of one side are multiples of a power of ten that explains more than half
-//                   of the squared errors of relative translations
+//                   of the squared errors of relative translations, which do not accumulate over two poses
 //   identical       all poses of both are equal: the same file twice?
 //   same_run        all poses equal those of an earlier run of the same system (ego_evaluation.h)
 //   line            the aligned positions lie on a line: the rotation about it is arbitrary

@@ -39,6 +39,13 @@ TEST(TrajectoryWarnings, ADenserAndLongerEstimateMayBeTheTruth) {
   EXPECT_THAT(evaluate(drive(200, 10), noisy(drive(900, 30))).warnings, Contains(code("swapped")));
 }
 
+TEST(TrajectoryWarnings, ASparseReferenceIsNoEstimate) {
+  EXPECT_THAT(evaluate(drive(20, 1), noisy(drive(400, 20))).warnings, ElementsAre(code("rates")));
+  PoseSeries positions = drive(200, 10);  // of GNSS or a prism
+  positions.rotations.clear();
+  EXPECT_THAT(evaluate(positions, noisy(drive(900, 30))).warnings, Not(Contains(code("swapped"))));
+}
+
 TEST(TrajectoryWarnings, NamesAndCommentsReportSwappedSides) {
   const auto warnings = [](const std::string& reference, const std::string& estimate,
                            const std::string& comments) {
@@ -256,6 +263,18 @@ TEST(TrajectoryWarnings, RoundedPositionsAreReportedWhereTheyExplainTheErrors) {
   EXPECT_THAT(evaluate(drive(300, 10), rounded(noisy(drive(300, 10)), 0.001)).warnings, IsEmpty());
 }
 
+TEST(TrajectoryWarnings, ErrorsThatAccumulateAreNoRounding) {
+  // A simulated path whose positions are exact multiples of 0.1 m; a scale error of about the same size.
+  const PoseSeries line = vehicle(
+      60, 10, [](double) { return 8.0; }, [](double) { return 0.0; });
+  PoseSeries exact = line;
+  for (size_t i = 0; i < exact.size(); ++i) exact.positions_m[i] = {0, 0, 0.8 * static_cast<double>(i)};
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    const auto warnings = evaluate(exact, with_step_errors(exact, seed, 0.02, 1.03)).warnings;
+    EXPECT_THAT(warnings, Not(Contains(code("rounded")))) << seed;
+  }
+}
+
 TEST(TrajectoryWarnings, APoseThatIsHeldIsNoLostFrame) {
   PoseSeries held = noisy(drive(300, 10));
   held.positions_m[0].setZero();
@@ -295,6 +314,26 @@ TEST(TrajectoryWarnings, ALineLeavesARotationOpen) {
     line.frames.push_back(i);
   }
   EXPECT_THAT(evaluate(line, line, {.alignment = Alignment::se3}).warnings, Contains(code("line")));
+}
+
+TEST(TrajectoryWarnings, AStraightPathDeterminesTheScale) {
+  PoseSeries line, third;
+  for (int i = 0; i < 60; ++i) {
+    line.add(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0, 0, 0.8 * i));
+    line.frames.push_back(i);
+  }
+  third = line;
+  for (Eigen::Vector3d& p : third.positions_m) p *= 0.3;
+  const EgoResult declared = evaluate(line, third);
+  EXPECT_NEAR(declared.umeyama_scale.value_or(0), 1 / 0.3, 1e-9);
+  EXPECT_THAT(declared.warnings, ElementsAre(AllOf(code("scale"), text("needs --align scale"))));
+  const EgoResult scaled = evaluate(line, third, {.alignment = Alignment::scale});
+  EXPECT_LT(scaled.statistics.rmse, 1e-9);
+  EXPECT_THAT(scaled.warnings, IsEmpty());
+  for (Eigen::Vector3d& p : third.positions_m) p.setZero();
+  EXPECT_FALSE(evaluate(line, third).umeyama_scale);
+  expect_error([&] { evaluate(line, third, {.alignment = Alignment::scale}); },
+               "leaves the scale undetermined");
 }
 
 TEST(TrajectoryWarnings, ANearlyStraightPathLeavesErrorsOfRotationUncertain) {

@@ -27,24 +27,38 @@ Eigen::Matrix4d Similarity::matrix() const {
   return m;
 }
 
+namespace {
+
+/// Means of paired points, their covariance Sigma and the variance of x.
+struct PairedMoments {
+  Eigen::Vector3d mean_x, mean_y;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double variance_x = 0;
+};
+
+PairedMoments moments_of(std::span<const Eigen::Vector3d> x, std::span<const Eigen::Vector3d> y) {
+  PairedMoments out;
+  const auto n = static_cast<double>(x.size());
+  out.mean_x = mean_of(x);
+  out.mean_y = mean_of(y);
+  for (size_t i = 0; i < x.size(); ++i) {
+    const Eigen::Vector3d dx = x[i] - out.mean_x;
+    out.covariance += (y[i] - out.mean_y) * dx.transpose();
+    out.variance_x += dx.squaredNorm();
+  }
+  out.covariance /= n;
+  out.variance_x /= n;
+  return out;
+}
+
+}  // namespace
+
 std::optional<UmeyamaResult> umeyama(std::span<const Eigen::Vector3d> x, std::span<const Eigen::Vector3d> y,
                                      bool with_scale) {
   SEXTANT_CHECK(x.size() == y.size());
   if (x.empty()) return std::nullopt;
-  const auto n = static_cast<double>(x.size());
-  const Eigen::Vector3d mean_x = mean_of(x);
-  const Eigen::Vector3d mean_y = mean_of(y);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double variance_x = 0;
-  for (size_t i = 0; i < x.size(); ++i) {
-    const Eigen::Vector3d dx = x[i] - mean_x;
-    covariance += (y[i] - mean_y) * dx.transpose();
-    variance_x += dx.squaredNorm();
-  }
-  covariance /= n;
-  variance_x /= n;
-
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const PairedMoments moments = moments_of(x, y);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moments.covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d& d = svd.singularValues();
   if (!(d[1] > std::numeric_limits<double>::epsilon())) return std::nullopt;
   Eigen::Vector3d s = Eigen::Vector3d::Ones();
@@ -53,10 +67,20 @@ std::optional<UmeyamaResult> umeyama(std::span<const Eigen::Vector3d> x, std::sp
   UmeyamaResult result;
   Similarity& out = result.y_from_x;
   out.rotation = svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose();
-  if (with_scale) out.scale = d.dot(s) / variance_x;
-  out.translation_m = mean_y - out.scale * (out.rotation * mean_x);
+  if (with_scale) out.scale = d.dot(s) / moments.variance_x;
+  out.translation_m = moments.mean_y - out.scale * (out.rotation * moments.mean_x);
   result.flatness = d[1] / d[0];
   return result;
+}
+
+std::optional<double> umeyama_scale(std::span<const Eigen::Vector3d> x, std::span<const Eigen::Vector3d> y) {
+  if (const auto found = umeyama(x, y, true)) return found->y_from_x.scale;
+  if (x.empty()) return std::nullopt;
+  // The points of one set lie on a line: Sigma has one singular value, which is its norm.
+  const PairedMoments moments = moments_of(x, y);
+  const double norm = moments.covariance.norm();
+  if (!(norm > std::numeric_limits<double>::epsilon())) return std::nullopt;
+  return norm / moments.variance_x;
 }
 
 std::optional<Similarity> rotation_about(const Eigen::Vector3d& axis, std::span<const Eigen::Vector3d> x,
@@ -137,12 +161,19 @@ AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignme
       break;
     }
     case Alignment::scale: {
-      const UmeyamaResult u = umeyama_alignment(estimate, reference, true, first_n);
-      result.ref_from_est.scale = u.y_from_x.scale;
-      result.flatness = u.flatness;
-      for (Eigen::Vector3d& p : estimate.positions_m) p *= u.y_from_x.scale;
+      const size_t n = count_to_align(estimate, first_n);
+      const auto scale =
+          umeyama_scale(std::span(estimate.positions_m).first(n), std::span(reference.positions_m).first(n));
+      if (!scale) {
+        fail(
+            "cannot align {} poses: one of the trajectories stands still, which leaves the scale "
+            "undetermined; use --align origin or --align none",
+            n);
+      }
+      result.ref_from_est.scale = *scale;
+      for (Eigen::Vector3d& p : estimate.positions_m) p *= *scale;
       for (size_t i = 0; i < estimate.covariances.size(); ++i)
-        estimate.transform_covariance(i, Eigen::Matrix3d::Identity(), u.y_from_x.scale);
+        estimate.transform_covariance(i, Eigen::Matrix3d::Identity(), *scale);
       return result;
     }
     case Alignment::yaw:

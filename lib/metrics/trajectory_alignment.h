@@ -45,6 +45,11 @@ struct UmeyamaResult {
 std::optional<UmeyamaResult> umeyama(std::span<const Eigen::Vector3d> x, std::span<const Eigen::Vector3d> y,
                                      bool with_scale);
 
+/// Returns the scale s of the same similarity. Points on a line determine it although they leave the rotation
+/// about the line undetermined; nullopt if no singular value of Sigma exceeds 2.2e-16 m^2, because one set
+/// stands still.
+std::optional<double> umeyama_scale(std::span<const Eigen::Vector3d> x, std::span<const Eigen::Vector3d> y);
+
 /// Returns the least-squares rotation about the unit vector `axis`, and translation. nullopt if the points do
 /// not determine the angle: the two arguments of atan2, divided by n, have a norm of at most 2.2e-16 m^2, for
 /// example because one set has no extent across the axis.
@@ -69,12 +74,12 @@ constexpr Names<6> names_of(Alignment) { return {"none", "origin", "se3", "sim3"
 
 struct AlignmentResult {
   Similarity ref_from_est;  ///< the transformation applied: first scale, then rotation and translation
-  double flatness = 1;      ///< UmeyamaResult::flatness; 1 if Umeyama was not used
+  double flatness = 1;      ///< UmeyamaResult::flatness; 1 if Umeyama's rotation was not used
 };
 
 /// Aligns `estimate` in place. Both series have the same length >= 1; `up` is the vertical unit vector of
 /// both worlds and is used by yaw only. Throws Error if the positions do not determine the rotation (se3,
-/// sim3, scale, yaw), or if one side has no rotations (origin).
+/// sim3, yaw) or the scale (scale), or if one side has no rotations (origin).
 AlignmentResult align(PoseSeries& estimate, const PoseSeries& reference, Alignment alignment, int first_n = 0,
                       const Eigen::Vector3d& up = Eigen::Vector3d::Zero());
 

@@ -46,6 +46,17 @@ TEST(Umeyama, PointsThatDoNotDetermineTheRotationGiveNoResult) {
   EXPECT_FALSE(umeyama(line, line, false));
 }
 
+TEST(Umeyama, PointsOnALineDetermineTheScale) {
+  std::vector<Eigen::Vector3d> line, longer, still(10, {1, 2, 3});
+  for (int i = 0; i < 10; ++i) line.emplace_back(i, 0, 2 * i);
+  for (const Eigen::Vector3d& p : line) longer.emplace_back(3 * p.y() + 4, 3 * p.x(), 3 * p.z());
+  EXPECT_NEAR(umeyama_scale(line, longer).value_or(0), 3, 1e-12);
+  EXPECT_FALSE(umeyama_scale(line, still));
+  EXPECT_FALSE(umeyama_scale(still, line));
+  const std::vector<Eigen::Vector3d> x = cloud(10), y = cloud(10);
+  EXPECT_EQ(umeyama_scale(x, y), umeyama(x, y, true)->y_from_x.scale);
+}
+
 TEST(Umeyama, FlatnessIdentifiesALine) {
   std::vector<Eigen::Vector3d> slanted;
   for (int i = 0; i < 50; ++i) slanted.emplace_back(0.3 * i, 0.1 * i, 0.7 * i + (i == 20 ? 1e-6 : 0));
