@@ -20,8 +20,8 @@ double focal_baseline(const StereoCamera& camera, double baseline_m) {
 }
 
 void DepthNoiseOptions::check() const {
-  check_option(delta_d_px >= 0 && std::isfinite(delta_d_px), "depth.delta_d_px", delta_d_px, ">= 0");
-  check_option(baseline_m >= 0 && std::isfinite(baseline_m), "depth.baseline_m", baseline_m, ">= 0");
+  check_option(delta_d_px >= 0 && std::isfinite(delta_d_px), "delta_d_px", delta_d_px, ">= 0");
+  check_option(baseline_m >= 0 && std::isfinite(baseline_m), "baseline_m", baseline_m, ">= 0");
 }
 
 std::string DepthNoise::name() const {
@@ -80,19 +80,19 @@ void FlowLevel::check() const {
   const auto level = [](double value, const char* name) {
     check_option(value >= 0 && std::isfinite(value), name, value, ">= 0");
   };
-  level(epe_px, "flow.epe_px");
-  level(epe_x_px, "flow.epe_x_px");
-  level(epe_y_px, "flow.epe_y_px");
-  check_option(epe_px == 0 || (epe_x_px == 0 && epe_y_px == 0), "flow.epe_px", epe_px,
+  level(epe_px, "epe_px");
+  level(epe_x_px, "epe_x_px");
+  level(epe_y_px, "epe_y_px");
+  check_option(epe_px == 0 || (epe_x_px == 0 && epe_y_px == 0), "epe_px", epe_px,
                "0 if epe_x_px or epe_y_px is given");
 }
 
 void FlowNoiseOptions::check() const {
   level.check();
-  check_option(scale >= 0 && std::isfinite(scale), "flow.scale", scale, ">= 0");
+  check_option(scale >= 0 && std::isfinite(scale), "scale", scale, ">= 0");
   for (const auto& [key, body] : bodies) {
     body.check();
-    check_option(key == "background" || key == "objects" || object_id(key) > 0, "flow.bodies key", key,
+    check_option(key == "background" || key == "objects" || object_id(key) > 0, "bodies key", key,
                  "background, objects or object:ID with an instance id of 1..65535");
   }
 }
@@ -156,8 +156,8 @@ void FlowNoise::corrupt_flow(const NoiseContext& context, const PixelBatch& pixe
 }
 
 void FlowOutlierOptions::check() const {
-  check_option(share >= 0 && share <= 1, "outliers.share", share, "in 0..1");
-  check_option(radius_px > 0 && std::isfinite(radius_px), "outliers.radius_px", radius_px, "> 0");
+  check_option(share >= 0 && share <= 1, "share", share, "in 0..1");
+  check_option(radius_px > 0 && std::isfinite(radius_px), "radius_px", radius_px, "> 0");
 }
 
 std::string FlowOutliers::name() const {
@@ -236,9 +236,9 @@ void repeat(Image<uint16_t>& mask, int times, Step step) {
 }  // namespace
 
 void MaskNoiseOptions::check() const {
-  check_option(erode_px >= 0, "mask.erode_px", erode_px, ">= 0");
-  check_option(dilate_px >= 0, "mask.dilate_px", dilate_px, ">= 0");
-  check_option(neighbours == 4 || neighbours == 8, "mask.neighbours", neighbours, "4 or 8");
+  check_option(erode_px >= 0, "erode_px", erode_px, ">= 0");
+  check_option(dilate_px >= 0, "dilate_px", dilate_px, ">= 0");
+  check_option(neighbours == 4 || neighbours == 8, "neighbours", neighbours, "4 or 8");
 }
 
 std::string MaskNoise::name() const {
@@ -262,8 +262,8 @@ void MaskNoise::corrupt_mask(Image<uint16_t>& mask) const {
 }
 
 void QuantisationOptions::check() const {
-  check_option(step_px >= 0 && std::isfinite(step_px), "quantisation.step_px", step_px, ">= 0");
-  check_option(baseline_m >= 0 && std::isfinite(baseline_m), "quantisation.baseline_m", baseline_m, ">= 0");
+  check_option(step_px >= 0 && std::isfinite(step_px), "step_px", step_px, ">= 0");
+  check_option(baseline_m >= 0 && std::isfinite(baseline_m), "baseline_m", baseline_m, ">= 0");
 }
 
 std::string Quantisation::name() const {

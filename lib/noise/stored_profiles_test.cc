@@ -72,7 +72,7 @@ TEST(StoredProfiles, RefusesInvalidProfiles) {
   }
   const std::string path = (temp.path() / "p.json").string();
   write_file(path, R"({"noise": {"flow": {"epe_x_px": -1}}})");
-  expect_refused({{"profile", path}}, path + ": option flow.epe_x_px = -1: must be >= 0");
+  expect_refused({{"profile", path}}, path + ": option noise.flow.epe_x_px = -1: must be >= 0");
 }
 
 }  // namespace

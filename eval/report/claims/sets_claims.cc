@@ -9,8 +9,7 @@
 //                     (b) increase of the camera's error of one function from all points to the inliers:
 //                     about 300 %, interpreted as at least 100 %
 //   joint_is_matched  largest difference of E_t of a pair, below 1e-6 m: with the default options the
-//                     effective kernel of joint (estimator/estimators/joint_flow.cc) equals that of
-//                     motion only
+//                     effective kernel of joint (lib/estimator/estimators) equals that of motion only
 //   epe_falls         change of the mean EPE of joint by refinement, in %, below 0
 //   classification    share of wrong decisions, at most the paper's for that sequence
 
