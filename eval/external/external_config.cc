@@ -39,7 +39,7 @@ void ExternalCamera::check() const {
 }
 
 void ExternalObjects::check() const {
-  check_option(std::ranges::count(files, '*') == 1, "objects.files", files, "a name with one * for the id");
+  check_option(std::ranges::count(files, '*') == 1, "files", files, "a name with one * for the id");
 }
 
 void ExternalConfig::check() const {
