@@ -35,7 +35,7 @@ void ExternalCamera::check() const {
   std::vector<std::string> names = {"auto"};
   for (const TrajectoryFormat& known : trajectory_formats()) names.push_back(known.name);
   if (std::ranges::find(names, format) == names.end())
-    fail("option camera.format: unknown format '{}': {}", format, suggest(format, names));
+    fail("option format: unknown format '{}': {}", format, suggest(format, names));
 }
 
 void ExternalObjects::check() const {
