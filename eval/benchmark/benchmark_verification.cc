@@ -49,23 +49,6 @@ Json cases_key(Json plan) {
   return plan;
 }
 
-/// An error that the record of an estimated motion lacks.
-struct MissingError {
-  std::string name;
-  uint64_t line = 0;
-  int frame = 0;
-  Interned estimator, body;
-};
-
-/// Returns the errors that the records of estimated motions lack. The speed error of an object needs the
-/// motion of the camera.
-std::vector<std::string> missing_errors(const Record& record) {
-  std::vector<std::string> names = {"Et_m", "ER_deg"};
-  if (!record.is_ego()) names.emplace_back("Ev_kmh");
-  std::erase_if(names, [&](const std::string& name) { return record.errors.contains(name); });
-  return names;
-}
-
 /// Checks that every record has the data, frames, level, noise, seed and estimator of its case, and that the
 /// records of a case are one for each result of the card, frame and body that the track counts. Further
 /// records are of bodies that do not count.
@@ -74,23 +57,18 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
   const fs::path file = sweep.folder / "records.jsonl";
   uint64_t in_case = 0, number = 0, line = 0;
   std::set<Key> seen, missing;
-  std::set<std::pair<Interned, int>> has_camera;  // estimators and frames whose camera motion is estimated
-  std::vector<MissingError> missing_errors_of_case;
+  // An object needs a speed error if the motion of the camera is estimated, whose record may follow. Both by
+  // estimator and frame; the texts refuse objects without speed error.
+  std::set<std::pair<Interned, int>> has_camera;
+  std::map<std::pair<Interned, int>, std::string> without_speed;
   const auto begin_case = [&] {
     seen.clear();
     has_camera.clear();
-    missing_errors_of_case.clear();
+    without_speed.clear();
     const auto& source = sweep.sources[sweep.expected.at(number).source];
     if (!source) return;
     for (const std::string& result : card.results) {
       for (const auto& [frame, body] : source->counted) missing.emplace(result, frame, body);
-    }
-  };
-  const auto refuse_missing_errors = [&] {
-    for (const MissingError& error : missing_errors_of_case) {
-      if (error.name == "Ev_kmh" && !has_camera.contains({error.estimator, error.frame})) continue;
-      fail("{}:{}: record of case {}: frame {}, body {}: status ok, but the error {} is missing",
-           file.string(), error.line, number, error.frame, error.body.str(), error.name);
     }
   };
   const auto end_finished_cases = [&] {
@@ -100,7 +78,8 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
         fail("{}:{}: case {} ends without a record of frame {}, body {}, estimator '{}'", file.string(), line,
              number, frame, body.str(), estimator.str());
       }
-      refuse_missing_errors();
+      for (const auto& [pair, text] : without_speed)
+        if (has_camera.contains(pair)) throw Error(text);
       in_case = 0;
       if (++number < sweep.n_records.size()) begin_case();
     }
@@ -111,9 +90,10 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     ++line;
     const PlanCase expected = sweep.expected.at(number);
     const PlanLevel& level = sweep.expected.levels[expected.level];
-    const auto refuse = [&](const std::string& what) {
-      fail("{}:{}: record of case {}: {}", file.string(), line, number, what);
+    const auto refusal = [&](const std::string& what) {
+      return fmt::format("{}:{}: record of case {}: {}", file.string(), line, number, what);
     };
+    const auto refuse = [&](const std::string& what) { throw Error(refusal(what)); };
     const std::optional<CheckedSource>& source = sweep.sources[expected.source];
     if (source) {
       const SequenceInfo& info = source->info;
@@ -140,8 +120,14 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
       refuse(fmt::format("frame {}, body {}: has no truth in the data", record.frame, record.body.str()));
     if (record.is_ego() && record.status == Status::ok) has_camera.emplace(record.estimator, record.frame);
     if (counts && record.status == Status::ok) {
-      for (const std::string& name : missing_errors(record))
-        missing_errors_of_case.push_back({name, line, record.frame, record.estimator, record.body});
+      const auto without = [&](const char* error) {
+        return fmt::format("frame {}, body {}: status ok, but the error {} is missing", record.frame,
+                           record.body.str(), error);
+      };
+      for (const char* error : {"Et_m", "ER_deg"})
+        if (!record.errors.contains(error)) refuse(without(error));
+      if (!record.is_ego() && !record.errors.contains("Ev_kmh"))
+        without_speed.emplace(std::pair(record.estimator, record.frame), refusal(without("Ev_kmh")));
     }
     ++in_case;
     end_finished_cases();
@@ -409,7 +395,7 @@ uint64_t random_seed() {
   return random();
 }
 
-/// Compares the bounds of the stored records with those of a run of our estimator: they depend on the points
+/// Compares the bounds of the stored records with those of a run of joint_flow: they depend on the points
 /// and their noise only. Returns the first difference, or an empty text.
 std::string difference_of_bounds(const std::vector<Record>& stored, const std::vector<Record>& again) {
   constexpr double six_digits = 1e-5;

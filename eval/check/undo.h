@@ -179,7 +179,7 @@ inline void take_gray(GridFrame& to, const GridFrame& from) { to.gray = from.gra
 inline void take_depth(GridFrame& to, const GridFrame& from) { to.depth_m = from.depth_m; }
 
 /// Replaces each mask id by the id of the true object whose boxes its outline fits, and removes other masks.
-/// Does not apply if a mask fits boxes of several objects, or two masks fit those of one.
+/// Does not apply if a mask fits boxes of several objects, or two masks fit boxes of one object.
 inline Undo renumbered_masks() {
   return [](ConventionData& data, double& ignored) {
     std::map<int, std::map<int, int>> counts;  // mask id -> track id -> boxes that agree

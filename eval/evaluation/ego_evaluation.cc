@@ -242,7 +242,7 @@ void warn_of_longer_pairs(EgoResult& r, const PairSelection& selection) {
       {"longer_pairs",
        fmt::format(
            "{} of {} pairs of --rpe {} span more than 1.5 times the usual time, because poses between "
-           "them are missing: their errors are those of longer motions; comparisons of systems use "
+           "them are missing: their errors belong to longer motions; comparisons of systems use "
            "the pairs that both have",
            n, durations.size(), selection.text())});
 }

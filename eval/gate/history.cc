@@ -166,14 +166,7 @@ std::vector<std::string> defects_of(const RunFolder& run) {
   if (std::string missing = missing_records(run.provenance, run.n_cases, run.path); !missing.empty())
     defects.push_back(std::move(missing));
   uint64_t n_without_errors = 0;
-  for (const auto& [subject, cases] : run.subjects) {
-    for (size_t row = 0; row < cases.size(); ++row) {
-      const bool has_error = std::ranges::any_of(cases.errors, [&](const auto& column) {
-        return !column.first.str().starts_with("epe_") && number_at(&column.second, row);
-      });
-      if (cases.statuses[row] == Status::ok && !has_error) ++n_without_errors;
-    }
-  }
+  for (const auto& [subject, cases] : run.subjects) n_without_errors += cases.n_without_errors;
   if (n_without_errors > 0) defects.push_back(missing_errors(run.path, n_without_errors));
   return defects;
 }
@@ -195,14 +188,12 @@ CasesWithTruth cases_with_truth(const Subjects& subjects) {
 std::string changed_cases(const CasesWithTruth& before, const CasesWithTruth& now, const std::string& label) {
   size_t n_missing = 0, n_new = 0;
   std::string example;
+  const std::vector<SeedFrame> none;
   const auto count = [&](const CasesWithTruth& from, const CasesWithTruth& in, size_t& n, const char* what) {
     for (const auto& [subject, cases] : from) {
       const auto other = in.find(subject);
-      std::vector<SeedFrame> lost = cases;
-      if (other != in.end()) {
-        lost.clear();
-        std::ranges::set_difference(cases, other->second, std::back_inserter(lost));
-      }
+      std::vector<SeedFrame> lost;
+      std::ranges::set_difference(cases, other == in.end() ? none : other->second, std::back_inserter(lost));
       if (!lost.empty() && example.empty())
         example = fmt::format("{}: {} of its cases {}", to_string(subject), lost.size(), what);
       n += lost.size();

@@ -119,6 +119,7 @@ void SubjectCollector::add(const Record& record, size_t line) {
   cases.statuses.push_back(record.status);
   cases.gates.push_back(record.gate);
   cases.have_truth.push_back(has_truth(record));
+  if (lacks_errors(record)) ++cases.n_without_errors;
   for (const auto& [name, number] : record.errors) put(name, number, row, cases.errors);
   put(truth_names(), record.values, row, cases.truth);
   put(decision_names(), record.values, row, cases.decisions);

@@ -46,9 +46,10 @@ struct SubjectCases : CaseColumns {
   std::vector<Gate> gates;
   std::vector<bool> have_truth;
   NumberColumns errors;
-  NumberColumns truth;      ///< values that depend on the truth only
-  NumberColumns decisions;  ///< `dynamic`: 1 if the body was classified as dynamic, 0 if as static
-  NumberColumns times;      ///< times of the estimator's stages refine, start and total, ms
+  NumberColumns truth;            ///< values that depend on the truth only
+  NumberColumns decisions;        ///< `dynamic`: 1 if the body was classified as dynamic, 0 if as static
+  NumberColumns times;            ///< times of the estimator's stages refine, start and total, ms
+  uint64_t n_without_errors = 0;  ///< number of records for which lacks_errors() is true
 
   bool is_estimated(size_t row) const {
     return statuses[row] == Status::ok || statuses[row] == Status::no_truth;

@@ -15,6 +15,24 @@
 
 namespace sextant {
 
+std::string answer_text(const std::vector<std::string>& verdicts) {
+  size_t n_judged = 0, n_within = 0, n_not_comparable = 0, n_missing = 0;
+  for (const std::string& verdict : verdicts) {
+    const bool is_within = verdict.starts_with("within");
+    n_judged += is_within || verdict.starts_with("outside");
+    n_within += is_within;
+    n_not_comparable += verdict == "not comparable";
+    n_missing += verdict == "not measured here";
+  }
+  std::string text =
+      n_judged == 0 ? "no published value compared"
+                    : fmt::format("the published value lies within our single runs in {} of {} comparisons",
+                                  n_within, n_judged);
+  if (n_not_comparable > 0) text += fmt::format("; {} not comparable", n_not_comparable);
+  if (n_missing > 0) text += fmt::format("; {} not measured here", n_missing);
+  return text;
+}
+
 namespace {
 
 Json read_data_json(const fs::path& folder) {
