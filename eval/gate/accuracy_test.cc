@@ -34,6 +34,27 @@ TEST_F(ComparedRuns, OtherMeasurementsOfTheSameConfigurationAreNoted) {
   for (const Mismatch& f : compare(policy).findings) EXPECT_EQ(f.what, "configuration");
 }
 
+TEST_F(ComparedRuns, OtherCovariancesWithTheSameErrorsAreNoted) {
+  std::vector<Record> records = sweep_records();
+  for (Record& r : records) r.values["nees"] = r.is_ego() ? 6.0 : 8.0;
+  write_run(base(), records);
+  for (Record& r : records) {
+    if (!r.is_ego()) r.values["nees"] = r.seed % 2 == 0 ? 8.0 : 24.0;
+  }
+  write_run(fresh(), records);
+  const Comparison c = compare();
+  EXPECT_EQ(c.verdict, GateVerdict::ok);
+  ASSERT_EQ(c.findings.size(), 1U);
+  EXPECT_EQ(c.findings[0].what, "covariances");
+  EXPECT_EQ(c.findings[0].subject, "joint_flow, objects: mean NEES (6 is consistent)");
+  EXPECT_EQ(c.findings[0].base, "8");
+  EXPECT_EQ(c.findings[0].fresh, "16");
+  EXPECT_FALSE(c.findings[0].invalidates);
+  Policy policy;
+  policy.accuracy.metrics["nees"].minimum_effect = 1.1;
+  EXPECT_TRUE(compare(policy).findings.empty());
+}
+
 TEST_F(ComparedRuns, ALostCaseIsRegressedAndAGainedOneImproved) {
   const auto lose = [](Record& r) {
     if (!is_target(r) || r.seed != 3 || r.frame != 2) return;

@@ -83,7 +83,7 @@ OutputFiles baseline_files(const std::filesystem::path& run);
 /// A difference between the two sides.
 struct Mismatch {
   /// Key of SamenessPolicy, "input", or a note: "build", "program" (fingerprints), "same program", "records"
-  /// (fewer or more than run.json states), "repetitions", "measurements" (other errors of the measured flow),
+  /// (fewer or more than run.json states), "repetitions", "measurements" and "covariances" (record_pairs.h),
   /// "times" (not judged, because a side has none)
   std::string what;
   std::string subject;
@@ -93,7 +93,7 @@ struct Mismatch {
 };
 
 /// Compares the provenance of the two sides: run.json, and the context of benchmark files. Missing records
-/// are found where records are paired (accuracy.h, speed.h).
+/// are found where records are paired (record_pairs.h, speed.h).
 std::vector<Mismatch> compare_provenance(const Side& base, const Side& fresh, const Policy& policy);
 
 /// Reports the noises and levels that only one side has, of bodies that both sides have: the reason why

@@ -33,6 +33,11 @@ const std::vector<Interned>& decision_names() {
   return names;
 }
 
+const std::vector<Interned>& consistency_names() {
+  static const std::vector<Interned> names = {"nees"};
+  return names;
+}
+
 /// Sets the number of the last row; rows before it that lack the number have NaN.
 void put(Interned name, double number, size_t row, NumberColumns& columns) {
   std::vector<double>& column = columns[name];
@@ -49,7 +54,7 @@ void put(const std::vector<Interned>& names, const NamedNumbers& numbers, size_t
 
 /// Completes the columns and sorts the rows.
 void finish(SubjectCases& cases) {
-  const auto columns = {&cases.errors, &cases.truth, &cases.decisions, &cases.times};
+  const auto columns = {&cases.errors, &cases.truth, &cases.decisions, &cases.consistency, &cases.times};
   for (NumberColumns* numbers : columns) {
     for (auto& [name, column] : *numbers) column.resize(cases.size(), missing);
   }
@@ -123,6 +128,7 @@ void SubjectCollector::add(const Record& record, size_t line) {
   for (const auto& [name, number] : record.errors) put(name, number, row, cases.errors);
   put(truth_names(), record.values, row, cases.truth);
   put(decision_names(), record.values, row, cases.decisions);
+  put(consistency_names(), record.values, row, cases.consistency);
   put(stage_names(), record.time_ms, row, cases.times);
   has_times_ = has_times_ || !record.time_ms.empty();
 }

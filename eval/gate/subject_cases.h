@@ -48,6 +48,7 @@ struct SubjectCases : CaseColumns {
   NumberColumns errors;
   NumberColumns truth;            ///< values that depend on the truth only
   NumberColumns decisions;        ///< `dynamic`: 1 if the body was classified as dynamic, 0 if as static
+  NumberColumns consistency;      ///< `nees`: of the estimator's own covariance
   NumberColumns times;            ///< times of the estimator's stages refine, start and total, ms
   uint64_t n_without_errors = 0;  ///< number of records for which lacks_errors() is true
 
