@@ -115,7 +115,7 @@ void compare(const CardFlags& flags) {
   const fs::path folder = flags.folders.at(0);
   const Suite suite = suite_of(stored_card(folder), flags.suite, folder);
   const Table table = comparison_table(compare_benchmarks(suite, folder, flags.folders.at(1)), suite);
-  fmt::print("{}", flags.json ? rows_to_json_text(table) : to_text(table));
+  fmt::print("{}", flags.json ? rows_to_json_text(table) : screen_text(table));
 }
 
 /// Adds a subcommand that takes folders of estimators and runs `part`.

@@ -48,11 +48,11 @@ void print_policy(const Policy& policy, bool json) {
     table.add_row(
         {option.key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
   }
-  fmt::print("{}", to_text(table));
+  fmt::print("{}", screen_text(table));
 }
 
 void print_part(const Table& table) {
-  if (!table.rows.empty()) fmt::print("{}\n", to_text(table));
+  if (!table.rows.empty()) fmt::print("{}\n", screen_text(table));
 }
 
 void run_compare(const CompareFlags& flags) {
@@ -144,7 +144,8 @@ void run_trend(const TrendFlags& flags) {
     return;
   }
   if (flags.quiet) return;
-  for (const NamedTable& named : document.sections.front().tables) fmt::print("{}\n", to_text(named.table));
+  for (const NamedTable& named : document.sections.front().tables)
+    fmt::print("{}\n", screen_text(named.table));
   for (const std::string& paragraph : document.sections.front().paragraphs) fmt::print("{}\n", paragraph);
   if (!flags.out.empty()) fmt::print("Page: {}\n", flags.out);
 }

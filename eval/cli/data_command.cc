@@ -38,7 +38,7 @@ void list_adapters(const CommonFlags& flags) {
   table.columns = {Column::text("adapter"), Column::text("description"), Column::text("example")};
   for (const Adapter& adapter : adapters())
     table.add_row({adapter.name, adapter.description, adapter.example});
-  fmt::print("{}", to_text(table));
+  fmt::print("{}", screen_text(table));
 }
 
 struct CheckFlags : CommonFlags {
@@ -199,7 +199,7 @@ void list_packs(const CacheFlags& flags) {
   if (flags.json) {
     print_json(Json{{"folder", cache.folder().string()}, {"packs", rows_to_json(table)}});
   } else {
-    fmt::print("{}", to_text(table));
+    fmt::print("{}", screen_text(table));
   }
 }
 
@@ -257,7 +257,7 @@ void fit(FitFlags& flags) {
   if (flags.json) {
     print_json(profile.json());
   } else if (!flags.quiet) {
-    fmt::print("{}\nnoise: {}\n", to_text(profile_table(profile)), profile.noise().dump());
+    fmt::print("{}\nnoise: {}\n", screen_text(profile_table(profile)), profile.noise().dump());
   }
 }
 

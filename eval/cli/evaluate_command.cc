@@ -93,13 +93,14 @@ void print(const EgoScores& scores, const EgoOptions& options, const EgoFlags& f
   }
   const bool all = flags.columns == "all";
   const Table lengths = ego_length_table(runs, options);
-  if (lengths.rows.empty() || all) fmt::print("{}", to_text(ego_error_table(runs, reference, options, !all)));
-  if (!lengths.rows.empty()) fmt::print("{}{}", all ? "\n" : "", to_text(lengths));
+  if (lengths.rows.empty() || all)
+    fmt::print("{}", screen_text(ego_error_table(runs, reference, options, !all)));
+  if (!lengths.rows.empty()) fmt::print("{}{}", all ? "\n" : "", screen_text(lengths));
   const Table consistency = ego_consistency_table(runs);
-  if (!consistency.rows.empty()) fmt::print("\n{}", to_text(consistency));
-  if (all) fmt::print("\n{}", to_text(ego_step_table(runs, reference)));
+  if (!consistency.rows.empty()) fmt::print("\n{}", screen_text(consistency));
+  if (all) fmt::print("\n{}", screen_text(ego_step_table(runs, reference)));
   const Table comparison = ego_comparison_table(runs, options);
-  if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
+  if (!comparison.rows.empty()) fmt::print("\n{}", screen_text(comparison));
 }
 
 /// Prints the path of the report, where one was requested.
@@ -263,16 +264,17 @@ void print(const ObjectScores& scores, const ObjectFlags& flags) {
   const MetricPreset& one =
       flags.preset.empty() || all ? usual_preset(scores.records) : find_preset(flags.preset);
   const std::span<const MetricPreset> presets = all ? metric_presets() : std::span(&one, 1);
-  fmt::print("{}",
-             to_text(all ? object_table(scores.records, presets) : object_screen_table(scores.records, one)));
-  if (!scores.paths.empty()) fmt::print("\n{}", to_text(object_path_table(scores.paths)));
+  fmt::print("{}", screen_text(all ? object_table(scores.records, presets)
+                                   : object_screen_table(scores.records, one)));
+  if (!scores.paths.empty()) fmt::print("\n{}", screen_text(object_path_table(scores.paths)));
   const Table axes = object_axis_table(scores.paths);
-  if (all && !axes.rows.empty()) fmt::print("\n{}", to_text(axes));
-  if (!scores.consistency.empty()) fmt::print("\n{}", to_text(object_consistency_table(scores.consistency)));
+  if (all && !axes.rows.empty()) fmt::print("\n{}", screen_text(axes));
+  if (!scores.consistency.empty())
+    fmt::print("\n{}", screen_text(object_consistency_table(scores.consistency)));
   if (!scores.is_comparison) return;
-  fmt::print("\n{}", to_text(object_system_table(scores.records, presets)));
+  fmt::print("\n{}", screen_text(object_system_table(scores.records, presets)));
   const Table comparison = object_comparison_table(scores.records, presets);
-  if (!comparison.rows.empty()) fmt::print("\n{}", to_text(comparison));
+  if (!comparison.rows.empty()) fmt::print("\n{}", screen_text(comparison));
 }
 
 void evaluate_objects_with(ObjectFlags& flags) {
@@ -351,7 +353,7 @@ void print(const Table& table, const std::vector<std::string>& warnings, const C
   if (flags.json) {
     print_json(Json({{"schema", 1}, {"rows", rows_to_json(table)}, {"warnings", warnings}}));
   } else if (!flags.quiet) {
-    fmt::print("{}", to_text(table));
+    fmt::print("{}", screen_text(table));
   }
 }
 

@@ -1,6 +1,8 @@
 #include "sextant/eval/cli/flags.h"
 
 #include <fmt/ranges.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -8,8 +10,15 @@
 #include "sextant/base/machine.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/experiment/case_estimator.h"
+#include "sextant/eval/report/table.h"
 
 namespace sextant {
+
+std::string screen_text(const Table& table) {
+  winsize size{};
+  const bool is_terminal = isatty(STDOUT_FILENO) == 1 && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0;
+  return to_text(table, is_terminal ? size.ws_col : 0);
+}
 
 CLI::Option* add_choice(CLI::App& command, const std::string& flag, const std::string& help,
                         const std::vector<std::string_view>& names, std::string_view preset,

@@ -26,6 +26,7 @@ namespace sextant {
 
 struct SweepConfig;
 struct SweepOutcome;
+struct Table;
 
 /// Validator that refuses NaN, infinities and values below `least`. CLI11's own ranges accept NaN, and
 /// print their largest number in full.
@@ -69,6 +70,8 @@ FlaggedCommand<Flags> add_command(CLI::App& app, const std::string& name, const 
   return {*command, *flags};
 }
 
+/// Formats a table for standard output; on a terminal, long texts in it are broken so that it fits.
+std::string screen_text(const Table& table);
 inline void print_json(const Json& json) { fmt::print("{}", json_text(json)); }
 
 /// Adds a flag with a value. `type` stands for the value in the help, e.g. "DIR"; a choice is written

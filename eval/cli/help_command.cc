@@ -311,7 +311,7 @@ void list_options(const OptionsFlags& flags) {
     json["options"] = rows_to_json(table);
     print_json(json);
   } else {
-    fmt::print("Estimators\n{}\n{}", estimator_list(), to_text(table));
+    fmt::print("Estimators\n{}\n{}", estimator_list(), screen_text(table));
   }
 }
 

@@ -33,7 +33,7 @@ void print(const ReportFlags& flags, const ReportDocument& document) {
     const bool all = flags.columns == "all" || keys.empty();
     if (flags.columns == "first" && named->only_on_request) continue;
     for_each_part(named->table, named->split_by, [&](const Table& part) {
-      fmt::print("{}\n", to_text(all ? part : with_columns(part, keys)));
+      fmt::print("{}\n", screen_text(all ? part : with_columns(part, keys)));
     });
   }
   if (flags.columns == "first") fmt::print("More: --columns all\n");

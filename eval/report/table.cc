@@ -40,6 +40,52 @@ Layout lay_out(Table& table, size_t min_width) {
   return layout;
 }
 
+/// Narrows the widest columns of text, not below their longest word, until the table fits.
+void fit(const std::vector<Column>& columns, size_t width, Layout& layout) {
+  constexpr size_t gap = 2;
+  const size_t n = columns.size();
+  size_t total = gap * (n - std::min<size_t>(n, 1));
+  for (const size_t one : layout.widths) total += one;
+  if (total <= width) return;
+  std::vector<size_t> least = layout.widths;
+  for (size_t j = 0; j < n; ++j) {
+    if (columns[j].align != Align::left) continue;
+    least[j] = 1;
+    for (const std::vector<std::string>& line : layout.lines) {
+      for (const std::string& word : split(line[j], ' ')) least[j] = std::max(least[j], width_of(word));
+    }
+  }
+  for (; total > width; --total) {
+    size_t* widest = nullptr;
+    for (size_t j = 0; j < n; ++j) {
+      size_t& one = layout.widths[j];
+      if (one > least[j] && (widest == nullptr || one > *widest)) widest = &one;
+    }
+    if (widest == nullptr) return;
+    --*widest;
+  }
+}
+
+/// Appends the texts of one row, each broken to the width of its column.
+void add_line(const std::vector<std::string>& texts, const std::vector<size_t>& widths,
+              const std::vector<Column>& columns, std::string& out) {
+  std::vector<std::vector<std::string>> cells;
+  size_t n_lines = 1;
+  for (size_t j = 0; j < texts.size(); ++j) {
+    const bool fits = width_of(texts[j]) <= widths[j];
+    cells.push_back(fits ? std::vector{texts[j]} : split(wrapped(texts[j], widths[j]), '\n'));
+    n_lines = std::max(n_lines, cells.back().size());
+  }
+  for (size_t k = 0; k < n_lines; ++k) {
+    std::string line;
+    for (size_t j = 0; j < cells.size(); ++j) {
+      if (j > 0) line += "  ";
+      line += padded(k < cells[j].size() ? cells[j][k] : "", widths[j], columns[j].align);
+    }
+    out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+}
+
 std::string exact(const Cell& cell) {
   if (const std::string* text = cell.text()) return spreadsheet_field(*text);
   if (const double* number = cell.number()) return fmt::format("{}", *number);
@@ -155,21 +201,17 @@ void for_each_part(const Table& table, const std::vector<std::string>& keys,
     do_part({table.title, table.caption, table.columns, {at(ends[i]), at(ends[i + 1])}, table.notes});
 }
 
-std::string to_text(const Table& whole) {
+std::string to_text(const Table& whole, size_t width) {
   auto [table, folded] = fold_columns(for_people(whole));
-  const Layout layout = lay_out(table, 1);
+  Layout layout = lay_out(table, 1);
+  if (width > 0) fit(table.columns, width, layout);
   std::string text;
   if (!table.title.empty()) text += page_text(table.title) + "\n";
   if (!table.caption.empty()) text += page_text(table.caption) + "\n";
   if (!folded.empty()) text += folded + "\n";
   if (!text.empty()) text += "\n";
   for (size_t i = 0; i < layout.lines.size(); ++i) {
-    std::string line;
-    for (size_t j = 0; j < table.columns.size(); ++j) {
-      if (j > 0) line += "  ";
-      line += padded(layout.lines[i][j], layout.widths[j], table.columns[j].align);
-    }
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+    add_line(layout.lines[i], layout.widths, table.columns, text);
     if (i > 0) continue;
     for (size_t j = 0; j < layout.widths.size(); ++j)
       text.append(j > 0 ? 2 : 0, ' ').append(layout.widths[j], '-');

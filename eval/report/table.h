@@ -220,7 +220,9 @@ size_t n_parts(const Table& table, const std::vector<std::string>& keys);
 /// numbers in them as equal, and no number above 0 as 0; at most 12.
 Table with_distinct(Table table, const std::vector<std::string>& keys);
 
-std::string to_text(const Table& table);
+/// Formats a table in aligned columns. If it is wider than `width` characters (0: any width fits), texts of
+/// its widest columns are broken at blanks into several lines, as far as the words permit.
+std::string to_text(const Table& table, size_t width = 0);
 std::string to_markdown(const Table& table);
 /// Escapes an untrusted text as one line of Markdown without HTML.
 std::string markdown_text(const std::string& text);

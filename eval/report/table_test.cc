@@ -23,6 +23,21 @@ TEST(Table, TextIsAligned) {
             "\nn\n");
 }
 
+TEST(Table, LongTextsAreBrokenSoThatTheTableFits) {
+  Table table;
+  table.columns = {Column::text("key"), Column::number("x", "x", 1), Column::text("meaning")};
+  table.add_row({std::string("largest"), 12.5, std::string("so many of them at most")});
+  table.add_row({std::string("unbreakable"), 1.0, std::string("é")});
+  EXPECT_EQ(to_text(table, 32),
+            "key             x  meaning\n"
+            "-----------  ----  -------------\n"
+            "largest      12.5  so many of\n"
+            "                   them at most\n"
+            "unbreakable   1.0  é\n");
+  EXPECT_EQ(to_text(table, 100), to_text(table));
+  EXPECT_EQ(to_text(table, 1), to_text(table, 25));  // no narrower than the longest words
+}
+
 TEST(Table, TextSaysOnceWhatAllRowsShare) {
   Table table = example_table();
   table.columns.insert(table.columns.begin(), Column::text("set").folded());
