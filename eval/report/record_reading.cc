@@ -29,14 +29,20 @@ std::string body_title(const std::string& body) {
   return body == "ego" ? "camera" : "object " + body.substr(object.size());
 }
 
+constexpr int frames_per_stretch = 5;  // successive frames depend on each other
+
 Clusters::Clusters(const RecordRefs& records) {
   std::set<uint64_t> seeds;
-  for (const Record* record : records) seeds.insert(record->seed);
+  for (const Record* record : records) {
+    seeds.insert(record->seed);
+    sequences_.try_emplace(record->sequence, sequences_.size());
+  }
   n_seeds_ = static_cast<int>(seeds.size());
 }
 
 uint64_t Clusters::of(const Record& record) const {
-  return are_frames() ? static_cast<uint64_t>(record.frame) : record.seed;
+  if (!are_frames()) return record.seed;
+  return (sequences_.at(record.sequence) << 32) + static_cast<uint64_t>(record.frame / frames_per_stretch);
 }
 
 Column metric_column(const MetricDefinition& metric) {

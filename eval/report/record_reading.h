@@ -147,8 +147,8 @@ std::map<SeedFrame, double> errors_by_case(const RecordRefs& records, const std:
 /// Formats a body for readers: "camera", "object 3".
 std::string body_title(const std::string& body);
 
-/// Independent units of the bootstrap (stats/bootstrap.h): seeds, or frames if all records have the same
-/// seed.
+/// Independent units of the bootstrap (stats/bootstrap.h): seeds, or stretches of five frames of a sequence
+/// if all records have the same seed.
 class Clusters {
  public:
   explicit Clusters(const RecordRefs& records);
@@ -157,6 +157,7 @@ class Clusters {
   int n_seeds() const { return n_seeds_; }
 
  private:
+  std::map<std::string, uint64_t> sequences_;
   int n_seeds_;
 };
 

@@ -18,6 +18,10 @@ namespace {
 constexpr double fig4_left_cm = 1.9, fig4_right_cm = 2.0;  // beside the plots of figure 4
 constexpr size_t most_bodies = 4;                          // the camera and three objects, as in the paper
 
+std::string drawn_bodies(size_t drawn, size_t all) {
+  return drawn < all ? fmt::format(" Drawn are the first {} of {} bodies.", drawn, all) : "";
+}
+
 /// Errors of one body at one level.
 struct LevelMark {
   std::string panel, body;
@@ -100,6 +104,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   std::vector<LevelMark> all;
   std::vector<Panel> panels;
   std::vector<std::string> bodies, sources;
+  size_t most_in_source = 0;
   const double axis_cm = 18.0 / static_cast<double>(paper().stated.size()) - fig4_left_cm - fig4_right_cm;
   for (const auto& [parameter, stated] : paper().stated.items()) {
     const auto sweep =
@@ -112,11 +117,12 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
     for (const NoiseLevelRow& row : *sweep) {
       if (row.estimator != paper().method || row.noise.find(" (spatial ") != std::string::npos) continue;
       add_distinct(row.body, of_panel);
-      if (of_panel.size() > most_bodies) break;
+      if (of_panel.size() > most_bodies) continue;  // rows are in order of bodies
       marks.push_back(
           {parameter, row.body, row.level, row.level, mean_error(row, "Et_m"), mean_error(row, "ER_deg")});
     }
     if (marks.empty()) continue;
+    most_in_source = std::max(most_in_source, of_panel.size());
     of_panel.resize(std::min(of_panel.size(), most_bodies));
     double step = marks.back().level;
     for (size_t i = 1; i < marks.size(); ++i)
@@ -154,14 +160,12 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   figure.script += "unset y2tics\nunset y2label\nunset arrow\n";
   figure.caption = fmt::format(
       "Fig. 4: mean error of the joint optimisation against {}. Curves: E_t with 95 % intervals, left "
-      "axis; bars: E_R, right axis; dashed: largest errors that the paper states.",
-      fmt::join(sources, ", and "));
+      "axis; bars: E_R, right axis; dashed: largest errors that the paper states.{}",
+      fmt::join(sources, ", and "), drawn_bodies(bodies.size(), most_in_source));
   return {figure};
 }
 
 namespace {
-
-constexpr size_t most_plotted_bodies = 4;
 
 Panel panel_of(const MetricDefinition& error, const std::string& body,
                const std::vector<std::string>& estimators, const SystemStyles& systems, double first,
@@ -210,7 +214,7 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows, const SystemStyl
   if (figure.data.rows.empty()) return figure;
   std::vector<std::string> bodies = distinct(rows, &NoiseLevelRow::body);
   const size_t n_bodies = bodies.size();
-  bodies.resize(std::min(n_bodies, most_plotted_bodies));
+  bodies.resize(std::min(n_bodies, most_bodies));
   const std::vector<std::string> estimators = in_order(distinct(rows, &NoiseLevelRow::estimator));
   std::vector<Panel> panels;
   for (const std::string& body : bodies) {
@@ -229,9 +233,7 @@ Figure figure_of(const std::vector<const NoiseLevelRow*>& rows, const SystemStyl
   figure.caption = fmt::format(
       "Errors over their Cramer-Rao bound, {} {}, with 95 % intervals over {} seeds: 1 is the limit of "
       "unbiased estimates from flow and one depth.{}",
-      first.dataset, first.sequence, first.n_seeds,
-      bodies.size() < n_bodies ? fmt::format(" Drawn are the first {} of {} bodies.", bodies.size(), n_bodies)
-                               : "");
+      first.dataset, first.sequence, first.n_seeds, drawn_bodies(bodies.size(), n_bodies));
   return figure;
 }
 

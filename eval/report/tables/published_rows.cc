@@ -14,8 +14,6 @@ namespace sextant {
 
 namespace {
 
-constexpr int frames_per_stretch = 5;
-
 /// Range of single runs, m +- t s sqrt(1 + 1/n). Sizes, which are never negative, are at least 0.
 std::optional<Interval> one_run_range(const std::vector<double>& by_seed) {
   const auto n = static_cast<double>(by_seed.size());
@@ -33,12 +31,8 @@ std::optional<Measured> measure_mean(const std::vector<RecordNumber>& numbers, c
   std::vector<double> values;
   std::vector<uint64_t> labels;
   std::map<uint64_t, std::pair<double, double>> sums;  // by cluster: sum, count
-  std::map<std::string, uint64_t> sequences;
   for (const auto& [record, value] : numbers) {
-    const uint64_t sequence = sequences.try_emplace(record->sequence, sequences.size()).first->second;
-    const uint64_t label = clusters.are_frames()
-                               ? (sequence << 32) + static_cast<uint64_t>(record->frame / frames_per_stretch)
-                               : clusters.of(*record);
+    const uint64_t label = clusters.of(*record);
     values.push_back(value);
     labels.push_back(label);
     sums[label].first += value;
