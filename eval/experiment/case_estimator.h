@@ -73,7 +73,7 @@ class CaseEstimator {
   /// Returns the name of the estimator in records, unless the user gives another label.
   virtual std::string label() const = 0;
   /// Returns true if the results must be checked for other conventions than the declared ones
-  /// (diagnose_case(), case_runner.h). False for entries of estimators().
+  /// (diagnose_case(), case_motions.h). False for entries of estimators().
   virtual bool is_third_party() const { return true; }
   /// Returns the present fingerprint of an estimator that is not part of Sextant; nullopt for Sextant's own
   /// estimators, which the version of Sextant identifies. May read files. Throws Error if one cannot be read.

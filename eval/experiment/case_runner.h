@@ -16,8 +16,8 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/points/extraction.h"
 #include "sextant/eval/experiment/case_estimator.h"
+#include "sextant/eval/experiment/case_motions.h"
 #include "sextant/eval/records/record.h"
-#include "sextant/eval/records/tracks.h"
 #include "sextant/measurement/problem.h"
 #include "sextant/noise/noise.h"
 #include "sextant/truth/truth.h"
@@ -99,13 +99,6 @@ struct CaseSettings {
   bool rescore = false;          ///< CaseContext::rescore
 };
 
-struct CaseMotions {
-  Trajectory estimated;          ///< T_world_camera; ends at the first frame without an ego estimate
-  bool starts_at_truth = false;  ///< true: the first pose is the true one; false: the identity
-  /// H_world of the estimate, by id and frame k of the pair (k-1, k).
-  std::map<int, std::map<int, SE3>> objects;
-};
-
 struct CaseOutcome {
   /// Ordered by pair; for each result of the estimator in turn: ego first, then objects by id.
   std::vector<Record> records;
@@ -125,24 +118,5 @@ using PairObserver = std::function<void(const FrameResult&, std::span<const Reco
 /// may read its frames. `on_pair` (may be empty) observes the first case. Throws Interrupted on Ctrl-C.
 std::vector<CaseOutcome> run_cases(const Sequence& sequence, const std::vector<CaseSettings>& cases,
                                    const NextPairs& next, int jobs, const PairObserver& on_pair = {});
-
-// ---- the paths of a run's camera and objects (records/tracks.h)
-
-/// Returns the camera's track first, then those of objects with both an estimated motion and truth, by id.
-std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTruth& truth,
-                                   const SequenceInfo& info);
-
-// ---- Checks of the motions of a third-party estimator against the truth of its case, which detect
-// centimetres, inverse motions, or another frame than the declared one (eval/diagnosis). The estimator never
-// sees the truth or these messages.
-
-/// Returns one line for each diagnosis, beginning with `estimator`. `recorded_camera`: the recorded poses
-/// from which the camera's motions were computed, or null; another order of quaternion components can be
-/// detected in poses only. Motions of objects are checked as they were logged: in the frame `declared` and in
-/// the world of the recorded camera. They are checked only if nothing is found for the camera.
-std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
-                                       const std::string& estimator,
-                                       const Trajectory* recorded_camera = nullptr,
-                                       MotionFrame declared = MotionFrame::world);
 
 }  // namespace sextant

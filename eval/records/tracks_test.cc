@@ -1,38 +1,9 @@
-#include "sextant/eval/experiment/case_runner.h"
+#include "sextant/eval/records/tracks.h"
 
 #include "sextant/base/testing.h"
 
 namespace sextant {
 namespace {
-
-SE3 shift(double x, double z) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(x, 0, z)}; }
-
-TEST(Tracks, ObjectsStartAtTheTruthOfEachStretchAndDrift) {
-  SequenceTruth truth;
-  CaseMotions motions;
-  SequenceInfo info{.first_frame = 0, .last_frame = 4};
-  for (int k = 0; k <= 4; ++k) {
-    truth.camera.set(k, shift(0, k));
-    motions.estimated.set(k, shift(0, 1.1 * k));
-    ObjectTruth object;
-    object.id = 7;
-    object.T_camera_object = shift(2, 10 + k);  // 2 m per frame in the world
-    truth.objects[k] = {object};
-  }
-  motions.objects[7] = {{1, shift(0, 2.5)}, {2, shift(0, 2.5)}, {4, shift(0, 2)}};  // none at frame 3
-  const std::vector<BodyTrack> tracks = body_tracks(motions, truth, info);
-  ASSERT_EQ(tracks.size(), 2U);
-  EXPECT_EQ(tracks[0].body, "ego");
-  EXPECT_DOUBLE_EQ(tracks[0].points[4].estimate_m->z(), 4.4);
-  EXPECT_DOUBLE_EQ(tracks[0].points[4].truth_m->z(), 4);
-  const std::vector<TrackPoint>& object = tracks[1].points;
-  ASSERT_EQ(object.size(), 5U);
-  EXPECT_DOUBLE_EQ(object[0].estimate_m->z(), 10);
-  EXPECT_DOUBLE_EQ(object[2].estimate_m->z(), 15);
-  EXPECT_DOUBLE_EQ(object[2].truth_m->z(), 14);
-  EXPECT_DOUBLE_EQ(object[3].estimate_m->z(), 16);  // a new sequence of estimates starts at the truth
-  EXPECT_DOUBLE_EQ(object[4].estimate_m->z(), 18);
-}
 
 TEST(Tracks, FileReadsBackToTheSame) {
   const std::vector<BodyTrack> tracks = {
