@@ -9,7 +9,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/quantile.h"
 #include "sextant/eval/evaluation/time_shift_warnings.h"
-#include "sextant/eval/evaluation/trajectory_disagreement.h"
+#include "sextant/eval/evaluation/trajectory_agreement.h"
 #include "sextant/eval/evaluation/trajectory_explanation.h"
 #include "sextant/geometry/trajectory.h"
 

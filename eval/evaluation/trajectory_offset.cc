@@ -488,8 +488,8 @@ OffsetEstimate estimate_offset(const PoseSeries& reference, const PoseSeries& es
   }
   if (std::min(low + search.reach(), search.reach() - high) < 0.75 * search.width()) {
     undetermined(
-        fmt::format("shifts of {:.3g} to {:.3g} s from {} s agree about as well, because the motion is too "
-                    "uniform there: use a longer recording",
+        fmt::format("shifts of {:.3g} to {:.3g} s from {} s agree about as well: the motion is too uniform "
+                    "there (use a longer recording), or the offset lies outside",
                     low, high, initial_s));
   }
   out.low_s = initial_s + low;

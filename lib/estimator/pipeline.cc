@@ -113,11 +113,12 @@ class Stopwatch {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-Eigen::Vector3d inlier_centroid(const Problem& problem, const std::vector<unsigned char>& inliers) {
+/// Returns the centroid of the points marked in `used`, in previous camera coordinates.
+Eigen::Vector3d centroid_of_used(const Problem& problem, const std::vector<unsigned char>& used) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int n = 0;
-  for (size_t i = 0; i < inliers.size(); ++i) {
-    if (inliers[i] == 0) continue;
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (used[i] == 0) continue;
     sum += problem.camera.left.backproject(problem.points.u[i], problem.points.v[i], problem.points.depth[i]);
     ++n;
   }
@@ -143,7 +144,7 @@ void check_estimate(MotionEstimate& estimate, size_t n_points) {
 }
 
 /// Robust start and refinement of one body: fills points, estimate, status, counts and times.
-void estimate_body(const Problem& problem, const std::optional<SE3>& propagated, int min_points,
+void estimate_body(const Problem& problem, const std::optional<SE3>& propagated, int min_inliers,
                    const RobustStartOptions& options, RefineOn refine_on, const Estimator& estimator,
                    BodyResult& body) {
   Stopwatch watch;
@@ -156,12 +157,12 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
   body.start_propagated = start.propagated;
   body.status = start.status;
   if (start.status != Status::ok) return;
-  if (start.n_inliers < min_points) {
+  if (start.n_inliers < min_inliers) {
     body.status = Status::too_few_points;
     return;
   }
   body.estimate = estimator.estimate(
-      problem, estimator.chooses_points() ? start.start : choose_points(problem, start.start, refine_on));
+      problem, estimator.chooses_points() ? start.point : choose_points(problem, start.point, refine_on));
   check_estimate(body.estimate, problem.points.size());
   body.status = body.estimate.status;
   body.times.refine_ms = watch.lap_ms();
@@ -209,7 +210,7 @@ FrameEstimator::FrameEstimator(const PipelineOptions& options, std::shared_ptr<c
 
 FrameResult FrameEstimator::process(const FramePair& pair) {
   if (!has_last_ || pair.prev != last_curr_) {  // a new sequence, or a gap: nothing to propagate
-    has_camera_motion_ = false;
+    has_background_motion_ = false;
     track_of_instance_.clear();
     motion_of_track_.clear();
   }
@@ -246,8 +247,8 @@ FrameResult FrameEstimator::process(const FramePair& pair) {
 
   last_curr_ = pair.curr;
   has_last_ = true;
-  has_camera_motion_ = result.ego.status == Status::ok;
-  last_camera_motion_ = result.ego.estimate.T_curr_prev;
+  has_background_motion_ = result.ego.status == Status::ok;
+  last_background_motion_ = result.ego.estimate.T_curr_prev;
   track_of_instance_ = tracks;
   motion_of_track_ = std::move(motions);
   return result;
@@ -265,7 +266,7 @@ BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
   BodyResult ego;
   ego.area_fraction = ego.distance_m = ego.moving_share = ego.speed_mps = nan;
   const std::optional<SE3> propagated =
-      has_camera_motion_ ? std::optional<SE3>(last_camera_motion_) : std::nullopt;
+      has_background_motion_ ? std::optional<SE3>(last_background_motion_) : std::nullopt;
   estimate_body({pair.camera, pair.background, declared_noise(pair, 0)}, propagated, min_ego_inliers,
                 options_.start, options_.refine_on, *estimator_, ego);
   return ego;
@@ -390,7 +391,7 @@ void FrameEstimator::refine_object(const FramePair& pair, const std::optional<SE
   estimate_body(problem, propagated, options_.min_object_points, options_.start, refine_on, *estimator_,
                 body);
   if (body.status != Status::ok) return;
-  body.centroid_m = inlier_centroid(problem, body.estimate.inliers);
+  body.centroid_m = centroid_of_used(problem, body.estimate.inliers);
   if (ego.status == Status::ok) {
     const SE3 H = object_motion_prev(ego.estimate.T_curr_prev, body.estimate.T_curr_prev);
     body.speed_mps = speed_mps(H, body.centroid_m, pair.dt_s);

@@ -102,9 +102,8 @@ std::span<const MetricDefinition> metric_definitions() {
       {"Ev_origin_kmh", errors, "object", "E_v, origin", "km/h", 2, lower,
        "absolute difference of v_kmh and v_gt_origin_kmh"},
       {"v_kmh", values, "object", "v", "km/h", 2, neither,
-       "`abs(t - (I - R) c) / dt` of the estimated `H = X_0⁻¹ X = (R, t)`; c = centroid of the inliers, "
-       "previous "
-       "camera coordinates",
+       "`abs(t - (I - R) c) / dt` of the estimated `H = X_0⁻¹ X = (R, t)`; c = centroid of the "
+       "points that the refinement used, previous camera coordinates",
        in_summary | beside_speed},
       {"v_gt_kmh", values, "object", "v_gt", "km/h", 2, neither,
        "the same formula with the true H at the **same** c", in_summary | beside_speed},

@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "sextant/base/error.h"
 #include "sextant/geometry/camera.h"
 #include "sextant/geometry/se3.h"
 #include "sextant/measurement/problem.h"
@@ -48,8 +49,22 @@ struct FlowError {
   int n = 0;
 };
 
-FlowError flow_error(std::span<const double> u, std::span<const double> v, std::span<const double> true_u,
-                     std::span<const double> true_v);
+inline FlowError flow_error(std::span<const double> u, std::span<const double> v,
+                            std::span<const double> true_u, std::span<const double> true_v) {
+  SEXTANT_CHECK(u.size() == v.size() && u.size() == true_u.size() && u.size() == true_v.size());
+  FlowError sum;
+  for (size_t i = 0; i < u.size(); ++i) {
+    const double du = u[i] - true_u[i];
+    const double dv = v[i] - true_v[i];
+    if (!std::isfinite(du) || !std::isfinite(dv)) continue;
+    sum.epe_px += std::hypot(du, dv);
+    sum.x_px += std::abs(du);
+    sum.y_px += std::abs(dv);
+    ++sum.n;
+  }
+  const double n = sum.n > 0 ? sum.n : NAN;
+  return {sum.epe_px / n, sum.x_px / n, sum.y_px / n, sum.n};
+}
 
 /// Flow that a rigid motion X induces at points of known depth: project(X * backproject(p, d)) - p. For data
 /// sets with true motion but no true flow this is the `induced` truth, which contains the errors of the
@@ -58,7 +73,20 @@ struct PointFlow {
   std::vector<double> u;
   std::vector<double> v;
 };
-PointFlow induced_flow(const PinholeCamera& camera, const SE3& T_curr_prev, const Correspondences& points);
+inline PointFlow induced_flow(const PinholeCamera& camera, const SE3& T_curr_prev,
+                              const Correspondences& points) {
+  PointFlow flow;
+  flow.u.reserve(points.size());
+  flow.v.reserve(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d p = T_curr_prev * camera.backproject(points.u[i], points.v[i], points.depth[i]);
+    const Eigen::Vector2d uv =
+        p.z() > 0 ? camera.project(p) : Eigen::Vector2d(Eigen::Vector2d::Constant(NAN));
+    flow.u.push_back(uv.x() - points.u[i]);
+    flow.v.push_back(uv.y() - points.v[i]);
+  }
+  return flow;
+}
 
 // Dynamic/static classification against truth (paper Table I); positive = dynamic.
 
@@ -83,10 +111,5 @@ struct ClassificationCounts {
     return all == 0 ? std::nullopt : std::optional(static_cast<double>(part) / all);
   }
 };
-
-/// Threshold for data sets without a dynamic/static flag: an object is dynamic if its true speed is above it
-/// (m/s). The label box of a stationary object moves by up to about 0.05 m per frame through annotation and
-/// pose errors, i.e. 0.5 m/s at 10 Hz.
-constexpr double min_true_speed_mps = 1.0;
 
 }  // namespace sextant
