@@ -14,83 +14,6 @@
 namespace sextant {
 namespace {
 
-constexpr int largest_frame = 999'999;  // six digits
-
-std::string times_text(const SequenceInfo& info) {
-  std::string text;
-  for (int frame = 0; frame <= info.last_frame; ++frame) {
-    const auto known = info.times_s.find(frame);
-    text += fmt::format("{:.9f}\n", known == info.times_s.end() ? frame / info.rate_hz : known->second);
-  }
-  return text;
-}
-
-std::string poses_text(const Sequence& sequence) {
-  std::map<int, SE3> poses;
-  for (const auto& [frame, pose] : sequence.truth().camera.poses()) {
-    if (frame >= sequence.info().first_frame && frame <= sequence.info().last_frame) poses[frame] = pose;
-  }
-  return encode_pose_text(poses);
-}
-
-std::string objects_text(const Sequence& sequence) {
-  std::string text;
-  for (const auto& [frame, objects] : sequence.truth().objects) {
-    if (frame < sequence.info().first_frame || frame > sequence.info().last_frame) continue;
-    for (const ObjectTruth& object : objects) {
-      const Eigen::Vector3d& p = object.T_camera_object.translation();
-      const Eigen::Vector3d ahead = object.T_camera_object.rotation() * Eigen::Vector3d::UnitZ();
-      const double ry =
-          std::remainder(std::atan2(ahead.x(), ahead.z()) - std::numbers::pi / 2, 2 * std::numbers::pi);
-      const ImageBox box = object.box.value_or(ImageBox{0, 0, 0, 0});
-      put_line(text, frame, object.id, box.left, box.top, box.right, box.bottom, p.x(), p.y(), p.z(), ry);
-    }
-  }
-  return text;
-}
-
-std::vector<LayoutFolder> folders(const fs::path& root, double bf) {
-  const auto png = [](const auto& image) { return encode_png(image); };
-  const auto disparity = [bf](const auto& depth) { return encode_png(disparity256_from_depth(depth, bf)); };
-  return {layout_folder(&Channels::rgb, &Frame::rgb, root / "image_0", "{:06}.png", png),
-          layout_folder(&Channels::depth, &Frame::depth_m, root / "depth", "{:06}.png", disparity),
-          layout_folder(&Channels::flow, &Frame::flow, root / "flow", "{:06}.flo", encode_flo),
-          layout_folder(&Channels::mask, &Frame::mask, root / "semantic", "{:06}.txt", encode_mask_text)};
-}
-
-}  // namespace
-
-std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request) {
-  const SequenceInfo& info = sequence.info();
-  if (request.sequence.find_first_of("/\\#@") != std::string::npos) {
-    fail("sequence name '{}': expected one such as 0005, without any of the characters / \\ # @",
-         request.sequence);
-  }
-  if (info.first_frame < 0 || info.last_frame > largest_frame) {
-    fail("{} sequence {}: frames {}-{}: expected 0 to {}, which file names of six digits can store",
-         info.dataset, info.sequence, info.first_frame, info.last_frame, largest_frame);
-  }
-  const fs::path final_folder = request.out / request.sequence;
-  for (const char* name : {"image_0", "depth", "flow", "semantic", "pose_gt.txt"}) {
-    if (fs::exists(final_folder / name)) {
-      fail("{}: exists already: remove it, or choose another folder or sequence name",
-           (final_folder / name).string());
-    }
-  }
-  const fs::path folder = (request.stage.empty() ? request.out : request.stage) / request.sequence;
-  fs::create_directories(folder);
-  write_layout_frames(sequence, request, {.folders = folders(folder, info.camera.bf)});
-  write_file(folder / "camera.yaml", encode_yaml_camera({info.camera, info.rate_hz}));
-  write_file(folder / "times.txt", times_text(info));
-  if (!sequence.truth().camera.empty()) write_file(folder / "pose_gt.txt", poses_text(sequence));
-  if (!sequence.truth().objects.empty()) write_file(folder / "object_pose.txt", objects_text(sequence));
-  std::string path = final_folder.string();
-  if (request.sequence.empty() && path.size() > 1 && path.back() == '/') path.pop_back();
-  return "vdo:" + path;
-}
-
-namespace {
-
 // KITTI tracking 0003, left colour camera. The authors' demo uses the bf of the grey pair although its images
 // and depth are from the colour pair: depth is 0.8 % too large. bf_preset = colour corrects that.
 constexpr int demo_width = 1242;
@@ -246,7 +169,7 @@ class TextFiles {
     const fs::path poses = dir_ / "pose_gt.txt";
     if (fs::exists(poses)) {
       for (const auto& [frame, pose] : decode_pose_text(sequence_.inputs().read(poses), poses.string())) {
-        sequence_.truth().camera.set(frame, pose);
+        sequence_.truth().camera.set(frame, pose);  // T_world_camera
       }
       warn_about_frames_without_pose(poses);
     } else {
@@ -345,7 +268,10 @@ std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
                  .kind = "vdo_text",
                  .files = (dir / "semantic").string(),
                  .provenance = "masks: precomputed text"};
-  sequence->open_channels(files);  // FolderSequence::read() calls read() of the sources that this opens
+  // With the option `auto` this opens the source KIND:FILES of channel_source.cc, e.g.
+  // disparity256:DIR/depth. FolderSequence::read() calls read() of these sources, and decodes the image
+  // `left` as the luminance 0.299 R + 0.587 G + 0.114 B.
+  sequence->open_channels(files);
   texts.warn_about_depth_factor();
   return sequence;
 }
@@ -360,6 +286,7 @@ ObjectTruth read_object(const TextRows& rows) {
   if (object.id > 65535) rows.fail_here("expected an object id of at most 65535, got {}", object.id);
   object.box = rows.box(2);
   const Eigen::Vector3d position(rows.metres(6, "x"), rows.metres(7, "y"), rows.metres(8, "z"));
+  // KITTI's ry is 0 for an object that points along the camera's x axis; its own z axis points forwards.
   const double yaw = rows.radians(9, "ry") + std::numbers::pi / 2;
   const Eigen::Quaterniond rotation(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));
   object.T_camera_object = SE3(rotation, position);
@@ -382,6 +309,85 @@ ObjectTruths decode_vdo_objects(std::string_view text, const std::string& name) 
   for (auto& [frame, list] : objects) std::ranges::sort(list, {}, &ObjectTruth::id);
   mark_interpolated(objects);
   return objects;
+}
+
+// ---- Writing the layout
+
+namespace {
+
+constexpr int largest_frame = 999'999;  // six digits
+
+std::string times_text(const SequenceInfo& info) {
+  std::string text;
+  for (int frame = 0; frame <= info.last_frame; ++frame) {
+    const auto known = info.times_s.find(frame);
+    text += fmt::format("{:.9f}\n", known == info.times_s.end() ? frame / info.rate_hz : known->second);
+  }
+  return text;
+}
+
+std::string poses_text(const Sequence& sequence) {
+  std::map<int, SE3> poses;
+  for (const auto& [frame, pose] : sequence.truth().camera.poses()) {
+    if (frame >= sequence.info().first_frame && frame <= sequence.info().last_frame) poses[frame] = pose;
+  }
+  return encode_pose_text(poses);
+}
+
+std::string objects_text(const Sequence& sequence) {
+  std::string text;
+  for (const auto& [frame, objects] : sequence.truth().objects) {
+    if (frame < sequence.info().first_frame || frame > sequence.info().last_frame) continue;
+    for (const ObjectTruth& object : objects) {
+      const Eigen::Vector3d& p = object.T_camera_object.translation();
+      const Eigen::Vector3d ahead = object.T_camera_object.rotation() * Eigen::Vector3d::UnitZ();
+      const double ry =
+          std::remainder(std::atan2(ahead.x(), ahead.z()) - std::numbers::pi / 2, 2 * std::numbers::pi);
+      const ImageBox box = object.box.value_or(ImageBox{0, 0, 0, 0});
+      put_line(text, frame, object.id, box.left, box.top, box.right, box.bottom, p.x(), p.y(), p.z(), ry);
+    }
+  }
+  return text;
+}
+
+std::vector<LayoutFolder> folders(const fs::path& root, double bf) {
+  const auto png = [](const auto& image) { return encode_png(image); };
+  const auto disparity = [bf](const auto& depth) { return encode_png(disparity256_from_depth(depth, bf)); };
+  return {layout_folder(&Channels::rgb, &Frame::rgb, root / "image_0", "{:06}.png", png),
+          layout_folder(&Channels::depth, &Frame::depth_m, root / "depth", "{:06}.png", disparity),
+          layout_folder(&Channels::flow, &Frame::flow, root / "flow", "{:06}.flo", encode_flo),
+          layout_folder(&Channels::mask, &Frame::mask, root / "semantic", "{:06}.txt", encode_mask_text)};
+}
+
+}  // namespace
+
+std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& request) {
+  const SequenceInfo& info = sequence.info();
+  if (request.sequence.find_first_of("/\\#@") != std::string::npos) {
+    fail("sequence name '{}': expected one such as 0005, without any of the characters / \\ # @",
+         request.sequence);
+  }
+  if (info.first_frame < 0 || info.last_frame > largest_frame) {
+    fail("{} sequence {}: frames {}-{}: expected 0 to {}, which file names of six digits can store",
+         info.dataset, info.sequence, info.first_frame, info.last_frame, largest_frame);
+  }
+  const fs::path final_folder = request.out / request.sequence;
+  for (const char* name : {"image_0", "depth", "flow", "semantic", "pose_gt.txt"}) {
+    if (fs::exists(final_folder / name)) {
+      fail("{}: exists already: remove it, or choose another folder or sequence name",
+           (final_folder / name).string());
+    }
+  }
+  const fs::path folder = (request.stage.empty() ? request.out : request.stage) / request.sequence;
+  fs::create_directories(folder);
+  write_layout_frames(sequence, request, {.folders = folders(folder, info.camera.bf)});
+  write_file(folder / "camera.yaml", encode_yaml_camera({info.camera, info.rate_hz}));
+  write_file(folder / "times.txt", times_text(info));
+  if (!sequence.truth().camera.empty()) write_file(folder / "pose_gt.txt", poses_text(sequence));
+  if (!sequence.truth().objects.empty()) write_file(folder / "object_pose.txt", objects_text(sequence));
+  std::string path = final_folder.string();
+  if (request.sequence.empty() && path.size() > 1 && path.back() == '/') path.pop_back();
+  return "vdo:" + path;
 }
 
 }  // namespace sextant

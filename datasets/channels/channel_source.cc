@@ -20,33 +20,34 @@ namespace {
 // To add a kind, write one line in the table of its channel here, and one in the list at the head of
 // channel_source.h. The help of the adapters' options and the message of an unknown choice follow from the
 // table.
-template <typename Make>
+template <typename T>
+using Opener =
+    std::function<std::unique_ptr<ChannelSource<T>>(const std::string& path, const ChannelInputs&)>;
+
+template <typename T>
 struct Kind {
   std::string name;
   std::string argument;  // "DIR", "FILE" or ""
-  Make make;
+  Opener<T> open;
 
   std::string form() const { return argument.empty() ? name : name + ":" + argument; }
 };
 
-template <typename Make>
-std::vector<std::string> forms_of(const std::vector<Kind<Make>>& table) {
+template <typename T>
+std::vector<std::string> forms_of(const std::vector<Kind<T>>& table) {
   std::vector<std::string> forms;
-  for (const Kind<Make>& kind : table) forms.push_back(kind.form());
+  for (const Kind<T>& kind : table) forms.push_back(kind.form());
   return forms;
 }
 
+// Splits a choice such as "flo:DIR" and opens the source of its kind.
 template <typename T>
-using Make = std::function<std::unique_ptr<ChannelSource<T>>(const std::string& path, const ChannelInputs&)>;
-
-// Splits a choice such as "flo:DIR" and makes the source of its kind.
-template <typename T>
-std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& choice,
-                                       const std::vector<Kind<Make<T>>>& table, const ChannelInputs& inputs) {
+std::unique_ptr<ChannelSource<T>> open_kind(const char* channel, const std::string& choice,
+                                            const std::vector<Kind<T>>& table, const ChannelInputs& inputs) {
   SEXTANT_CHECK(inputs.inputs != nullptr && inputs.width > 0 && inputs.height > 0);
   const size_t colon = choice.find(':');
   const std::string name = choice.substr(0, colon);
-  const auto kind = std::ranges::find(table, name, &Kind<Make<T>>::name);
+  const auto kind = std::ranges::find(table, name, &Kind<T>::name);
   if (kind == table.end()) {
     std::vector<std::string> names;
     for (const auto& known : table) names.push_back(known.name);
@@ -58,14 +59,14 @@ std::unique_ptr<ChannelSource<T>> make(const char* channel, const std::string& c
   }
   const std::string path = colon == std::string::npos ? "" : choice.substr(colon + 1);
   if (path.empty() != kind->argument.empty()) fail("{}: '{}': expected {}", channel, choice, kind->form());
-  return kind->make(path, inputs);
+  return kind->open(path, inputs);
 }
 
 /// Returns a factory of sources with one file per frame: FrameFiles finds the file by the number in its name,
 /// and `decode` converts its bytes to the image of the channel.
 template <typename T>
-Make<T> files(const char* channel, const char* kind, const char* extension,
-              typename FolderSource<T>::Decode decode) {
+Opener<T> files(const char* channel, const char* kind, const char* extension,
+                typename FolderSource<T>::Decode decode) {
   return [=](const std::string& path, const ChannelInputs& inputs) {
     return std::make_unique<FolderSource<T>>(channel, kind, extension, path, inputs, decode);
   };
@@ -114,14 +115,14 @@ class MotsSource final : public MaskSource {
   std::string provenance_;
 };
 
-Make<uint16_t> mots_text(const char* kind, MotsIds ids) {
+Opener<uint16_t> mots_text(const char* kind, MotsIds ids) {
   return [=](const std::string& path, const ChannelInputs& inputs) {
     return std::make_unique<MotsSource>(kind, ids, path, inputs);
   };
 }
 
-const std::vector<Kind<Make<Flow>>>& flow_kinds() {
-  static const std::vector<Kind<Make<Flow>>> table = {
+const std::vector<Kind<Flow>>& flow_kinds() {
+  static const std::vector<Kind<Flow>> table = {
       {"dis", "", [](const auto&, const auto& i) { return make_dis_source(i); }},
       {"flo", "DIR", files<Flow>("flow", "flo", ".flo", decode_flo)},
       {"kitti_png", "DIR", files<Flow>("flow", "kitti_png", ".png", of_png_rgb16(flow_from_kitti))},
@@ -133,8 +134,8 @@ const std::vector<Kind<Make<Flow>>>& flow_kinds() {
   return table;
 }
 
-const std::vector<Kind<Make<float>>>& depth_kinds() {
-  static const std::vector<Kind<Make<float>>> table = {
+const std::vector<Kind<float>>& depth_kinds() {
+  static const std::vector<Kind<float>> table = {
       {"sgbm", "", [](const auto&, const auto& i) { return make_sgbm_source(i); }},
       {"disparity256", "DIR", make_disparity256_source},
       {"depth256", "DIR", files<float>("depth", "depth256", ".png", of_png16(depth_from_depth256))},
@@ -148,7 +149,7 @@ const std::vector<Kind<Make<float>>>& depth_kinds() {
   return table;
 }
 
-std::vector<Kind<Make<uint16_t>>> mask_kinds(std::map<int, std::vector<LabelBox>> boxes) {
+std::vector<Kind<uint16_t>> mask_kinds(std::map<int, std::vector<LabelBox>> boxes) {
   return {
       {"instance_png", "DIR", files<uint16_t>("masks", "instance_png", ".png", decode_png_ids)},
       {"mots_png", "DIR", files<uint16_t>("masks", "mots_png", ".png", decode_mots)},
@@ -170,16 +171,16 @@ void check_size(int width, int height, const std::string& path, const ChannelInp
 }
 
 std::unique_ptr<FlowSource> make_flow_source(const std::string& choice, const ChannelInputs& inputs) {
-  return make("flow", choice, flow_kinds(), inputs);
+  return open_kind("flow", choice, flow_kinds(), inputs);
 }
 
 std::unique_ptr<DepthSource> make_depth_source(const std::string& choice, const ChannelInputs& inputs) {
-  return make("depth", choice, depth_kinds(), inputs);
+  return open_kind("depth", choice, depth_kinds(), inputs);
 }
 
 std::unique_ptr<MaskSource> make_mask_source(const std::string& choice, const ChannelInputs& inputs,
                                              std::map<int, std::vector<LabelBox>> boxes) {
-  return make("masks", choice, mask_kinds(std::move(boxes)), inputs);
+  return open_kind("masks", choice, mask_kinds(std::move(boxes)), inputs);
 }
 
 const char* flow_option_help() {

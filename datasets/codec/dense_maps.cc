@@ -193,14 +193,15 @@ std::string encode_flo(const Image<Flow>& flow) {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "four_labels stores its lanes in memory order");
+static_assert(std::endian::native == std::endian::little, "four_ids stores its lanes in memory order");
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// Parses four labels of one digit, each followed by a blank ("0 0 1 1 "), at once: xor leaves the digit in
-// the low byte of each 16-bit lane and 0 in the high byte, which is the four pixels.
-bool four_labels(const char* p, uint64_t& lanes) {
+// Parses four ids of one digit, each followed by a blank ("0 0 1 1 "), at once. A digit d and the blank are
+// the bytes 0x3d 0x20; xor with 0x30 0x20 turns them into d 0, which is the pixel d as a little-endian
+// uint16_t.
+bool four_ids(const char* p, uint64_t& lanes) {
   uint64_t word;
   std::memcpy(&word, p, sizeof word);
   lanes = word ^ 0x2030203020302030u;
@@ -222,7 +223,7 @@ class MaskParser {
     size_t n = 0;
     while (true) {
       uint64_t lanes;
-      while (end_ - at_ >= 8 && n + 4 <= capacity && four_labels(at_, lanes)) {
+      while (end_ - at_ >= 8 && n + 4 <= capacity && four_ids(at_, lanes)) {
         std::memcpy(out + n, &lanes, sizeof lanes);
         at_ += 8;
         n += 4;

@@ -46,7 +46,7 @@ std::optional<SE3> fitted_motion(const Frame& frame, const StereoCamera& camera)
   const RobustStart start = robust_start(problem, std::nullopt, {});
   if (start.status != Status::ok) return std::nullopt;
   const MotionEstimate estimate =
-      make_estimator("joint_flow_depth", {{"covariance", "independent"}})->estimate(problem, start.start);
+      make_estimator("joint_flow_depth", {{"covariance", "independent"}})->estimate(problem, start.point);
   if (estimate.status != Status::ok) return std::nullopt;
   return estimate.T_curr_prev;
 }

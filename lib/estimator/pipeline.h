@@ -96,6 +96,9 @@ std::optional<MotionLikelihood> test_motion(const MotionEstimate& body, const Mo
 /// Points on which the motion of an object is refined: those of RefineOn, or (`same`) of the option
 /// refine_on.
 enum class RefineObjectsOn { inliers, all, reselected, same };
+static_assert(static_cast<int>(RefineObjectsOn::inliers) == static_cast<int>(RefineOn::inliers) &&
+              static_cast<int>(RefineObjectsOn::all) == static_cast<int>(RefineOn::all) &&
+              static_cast<int>(RefineObjectsOn::reselected) == static_cast<int>(RefineOn::reselected));
 constexpr Names<4> names_of(RefineObjectsOn) { return {"inliers", "all", "reselected", "same"}; }
 
 struct PipelineOptions {
@@ -143,7 +146,7 @@ struct BodyResult {
   double moving_share = 0;        ///< share of points with scene flow above the threshold; NaN if unknown
   bool is_dynamic = false;
   std::optional<MotionLikelihood> likelihood;  ///< if classification.test is likelihood
-  /// centroid of the inliers, previous camera coordinates
+  /// centroid of the points that the refinement used, previous camera coordinates
   Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();
   double speed_mps = 0;                   ///< |t - (I - R) c| / dt; NaN if not estimated
   SplitNees split;                        ///< if pipeline.consistency is set
@@ -179,8 +182,8 @@ class FrameEstimator {
   std::shared_ptr<const Estimator> estimator_;
   int last_curr_ = 0;  ///< frame number of the state below
   bool has_last_ = false;
-  SE3 last_camera_motion_;  ///< T_curr_prev of the background in the last pair
-  bool has_camera_motion_ = false;
+  SE3 last_background_motion_;  ///< T_curr_prev of the background in the last pair
+  bool has_background_motion_ = false;
   std::map<int, int> track_of_instance_;  ///< for the last current frame
   std::map<int, SE3> motion_of_track_;    ///< H in coordinates of the last current camera
   int next_track_ = 1;

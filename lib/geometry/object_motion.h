@@ -4,7 +4,7 @@
 // that the literature uses. X = T_curr_prev of the object maps its points from previous to current camera
 // coordinates and includes the camera's own motion.
 //
-//   H        in previous camera coordinates  H = T_prev_curr X (paper eq. (9)), T_curr_prev of the background
+//   H        in previous camera coordinates  H = X_0^-1 X (paper eq. (9)), X_0 = X of the background
 //   H_world  in the world                    H_world = T_world_curr X T_world_prev^-1
 //   H_body   in the object's own frame       L^-1 H L, L = T_camera_object at the previous frame
 //   v        speed, m/s                      |t - (I - R) c| / dt = |H c - c| / dt (paper sec. V, after

@@ -51,8 +51,8 @@ struct CellContext {
   const Json& row;
   std::string system;  ///< estimator of a row below the rule; empty: that of the column
 
-  /// Conditions that the paper's row and the rows of all procedures share.
-  Selector place(const std::string& quantity) const {
+  /// Conditions of column, row and quantity, without those of a procedure or a kind of data.
+  Selector conditions(const std::string& quantity) const {
     Selector place = joined(selector_of(column), selector_of(row));
     if (!quantity.empty()) place["quantity"] = quantity;
     return place;
@@ -66,7 +66,7 @@ struct Found {
 
 /// Finds the measured row on the nearest data; among several on the same kind, the one with most pairs.
 Found find_measured(const CellContext& context, const std::string& quantity) {
-  Selector place = joined(context.place(quantity), selector_of(context.procedure));
+  Selector place = joined(context.conditions(quantity), selector_of(context.procedure));
   const std::string suffix = context.procedure.value("procedure", "");
   if (!suffix.empty() && place.contains("estimator")) place["estimator"] += ", " + suffix;
   if (!context.system.empty()) place["estimator"] = context.system;
@@ -87,7 +87,7 @@ Found find_measured(const CellContext& context, const std::string& quantity) {
 
 std::optional<double> find_published(const CellContext& context, const std::string& quantity) {
   if (!context.system.empty()) return std::nullopt;
-  Selector place = context.place(quantity);
+  Selector place = context.conditions(quantity);
   if (context.column.contains("published"))
     place = joined({{"quantity", place.at("quantity")}}, selector_of(context.column, "published"));
   for (const PaperRow& row : context.table.rows) {
@@ -218,7 +218,7 @@ struct VersionMaker {
     row.decimals = entry.at("decimals").get<int>();
     row.name = fmt::format("{}", fmt::join(row.labels, " "));
     if (system != nullptr) {
-      row.is_ours = true;
+      row.is_added = true;
       row.in_terminal = system->value("terminal", false);
       const std::string title = system->value("title", "");
       if (!title.empty()) {
@@ -246,7 +246,7 @@ struct VersionMaker {
       for (const auto& cell : row.cells)
         version.n_measured += !cell.empty() && cell.front().measured.has_value();
     }
-    for (const Json& system : layout.value("ours", Json::array())) {
+    for (const Json& system : layout.value("added_rows", Json::array())) {
       bool any = false;
       for (const Json& entry : system.contains("rows") ? system.at("rows") : layout.at("rows")) {
         LayoutRow row = row_of(entry, &system);
@@ -257,7 +257,7 @@ struct VersionMaker {
         any |= measured;
       }
       if (any) add_text(system.value("note", ""), version.notes);
-      if (any && procedure.contains("procedure"))  // the rows above are of another one than ours
+      if (any && procedure.contains("procedure"))  // the paper's rows follow another procedure than ours
         add_text(layout.value("note_on_other_procedures", ""), version.notes);
     }
     return version;
@@ -271,8 +271,8 @@ void describe(const Json& kinds, LayoutVersion& version) {
     for (const auto& cell : row.cells) {
       for (const LayoutValue& value : cell) {
         add_text(value.reason, reasons);
-        version.is_incomplete |= !row.is_ours && value.published && !value.measured;
-        if (row.is_ours || !value.measured) continue;
+        version.is_incomplete |= !row.is_added && value.published && !value.measured;
+        if (row.is_added || !value.measured) continue;
         add_text(value.data, data);
         for (const Json& kind : kinds)
           if (is_of_kind(value.dataset, kind)) add_text(kind.value("title", ""), titles);

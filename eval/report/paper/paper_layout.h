@@ -48,7 +48,7 @@ struct LayoutRow {
   std::vector<std::string> labels;  ///< one per label column of the header
   int decimals = 0;
   std::vector<LayoutCell> cells;  ///< one per column; empty: no value in this column
-  bool is_ours = false;           ///< below a rule: a row that the paper does not have
+  bool is_added = false;          ///< below a rule: a row that the paper does not have
   bool in_terminal = true;
 };
 

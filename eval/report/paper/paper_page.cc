@@ -77,7 +77,7 @@ std::string rows_html(const LayoutVersion& version, const std::vector<const Layo
   size_t spanned = 0;  // remaining rows that share the first label of a row above
   for (size_t i = 0; i < rows.size(); ++i) {
     const LayoutRow& row = *rows[i];
-    const bool rule = i > 0 && row.is_ours && !rows[i - 1]->is_ours;
+    const bool rule = i > 0 && row.is_added && !rows[i - 1]->is_added;
     html += rule ? "<tr class=\"rule\">" : "<tr>";
     const bool several = row.labels.size() > 1;
     if (spanned > 0) {

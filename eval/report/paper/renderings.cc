@@ -53,7 +53,7 @@ std::vector<Line> body_lines(const std::vector<LayoutRow>& rows, bool one_line) 
   std::vector<Line> lines;
   for (size_t i = 0; i < rows.size(); ++i) {
     const LayoutRow& row = rows[i];
-    if (i > 0 && row.is_ours && !rows[i - 1].is_ours) lines.emplace_back();
+    if (i > 0 && row.is_added && !rows[i - 1].is_added) lines.emplace_back();
     Line line = labels_of(row, i > 0 ? &rows[i - 1] : nullptr), second(line.size());
     bool any_published = false;
     for (const LayoutCell& cell : row.cells) {
@@ -164,7 +164,7 @@ std::string latex_rows(const std::vector<LayoutRow>& rows) {
   std::string text;
   for (size_t i = 0; i < rows.size(); ++i) {
     const LayoutRow& row = rows[i];
-    if (i > 0 && row.is_ours && !rows[i - 1].is_ours) text += "\\midrule\n";
+    if (i > 0 && row.is_added && !rows[i - 1].is_added) text += "\\midrule\n";
     const Line labels = labels_of(row, i > 0 ? &rows[i - 1] : nullptr);
     std::string ours, published;
     bool two = false;

@@ -246,9 +246,11 @@ PublishedTable velocity_table(const Evidence& evidence) {
                                   {Column::text("estimator"), &PaperRow::estimator}},
                        .decimals = 2,
                        .more = {Column::number("coverage_percent", "coverage [%]", 1)}};
-  std::vector<const Json*> unmeasured;
+  std::vector<const Json*> without_row;
   for (const Json& published_column : evidence.published.at("tab:velocity").at("columns")) {
-    bool measured = false;  // by an estimator that was run here
+    bool has_row = false;  // of an experiment on real data
+    // Experiments on real data (eval/reproduce/parts.cc) and logs; their records are
+    // parts/NAME/records.jsonl.
     for (const EvidencePart* part : evidence.with({PartRole::real, PartRole::recorded_objects})) {
       std::set<std::string> estimators;
       for (const Record& record : part->records) {
@@ -258,12 +260,12 @@ PublishedTable velocity_table(const Evidence& evidence) {
         const GroupRecords group = group_records(*part, estimator, published_column);
         if (group.estimated.empty() && estimator != paper().method) continue;
         add_velocity_rows(published_column, estimator, &group, part->name, table);
-        measured |= part->role == PartRole::real;
+        has_row |= part->role == PartRole::real;
       }
     }
-    if (!measured) unmeasured.push_back(&published_column);
+    if (!has_row) without_row.push_back(&published_column);
   }
-  for (const Json* published_column : unmeasured)
+  for (const Json* published_column : without_row)
     add_velocity_rows(*published_column, paper().method, nullptr, "", table);
   return table;
 }

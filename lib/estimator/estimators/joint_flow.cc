@@ -33,8 +33,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Common part of motion_only and joint_flow: minimises the cost of motion_only with `kernel` and fills in
 /// everything except the refined flow. robust = none removes the threshold. begin_estimate() selects the
-/// valid measurements among the inliers of the start and checks their geometry; conclude() adds covariance
-/// and status and does not change the motion.
+/// valid measurements among the inliers of the start and checks their geometry; take_solution() copies motion
+/// and cost, or reports diverged; conclude() adds the covariance and reports no_parallax if it leaves a
+/// direction open (solvers/degeneracy.h). It does not change the motion.
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
                                     Robust robust, const SolverOptions& options) {
   if (robust == Robust::geman_mcclure_gnc) return estimate_graduated(problem, start, options);
@@ -43,7 +44,8 @@ MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint&
   if (estimate.status != Status::ok) return estimate;
   const ReprojectionData data(problem, estimate.inliers);
   const SolverResult solution = minimize_reprojection(data, start.T_curr_prev, kernel, options);
-  if (take_solution(solution, estimate)) conclude(problem, solution.at_optimum.hessian, 1, estimate);
+  if (take_solution(solution, estimate))
+    conclude(problem, solution.at_optimum.hessian, /*variance_factor=*/1, estimate);
   return estimate;
 }
 
@@ -98,8 +100,8 @@ Eigen::Vector2d split_residual(const Eigen::Vector2d& r, const HuberKernel& proj
   const HuberKernel joint = infimal_convolution(projection, flow);
   const double norm = r.norm();
   if (norm <= joint.threshold_px()) return share * r;
-  // Above the cap the influence is constant: the capped term takes the rest, and the other one does not grow
-  // any further.
+  // Beyond the threshold the influence stays at k / s of the kernel with the smaller k / s, its cap. This
+  // term takes the rest of the residual, and the other one does not grow any further.
   const double cap_projection = projection.threshold / projection.sigma_px;
   const double cap_flow = flow.threshold / flow.sigma_px;
   const Eigen::Vector2d at_cap = joint.threshold_px() / norm * r;

@@ -280,7 +280,7 @@ TEST(JointFlowDepth, WrongFlowsOnAFarBodyDoNotMakeItCertain) {
     }
     const RobustStart start = robust_start(car.problem, std::nullopt, {});
     EXPECT_EQ(start.status, Status::ok) << seed;
-    car.start = start.start;
+    car.start = start.point;
     return car;
   };
   EXPECT_LT(estimate_cars(JointFlowDepth({}), make_car).nees, 6.6 / 6);
@@ -306,7 +306,7 @@ TEST(JointFlowDepth, ExactFlowDeterminesTheMotionOfAFarBody) {
                                                             .spread = 0.1,
                                                             .delta_d_px = delta_d_px});
       const RobustStart start = robust_start(body.problem, std::nullopt, {});
-      const MotionEstimate estimate = JointFlowDepth({}).estimate(body.problem, start.start);
+      const MotionEstimate estimate = JointFlowDepth({}).estimate(body.problem, start.point);
       ASSERT_EQ(estimate.status, Status::ok) << seed;
       sum_m2 += (estimate.T_curr_prev.inverse() * body.T_curr_prev).translation().squaredNorm();
     }
@@ -347,7 +347,7 @@ TEST(JointFlowDepth, OutliersDoNotBiasTheMotion) {
     options.outlier_share = 0.5;
     const RandomProblem random = make_random_problem(seed, options);
     const RobustStart start = robust_start(random.problem, std::nullopt, {});
-    const MotionEstimate estimate = JointFlowDepth({}).estimate(random.problem, start.start);
+    const MotionEstimate estimate = JointFlowDepth({}).estimate(random.problem, start.point);
     ASSERT_EQ(estimate.status, Status::ok);
     EXPECT_LT(pose_difference(estimate.T_curr_prev, random.T_curr_prev), 0.03) << seed;
   }
@@ -402,7 +402,7 @@ TEST(JointFlowDepth, SameBitsTwice) {
 
 TEST(RobustOption, GraduatedMotionOnlyAndJointFlowResistOutliers) {
   const RandomProblem random = make_random_problem(9, {.n_points = 800, .outlier_share = 0.5});
-  StartingPoint start = robust_start(random.problem, std::nullopt, {}).start;
+  StartingPoint start = robust_start(random.problem, std::nullopt, {}).point;
   MotionOnlyOptions motion;
   JointFlowOptions joint;
   motion.robust = joint.robust = Robust::geman_mcclure_gnc;

@@ -45,9 +45,9 @@ TEST(NoiseLevels, AreEstimatedFromTheFewCorrectPoints) {
                                                             .depth_curr = true});
     const RobustStart start = robust_start(random.problem, std::nullopt, {});
     ASSERT_EQ(start.status, Status::ok);
-    LevelSample sample(RoughFlowDepthData(FlowDepthData(random.problem)), start.start);
+    LevelSample sample(RoughFlowDepthData(FlowDepthData(random.problem)), start.point);
     const NoiseLevels first =
-        estimate_noise_levels(sample, LevelsOf::inliers, start.start.T_curr_prev, {0, 0, 0});
+        estimate_noise_levels(sample, LevelsOf::inliers, start.point.T_curr_prev, {0, 0, 0});
     EXPECT_NEAR(first.sigma_flow_u_px, 0.3, 0.1) << seed;
     const NoiseLevels levels = estimate_noise_levels(sample, LevelsOf::all, random.T_curr_prev, {0, 0, 0});
     EXPECT_NEAR(levels.sigma_flow_u_px, 0.3, 0.1) << seed;

@@ -151,7 +151,8 @@ std::vector<Feature> fast_corners(const Image<uint8_t>& gray, int threshold) {
   std::vector<Feature> corners;
   const int width = gray.width() - 2 * radius;
   if (width <= 0 || gray.height() <= 2 * radius) return corners;
-  // A block may extend beyond the last pixel of the image: the rows where it may are read from a padded copy.
+  // The last block of a row may extend beyond the end of the image, so the rows at the end are read from a
+  // padded copy.
   const int beyond = block / gray.width() + 1;
   const int first_copied = std::max(gray.height() - 2 * radius - beyond, 0);
   const size_t before = static_cast<size_t>(first_copied) * gray.width();

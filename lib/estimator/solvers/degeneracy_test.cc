@@ -250,7 +250,7 @@ TEST_P(EveryEstimatorAndKernel, RandomDegenerateProblems) {
     estimated += estimate.status == Status::ok ? 1 : 0;
     const RobustStart robust_start_ = robust_start(problem, std::nullopt, {});
     if (robust_start_.status != Status::ok) continue;
-    ASSERT_NO_THROW(estimate = estimator->estimate(problem, robust_start_.start));
+    ASSERT_NO_THROW(estimate = estimator->estimate(problem, robust_start_.point));
     expect_sound(estimate, problem);
     estimated += estimate.status == Status::ok ? 1 : 0;
   }

@@ -71,7 +71,7 @@ struct Projection {
 };
 
 template <typename Real>
-SEXTANT_INLINED void sums_body(const LoopInput<Real>& d, const Huber<Real>& kernel, NormalSums& sums) {
+SEXTANT_INLINED void add_up_lanes(const LoopInput<Real>& d, const Huber<Real>& kernel, NormalSums& sums) {
   using L = LanesOf<Real>;
   constexpr size_t width = LaneTypes<Real>::n;
   NormalLanes<Real> sum;
@@ -105,7 +105,7 @@ SEXTANT_INLINED void sums_body(const LoopInput<Real>& d, const Huber<Real>& kern
 }
 
 template <typename Real>
-SEXTANT_INLINED void errors_body(const LoopInput<Real>& d, Real* errors) {
+SEXTANT_INLINED void squared_error_lanes(const LoopInput<Real>& d, Real* errors) {
   using L = LanesOf<Real>;
   for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
     const Projection<Real> p(d, i);
@@ -115,7 +115,7 @@ SEXTANT_INLINED void errors_body(const LoopInput<Real>& d, Real* errors) {
 }
 
 template <typename Real>
-SEXTANT_INLINED void components_body(const LoopInput<Real>& d, Real* eu, Real* ev) {
+SEXTANT_INLINED void error_lanes(const LoopInput<Real>& d, Real* eu, Real* ev) {
   using L = LanesOf<Real>;
   for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
     const Projection<Real> p(d, i);
@@ -127,19 +127,19 @@ SEXTANT_INLINED void components_body(const LoopInput<Real>& d, Real* eu, Real* e
 
 // Function clones cannot be templates.
 SEXTANT_SIMD void sum_loop(const LoopInput<double>& d, const Huber<double>& kernel, NormalSums& sums) {
-  sums_body(d, kernel, sums);
+  add_up_lanes(d, kernel, sums);
 }
 SEXTANT_SIMD void sum_loop(const LoopInput<float>& d, const Huber<float>& kernel, NormalSums& sums) {
-  sums_body(d, kernel, sums);
+  add_up_lanes(d, kernel, sums);
 }
-SEXTANT_SIMD void error_loop(const LoopInput<double>& d, double* errors) { errors_body(d, errors); }
-SEXTANT_SIMD void error_loop(const LoopInput<float>& d, float* errors) { errors_body(d, errors); }
-SEXTANT_SIMD void component_loop(const LoopInput<double>& d, double* eu, double* ev) {
-  components_body(d, eu, ev);
+SEXTANT_SIMD void squared_error_loop(const LoopInput<double>& d, double* errors) {
+  squared_error_lanes(d, errors);
 }
-SEXTANT_SIMD void component_loop(const LoopInput<float>& d, float* eu, float* ev) {
-  components_body(d, eu, ev);
+SEXTANT_SIMD void squared_error_loop(const LoopInput<float>& d, float* errors) {
+  squared_error_lanes(d, errors);
 }
+SEXTANT_SIMD void error_loop(const LoopInput<double>& d, double* eu, double* ev) { error_lanes(d, eu, ev); }
+SEXTANT_SIMD void error_loop(const LoopInput<float>& d, float* eu, float* ev) { error_lanes(d, eu, ev); }
 
 std::vector<uint32_t> indices_of(const std::vector<unsigned char>& keep) {
   std::vector<uint32_t> indices;
@@ -207,7 +207,7 @@ SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const S
 template <typename Real>
 void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors) {
   errors.resize(data.padded_size());
-  error_loop({data, T_curr_prev, 0, data.padded_size()}, errors.data());
+  squared_error_loop({data, T_curr_prev, 0, data.padded_size()}, errors.data());
   errors.resize(data.size());
 }
 
@@ -216,7 +216,7 @@ void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr
                          std::vector<Real>& ev) {
   eu.resize(data.padded_size());
   ev.resize(data.padded_size());
-  component_loop({data, T_curr_prev, 0, data.padded_size()}, eu.data(), ev.data());
+  error_loop({data, T_curr_prev, 0, data.padded_size()}, eu.data(), ev.data());
   std::fill(eu.begin() + static_cast<ptrdiff_t>(data.size()), eu.end(),
             std::numeric_limits<Real>::infinity());
   std::fill(ev.begin() + static_cast<ptrdiff_t>(data.size()), ev.end(),
@@ -234,7 +234,7 @@ int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, 
   LoopInput<Real> input(data, T_curr_prev, 0, 0);
   for (size_t begin = 0; begin < data.size(); begin += block) {
     input.n = std::min(block, data.padded_size() - begin);
-    error_loop(input, errors.data());
+    squared_error_loop(input, errors.data());
     for (const Real** array : {&input.x, &input.y, &input.z, &input.target_u, &input.target_v})
       *array += block;
     const size_t real = std::min(input.n, data.size() - begin);
@@ -242,8 +242,8 @@ int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, 
     const auto seen = static_cast<double>(begin + real);
     const auto all = static_cast<double>(data.size());
     if (count + (all - seen) < at_least) break;
-    // The number of inliers seen so far is binomial with the share at_least / all for a model with at_least
-    // inliers.
+    // Points are in random order, so a model with at_least inliers has a binomial number of them among those
+    // seen so far. The count ends if it is more than four standard deviations below the mean.
     const double share = at_least / all;
     if (seen < all && count < share * seen - 4.0 * std::sqrt(share * std::max(1.0 - share, 0.0) * seen))
       break;

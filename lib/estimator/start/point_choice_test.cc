@@ -19,7 +19,7 @@ StartingPoint start_of(const Problem& problem, double threshold_px) {
   options.inlier_threshold_px = threshold_px;
   const RobustStart start = robust_start(problem, std::nullopt, options);
   EXPECT_EQ(start.status, Status::ok);
-  return start.start;
+  return start.point;
 }
 
 /// Returns the RMS translation error (m) over random problems, refined on the chosen points.

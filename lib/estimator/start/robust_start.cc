@@ -252,10 +252,10 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
 
   result.n_inliers = best_inliers;
   if (best_inliers < 4) return result;
-  result.start = {best, std::vector<unsigned char>(problem.points.size())};
+  result.point = {best, std::vector<unsigned char>(problem.points.size())};
   squared_errors(data, best, errors);
-  for (size_t k = 0; k < order.size(); ++k) result.start.inliers[order[k]] = is_inlier(k) ? 1 : 0;
-  result.status = check_geometry(problem, result.start.inliers);
+  for (size_t k = 0; k < order.size(); ++k) result.point.inliers[order[k]] = is_inlier(k) ? 1 : 0;
+  result.status = check_geometry(problem, result.point.inliers);
   return result;
 }
 
@@ -290,7 +290,8 @@ using L = LanesOf<float>;
 /// Computes exp(x) to 1e-4 for x in [-80, 0].
 SEXTANT_INLINED void exponential(L& x) {
   const L log2 = x * 1.44269504F;
-  const auto whole = __builtin_convertvector(log2 - 1.0F, LaneMaskOf<float>);  // towards zero: the next below
+  // The conversion truncates towards zero; because x <= 0, this is the largest integer below log2.
+  const auto whole = __builtin_convertvector(log2 - 1.0F, LaneMaskOf<float>);
   const L f = log2 - __builtin_convertvector(whole, L);
   const L power = 1.0F + f * (0.693147F + f * (0.240227F + f * (0.0555041F + f * 0.0096181F)));
   x = power * reinterpret_cast<L>((whole + 127) << 23);

@@ -30,7 +30,7 @@ struct RobustStartOptions {
 
 struct RobustStart {
   Status status = Status::too_few_points;  ///< ok, too_few_points, collinear or at_infinity
-  StartingPoint start;
+  StartingPoint point;
   int n_inliers = 0;
   int iterations = 0;
   bool propagated = false;  ///< the propagated motion won against RANSAC

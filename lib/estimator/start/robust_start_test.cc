@@ -20,8 +20,8 @@ TEST(RobustStart, SurvivesHalfOutliers) {
     ASSERT_EQ(start.status, Status::ok);
     const int at_truth = count_inliers(ReprojectionData(random.problem), random.T_curr_prev, 1.0, 0);
     EXPECT_GT(start.n_inliers, 0.97 * at_truth) << seed;
-    EXPECT_LT(translation_error_m(start.start.T_curr_prev, random.T_curr_prev), 0.1) << seed;
-    EXPECT_EQ(std::count(start.start.inliers.begin(), start.start.inliers.end(), 1), start.n_inliers);
+    EXPECT_LT(translation_error_m(start.point.T_curr_prev, random.T_curr_prev), 0.1) << seed;
+    EXPECT_EQ(std::count(start.point.inliers.begin(), start.point.inliers.end(), 1), start.n_inliers);
     EXPECT_FALSE(start.propagated);
   }
 }
@@ -32,7 +32,7 @@ TEST(RobustStart, PropagatedMotionWinsWhenItHasMoreInliers) {
   options.local_refinements = 0;
   const RobustStart start = robust_start(random.problem, random.T_curr_prev, options);
   EXPECT_TRUE(start.propagated);
-  EXPECT_LT(translation_error_m(start.start.T_curr_prev, random.T_curr_prev), 1e-12);
+  EXPECT_LT(translation_error_m(start.point.T_curr_prev, random.T_curr_prev), 1e-12);
   // A wrong propagated motion loses.
   const SE3 wrong(Eigen::Quaterniond::Identity(), Eigen::Vector3d(5, 0, 0));
   EXPECT_FALSE(robust_start(random.problem, wrong, options).propagated);
@@ -42,8 +42,8 @@ TEST(RobustStart, SameResultEveryTime) {
   const RandomProblem random = make_random_problem(2, {.n_points = 500, .outlier_share = 0.3});
   const RobustStart a = robust_start(random.problem, std::nullopt, {});
   const RobustStart b = robust_start(random.problem, std::nullopt, {});
-  EXPECT_EQ(a.start.T_curr_prev.matrix(), b.start.T_curr_prev.matrix());
-  EXPECT_EQ(a.start.inliers, b.start.inliers);
+  EXPECT_EQ(a.point.T_curr_prev.matrix(), b.point.T_curr_prev.matrix());
+  EXPECT_EQ(a.point.inliers, b.point.inliers);
 }
 
 TEST(RobustStart, AgreesWithOpenCvRansac) {
@@ -78,7 +78,7 @@ TEST(RobustStart, DegenerateProblemsGetAStatus) {
   }
   const RobustStart start =
       robust_start(identical.problem, std::nullopt, {});  // any status is acceptable, but no crash and no NaN
-  EXPECT_TRUE(start.start.T_curr_prev.is_finite());
+  EXPECT_TRUE(start.point.T_curr_prev.is_finite());
 }
 
 }  // namespace
