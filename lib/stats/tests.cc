@@ -256,6 +256,37 @@ double deviations_from_median(const std::vector<double>& sorted) {
   return sum;
 }
 
+/// Returns the first values of the segments, except the first one, whose total cost is least.
+std::vector<size_t> cheapest_cuts(std::span<const double> values, double scale, double penalty) {
+  const size_t n = values.size();
+  // best[t]: cost of the first t values; from[t]: start of their last segment.
+  std::vector<double> best(n + 1, std::numeric_limits<double>::infinity());
+  std::vector<size_t> from(n + 1, 0);
+  best[0] = -penalty;
+  for (size_t t = 1; t <= n; ++t) {
+    std::vector<double> segment;
+    for (size_t s = t; s-- > 0;) {
+      segment.insert(std::ranges::upper_bound(segment, values[s]), values[s]);
+      const double cost = best[s] + penalty + deviations_from_median(segment) / scale;
+      if (cost <= best[t]) {  // of equal costs, the longest last segment wins
+        best[t] = cost;
+        from[t] = s;
+      }
+    }
+  }
+  std::vector<size_t> cuts;
+  for (size_t t = from[n]; t > 0; t = from[t]) cuts.push_back(t);
+  std::ranges::reverse(cuts);
+  return cuts;
+}
+
+/// Mean absolute deviation of all values from their median.
+double mean_deviation(std::span<const double> values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::ranges::sort(sorted);
+  return deviations_from_median(sorted) / static_cast<double>(values.size());
+}
+
 /// Joins adjacent segments whose medians differ by less than `min_step`, the most similar first.
 void drop_small_steps(std::span<const double> values, double min_step, std::vector<size_t>& cuts) {
   while (!cuts.empty()) {
@@ -279,7 +310,7 @@ std::vector<size_t> change_points(std::span<const double> values, double min_ste
   if (values.size() < 2) return {};
   check_sample(values, "change points");
   const size_t n = values.size();
-  const double penalty = 2 + 2 * std::log(static_cast<double>(n));
+  const double penalty = (2 + 2 * std::log(static_cast<double>(n))) * (1 + 4 / static_cast<double>(n));
   const double scale = std::max(noise_of(values), min_step / penalty);
   if (!(scale > 0)) {  // no noise: every step is a change
     std::vector<size_t> all;
@@ -288,24 +319,9 @@ std::vector<size_t> change_points(std::span<const double> values, double min_ste
     }
     return all;
   }
-  // best[t]: cost of the first t values; from[t]: start of their last segment.
-  std::vector<double> best(n + 1, std::numeric_limits<double>::infinity());
-  std::vector<size_t> from(n + 1, 0);
-  best[0] = -penalty;
-  for (size_t t = 1; t <= n; ++t) {
-    std::vector<double> segment;
-    for (size_t s = t; s-- > 0;) {
-      segment.insert(std::ranges::upper_bound(segment, values[s]), values[s]);
-      const double cost = best[s] + penalty + deviations_from_median(segment) / scale;
-      if (cost <= best[t]) {  // of equal costs, the longest last segment wins
-        best[t] = cost;
-        from[t] = s;
-      }
-    }
-  }
-  std::vector<size_t> cuts;
-  for (size_t t = from[n]; t > 0; t = from[t]) cuts.push_back(t);
-  std::ranges::reverse(cuts);
+  std::vector<size_t> cuts = cheapest_cuts(values, scale, penalty);
+  if (n >= 6 && cuts.size() > n / 4)
+    cuts = cheapest_cuts(values, std::max(mean_deviation(values), min_step / penalty), penalty);
   drop_small_steps(values, min_step, cuts);
   return cuts;
 }

@@ -92,12 +92,17 @@ std::optional<RocCurve> roc_curve(std::vector<ScoredDetection> detections);
 //
 //   sum over segments of sum |x - median of the segment| / scale   +   penalty per cut
 //
-//   penalty   2 + 2 ln n
+//   penalty   (2 + 2 ln n) (1 + 4 / n); the second factor stands for the uncertainty of the noise of few
+//             values
 //   scale     noise of the series, 1.4826 MAD of its steps / sqrt 2, but at least min_step / penalty, for
 //             which a single value that is off by min_step just pays for one cut. The MAD is that of the
 //             noise if fewer than half of the steps are changes; fewer than three steps cannot show it,
 //             so the noise of fewer than four values is assumed to be 0. If the scale is 0, every change
 //             of the value is a change point
+//
+// A series of 6 values or more with more than n / 4 changes, such as one that alternates between two
+// machines, varies around one level: the scale is then the mean absolute deviation from the median of all
+// values, at least min_step / penalty.
 //
 // Afterwards, adjacent segments whose medians differ by less than `min_step` are joined, the most similar
 // ones first.

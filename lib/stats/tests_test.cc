@@ -257,6 +257,25 @@ TEST(ChangePoints, FindsAStepOfFourSigmaAndNoneInNoise) {
   EXPECT_GE(n_found, 40);
 }
 
+TEST(ChangePoints, ASeriesThatAlternatesHasOneLevel) {
+  std::vector<double> values;
+  for (int i = 0; i < 12; ++i) values.push_back(i % 2 == 0 ? 1 : 1.05);
+  EXPECT_THAT(change_points(values, 0.01), IsEmpty());
+  for (size_t i = 6; i < values.size(); ++i) values[i] += 1;  // a change that exceeds the variation
+  EXPECT_THAT(change_points(values, 0.01), ElementsAre(6));
+}
+
+TEST(ChangePoints, SixNoisyValuesRarelyShowAChange) {
+  int n_false = 0;
+  for (uint64_t draw = 1; draw <= 300; ++draw) {
+    PhiloxStream random(draw, 1);
+    std::vector<double> values;
+    for (int i = 0; i < 6; ++i) values.push_back(100 + 5 * standard_normal(random));
+    n_false += !change_points(values, 1).empty();
+  }
+  EXPECT_LE(n_false, 18);
+}
+
 TEST(ChangePoints, OneDisturbedValueIsNoChange) {
   std::vector<double> values;
   PhiloxStream random(3, 0);
