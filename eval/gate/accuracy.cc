@@ -45,10 +45,9 @@ struct MeasuredError {
 };
 
 /// Computes the change of the mean error over these samples, with ratio_of_means(). A mean below
-/// max(rules.absolute, 1e-12) is replaced by this value.
-RatioChange change_of(std::span<const PairedSample* const> samples, const MetricPolicy& rules,
-                      const AccuracyPolicy& policy) {
-  return ratio_of_means(samples, std::max(rules.absolute, 1e-12), {.alpha = policy.alpha});
+/// max(rules.absolute, 1e-12) is replaced by this value. `alpha` is the level of `detectable`.
+RatioChange change_of(std::span<const PairedSample* const> samples, const MetricPolicy& rules, double alpha) {
+  return ratio_of_means(samples, std::max(rules.absolute, 1e-12), {.alpha = alpha});
 }
 
 /// With fewer seeds the signed-rank test cannot reach p = 0.05.
@@ -92,7 +91,7 @@ PairedComparison compare_by_seeds(const MeasuredError& error, const MetricPolicy
                                   const AccuracyPolicy& policy) {
   const double base = error.row.base;
   const PairedSample* sample = &error.cases;
-  const RatioChange change = change_of(std::span(&sample, 1), rules, policy);
+  const RatioChange change = change_of(std::span(&sample, 1), rules, policy.alpha);
   PairedComparison out;
   out.difference = change.change * base;
   if (change.interval) out.interval = {change.interval->low * base, change.interval->high * base};
@@ -236,7 +235,8 @@ bool is_typically_worse(std::span<const PairedSample* const> samples, const Metr
   return is_worse(by_seed, policy.alpha) && is_worse(by_frame, largest_p_of_frames);
 }
 
-FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
+/// Pools one error. `n_tests` is the number of errors that are judged together, for `detectable`.
+FamilyRow pool(const Members& members, int n_tests, const AccuracyPolicy& policy) {
   const AccuracyRow& first = members.front()->row;
   const MetricPolicy rules = policy.of(first.metric);
   FamilyRow row;
@@ -245,10 +245,12 @@ FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
   row.metric = first.metric;
   row.n_seeds = members.front()->n_seeds;
   std::set<size_t> sources;
-  std::set<std::pair<size_t, int>> frames;
+  std::set<std::pair<size_t, int>> changed_frames;
   int fewest_of_member = members.front()->n_frames;
   for (const MeasuredError* member : members) {
-    for (const PairedCase& one : member->cases.cases) frames.emplace(member->cases.stratum, one.frame);
+    for (const PairedCase& one : member->cases.cases) {
+      if (one.fresh != one.base) changed_frames.emplace(member->cases.stratum, one.frame);
+    }
     fewest_of_member = std::min(fewest_of_member, member->n_frames);
     row.n += member->row.n;
     row.n_worse += member->row.n_worse;
@@ -257,7 +259,7 @@ FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
     sources.insert(member->cases.stratum);
   }
   row.n_sources = static_cast<int>(sources.size());
-  row.n_frames = static_cast<int>(frames.size());
+  row.n_changed_frames = static_cast<int>(changed_frames.size());
   row.too_few =
       row.n_seeds < policy.minimum_seeds || fewest_of_member < fewest_frames || row.n < policy.minimum_cases;
   if (!row.is_changed()) {
@@ -266,7 +268,7 @@ FamilyRow pool(const Members& members, const AccuracyPolicy& policy) {
   }
   std::vector<const PairedSample*> samples;
   for (const MeasuredError* member : members) samples.push_back(&member->cases);
-  static_cast<RatioChange&>(row) = change_of(samples, rules, policy);
+  static_cast<RatioChange&>(row) = change_of(samples, rules, policy.alpha / n_tests);
   row.worse = rules.direction == Direction::higher ? -row.change : row.change;
   row.typically_worse = is_typically_worse(samples, rules, policy);
   return row;
@@ -280,7 +282,7 @@ GateVerdict judge(const FamilyRow& row, const AccuracyPolicy& policy) {
             n_against = row.worse > 0 ? row.n_better : row.n_worse;
   // A small change of a frame in all seeds alike is one observation.
   constexpr double large = 0.5;
-  const double p_of_frames = std::ldexp(2.0, -row.n_frames);
+  const double p_of_frames = std::ldexp(2.0, -row.n_changed_frames);
   const bool unanimous = n_against == 0 && n_for >= policy.minimum_cases &&
                          (p_of_frames <= policy.alpha || std::abs(row.worse) > large);
   const bool proven = unanimous || (evidence && !row.too_few);
@@ -302,14 +304,20 @@ std::vector<FamilyRow> judge_families(const std::vector<MeasuredError>& errors,
     if (policy.of(metric).minimum_effect > 0)
       families[{subject.estimator, subject.body != "ego", metric}].push_back(&error);
   }
+  std::map<bool, int> n_tests;  // by whether the body is an object, as Holm's correction counts them
+  for (const auto& [key, all] : families) {
+    const auto is_changed = [](const MeasuredError* error) { return error->row.is_changed(); };
+    n_tests[std::get<1>(key)] += std::ranges::any_of(all, is_changed) ? 1 : 0;
+  }
   std::vector<FamilyRow> rows;
   std::vector<FamilyRow> with_few_seeds;
   for (const auto& [key, all] : families) {
+    const int n = std::max(1, n_tests[std::get<1>(key)]);
     const Members members = judged_members(all, policy);
-    rows.push_back(pool(members, policy));
+    rows.push_back(pool(members, n, policy));
     Members others;
     std::ranges::set_difference(all, members, std::back_inserter(others));
-    if (!others.empty()) with_few_seeds.push_back(pool(others, policy));
+    if (!others.empty()) with_few_seeds.push_back(pool(others, n, policy));
   }
   for (const char* body : {"camera", "objects"}) {
     std::vector<FamilyRow*> together;

@@ -49,7 +49,7 @@ namespace sextant {
 //
 //   regressed      worse by more than minimum_effect and proven: p_corrected <= alpha, or no record better
 //                  and at least minimum_cases worse, by more than 50 % or in so many frames that a sign test
-//                  of the frames reaches alpha (8 for 0.01)
+//                  of the frames reaches alpha (8 for 0.01). Frames in which nothing changed do not count
 //   inconclusive   not proven, and worse by more than inconclusive_effect, or the typical record is worse:
 //                  the median of new / base by more than 25 %, in Wilcoxon's tests of the medians of the
 //                  seeds (p <= alpha) and of those of the frames (p <= 0.05)
@@ -81,9 +81,9 @@ struct FamilyRow : JudgedError, RatioChange {
   std::string estimator;
   std::string body;  ///< "camera" or "objects"
   int n_sources = 0;
-  int n_seeds = 0;   ///< smallest number of seeds with different errors among its bodies
-  int n_frames = 0;  ///< over all sources
-  double worse = 0;  ///< the change, with the sign that is positive if the error got worse
+  int n_seeds = 0;           ///< smallest number of seeds with different errors among its bodies
+  int n_changed_frames = 0;  ///< frames with a record that changed, over all sources
+  double worse = 0;          ///< the change, with the sign that is positive if the error got worse
   bool typically_worse = false;
   std::optional<double> p_corrected;
 };

@@ -72,6 +72,42 @@ TEST_F(ComparedRuns, ALostCaseIsRegressedAndAGainedOneImproved) {
   EXPECT_THAT(headline(accepted), HasSubstr("no change that counts"));
 }
 
+TEST_F(ComparedRuns, AFewLossesOfAnEstimatorWithRandomNumbersAreOnlyListed) {
+  std::vector<Record> base_records = sweep_records(10, 1), fresh_records = sweep_records(10, 2);
+  const auto lose = [&](uint64_t n_seeds) {
+    for (Record& r : fresh_records) {
+      if (!is_target(r) || r.seed >= n_seeds || r.frame != 2) continue;
+      r.status = Status::lost;
+      r.errors.clear();
+    }
+    write_run(fresh(), fresh_records);
+  };
+  write_run(base(), base_records);
+  lose(1);
+  const Comparison one = compare();
+  ASSERT_EQ(one.statuses.size(), 1U);
+  EXPECT_EQ(one.statuses[0].n_lost, 1);
+  EXPECT_EQ(one.statuses[0].verdict, GateVerdict::ok);
+  lose(10);  // ten of ten seeds are evidence
+  EXPECT_EQ(compare().statuses.at(0).verdict, GateVerdict::regressed);
+}
+
+TEST_F(ComparedRuns, TwoFramesThatGotALittleWorseInAllSeedsAlikeAreNoProof) {
+  const auto worsen = [&](int first, int last, double factor) {
+    return compare_changed([=](Record& r) {
+      if (r.is_ego() && r.sequence == "s18" && first <= r.frame && r.frame <= last)
+        r.errors["Et_m"] *= factor;
+    });
+  };
+  const auto verdict_of = [](const Comparison& c) {
+    for (const FamilyRow& row : c.families)
+      if (row.body == "camera" && row.metric == "Et_m") return row.verdict;
+    return GateVerdict::invalid;
+  };
+  EXPECT_EQ(verdict_of(worsen(3, 4, 1.3)), GateVerdict::ok);
+  EXPECT_EQ(verdict_of(worsen(3, 4, 20)), GateVerdict::regressed);  // more than 50 % in the mean
+}
+
 TEST_F(ComparedRuns, DecisionsThatBecomeWrongAreRegressedAndCorrectedOnesImproved) {
   std::vector<Record> records = sweep_records();
   for (Record& r : records) {

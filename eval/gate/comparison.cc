@@ -234,8 +234,9 @@ Table family_table(const Comparison& c, bool changed_only) {
                [](const Row& row) { return percent_of(row.detectable, 1); }}});
   return table_of(
       "Errors, pooled over sources and bodies",
-      "Change of the mean from BASE to NEW with 95 % interval over seeds and frames; p corrected by Holm; "
-      "detectable: change that would be detected with probability 80 %.",
+      "Change of the mean from BASE to NEW with 95 % interval over seeds and frames; p corrected by Holm (a "
+      "verdict without p: no record contradicts the change); detectable: increase that would be proven with "
+      "probability 80 %.",
       fields, rows);
 }
 

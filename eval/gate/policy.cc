@@ -10,13 +10,12 @@
 namespace sextant {
 namespace {
 
-void check_share(const char* name, double value) {
-  check_option(value >= 0 && value < 1e6, name, value, ">= 0");
+void check_size(const char* name, double value) {
+  check_option(value >= 0 && value < 1e6, name, value, ">= 0 and below 1e6");
 }
 
-void check_minimum_effect(double value) {
-  check_option(value >= 0 && value <= 1, "minimum_effect", value,
-               "a share from 0 to 1, such as 0.05 for 5 %");
+void check_share(const char* name, double value) {
+  check_option(value >= 0 && value <= 1, name, value, "a share from 0 to 1, such as 0.05 for 5 %");
 }
 
 /// Throws Error if the name looks like a misspelt one. Other names that are not in the list of metrics are
@@ -36,16 +35,16 @@ void check_alpha(double alpha) {
 }  // namespace
 
 void MetricPolicy::check() const {
-  check_share("absolute", absolute);
+  check_size("absolute", absolute);
   check_share("relative", relative);
-  check_minimum_effect(minimum_effect);
+  check_share("minimum_effect", minimum_effect);
 }
 
 void AccuracyPolicy::check() const {
   check_alpha(alpha);
   check_option(minimum_seeds >= 2, "minimum_seeds", minimum_seeds, ">= 2");
   check_option(minimum_cases >= 2, "minimum_cases", minimum_cases, ">= 2");
-  check_share("inconclusive_effect", inconclusive_effect);
+  check_size("inconclusive_effect", inconclusive_effect);
   check_option(replicates >= 100, "replicates", replicates, ">= 100");
   check_option(max_lost >= 0, "max_lost", max_lost, ">= 0");
   check_option(gained_error >= 1, "gained_error", gained_error, ">= 1");
@@ -67,8 +66,8 @@ MetricPolicy AccuracyPolicy::default_of(const std::string& metric) const {
 
 void SpeedPolicy::check() const {
   check_alpha(alpha);
-  check_minimum_effect(minimum_effect);
-  check_share("unrepeated_effect", unrepeated_effect);
+  check_share("minimum_effect", minimum_effect);
+  check_size("unrepeated_effect", unrepeated_effect);
 }
 
 std::span<const SamenessPolicy::Rule> SamenessPolicy::rules() {

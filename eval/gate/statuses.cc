@@ -40,12 +40,37 @@ struct CountsBySeed {
 /// Counts of all subjects of a family: the camera, or the objects, of an estimator.
 struct FamilyCounts {
   CountsBySeed all;
-  size_t n_subjects = 0;  ///< with changes
+  size_t n_subjects = 0;               ///< with changes
+  size_t n_compared = 0, n_other = 0;  ///< records estimated on both sides; of these, with another error
 
-  void add(const CountsBySeed& counts) {
+  void add(const CountsBySeed& counts, size_t compared, size_t other) {
     all.add(counts);
     n_subjects += counts.n_worse + counts.n_better > 0;
+    n_compared += compared;
+    n_other += other;
   }
+  /// Returns true if most errors are other numbers, as those of an estimator with random numbers of its own.
+  bool has_other_numbers() const { return 2 * n_other > n_compared; }
+};
+
+/// Finds the records that both sides have estimated and of which an error changed by more than rounding.
+class OtherErrors {
+ public:
+  OtherErrors(const PairedCases& cases, const AccuracyPolicy& policy) {
+    for (const auto& [name, numbers] : by_key(cases.base.errors, cases.fresh.errors))
+      errors_.emplace_back(numbers, policy.of(name));
+  }
+  bool contain(const RowPair& row) const {
+    return std::ranges::any_of(errors_, [&row](const auto& error) {
+      const auto& [numbers, rules] = error;
+      const auto before = number_at(numbers.base, row.base), after = number_at(numbers.fresh, row.fresh);
+      return before && after &&
+             std::abs(*after - *before) > std::max(rules.absolute, rules.relative * std::abs(*before));
+    });
+  }
+
+ private:
+  std::vector<std::pair<OnBothSides<std::vector<double>>, MetricPolicy>> errors_;
 };
 
 /// Judges the counts of a subject of the family.
@@ -55,7 +80,7 @@ GateVerdict judge_counts(const CountsBySeed& counts, const FamilyCounts& family,
   const bool is_worse = counts.n_worse > counts.n_better + policy.max_lost;
   if (!is_worse && counts.n_better <= counts.n_worse) return GateVerdict::ok;
   const CountsBySeed& all = family.all;
-  const bool all_agree = (is_worse ? all.n_better : all.n_worse) == 0;
+  const bool all_agree = (is_worse ? all.n_better : all.n_worse) == 0 && !family.has_other_numbers();
   const double p = std::min(counts.p(family.n_subjects), all.got_worse() == is_worse ? all.p(1) : 1.0);
   if (all_agree || p <= policy.alpha) return is_worse ? GateVerdict::regressed : GateVerdict::improved;
   if (!is_worse) return GateVerdict::ok;
@@ -122,7 +147,7 @@ class ImplausibleGains {
 struct ComparedStatuses {
   StatusRow row;
   CountsBySeed statuses, decisions;
-  bool has_common_case = false;
+  size_t n_compared = 0, n_other_errors = 0;  ///< FamilyCounts::n_compared, n_other
 };
 
 ComparedStatuses compare(const PairedCases& cases, const AccuracyPolicy& policy) {
@@ -132,11 +157,15 @@ ComparedStatuses compare(const PairedCases& cases, const AccuracyPolicy& policy)
   row.subject = cases.subject;
   row.n = static_cast<int>(cases.rows.size());
   const ImplausibleGains implausible(cases, policy);
+  const OtherErrors other(cases, policy);
   const std::vector<double>* true_decisions = find_in(base.truth, "dynamic_gt");
   for (const auto& [b, f] : cases.rows) {
     const bool is_static = number_at(true_decisions, b) == 0;
     const bool before = base.is_estimated(b), after = fresh.is_estimated(f);
-    out.has_common_case |= before && after;
+    if (before && after) {
+      ++out.n_compared;
+      out.n_other_errors += other.contain({b, f});
+    }
     out.statuses.add(base.seeds[b], 0, 0);
     out.decisions.add(base.seeds[b], 0, 0);
     if (base.statuses[b] == fresh.statuses[f] && base.gates[b] == fresh.gates[f]) continue;
@@ -173,8 +202,8 @@ std::vector<StatusRow> compare_statuses(const std::vector<PairedCases>& shared,
   };
   for (const PairedCases& cases : shared) {
     const ComparedStatuses& one = all.emplace_back(compare(cases, policy));
-    family_of(one).first.add(one.statuses);
-    family_of(one).second.add(one.decisions);
+    family_of(one).first.add(one.statuses, one.n_compared, one.n_other_errors);
+    family_of(one).second.add(one.decisions, one.n_compared, one.n_other_errors);
   }
   std::vector<StatusRow> rows;
   for (ComparedStatuses& one : all) {
@@ -185,7 +214,7 @@ std::vector<StatusRow> compare_statuses(const std::vector<PairedCases>& shared,
                            judge_counts(one.decisions, decisions, policy));
     constexpr double expected_by_chance = 3;  // of common records
     const double n_common = static_cast<double>(row.n_lost) * (row.n_gained + row.n_bad) / row.n;
-    if (!one.has_common_case && n_common >= expected_by_chance)
+    if (one.n_compared == 0 && n_common >= expected_by_chance)
       row.verdict = std::min(row.verdict, GateVerdict::inconclusive);
     rows.push_back(std::move(row));
   }

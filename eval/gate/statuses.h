@@ -8,12 +8,14 @@
 // counts as lost: a grossly wrong estimate is no gain. A subject with more than gained + max_lost lost
 // records is
 //
-//   regressed      if no record of its family (the camera, or the objects, of its estimator) is gained, or if
-//                  the loss of the subject or of the family is proven: p <= alpha, both of the sign test of
-//                  the records, times the number of subjects, and of Wilcoxon's test of the seeds
+//   regressed      if no record of its family (the camera, or the objects, of its estimator) is gained while
+//                  at least half of the errors of the family are unchanged, or if the loss of the subject or
+//                  of the family is proven: p <= alpha, both of the sign test of the records, times the
+//                  number of subjects, and of Wilcoxon's test of the seeds
 //   inconclusive   if p <= 0.05, or if it has too few seeds for a proof and lost more than twice as many
 //                  records as it gained
-//   ok             otherwise: an estimator with random numbers of its own loses some records and gains others
+//   ok             otherwise: an estimator with random numbers of its own, which also change most of its
+//                  errors, loses a record now and then, or loses some and gains others
 //
 // With more records gained than lost it is `improved` by the same rule, with lost and gained exchanged,
 // otherwise `ok`. A subject that both sides have estimated, but in no common record although chance would

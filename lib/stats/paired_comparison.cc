@@ -147,8 +147,10 @@ RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double 
   } else if (t < 1) {
     out.interval = {(1 + r) / (1 + t) - 1, (1 + r) / (1 - t) - 1};
   }
-  out.detectable = (student_t_quantile(1 - options.alpha / 2, spread->dof) + normal_quantile(options.power)) *
+  const double k = (student_t_quantile(1 - options.alpha / 2, spread->dof) +
+                    student_t_quantile(options.power, spread->dof)) *
                    spread->error;
+  if (k < 1) out.detectable = k / (1 - k);
   return out;
 }
 

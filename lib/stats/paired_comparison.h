@@ -23,8 +23,8 @@
 //   interval       r -+ t sqrt(v); below r = 0, where the unit is the sum of NEW,
 //                  (1 + r) / (1 +- t sqrt(v)) - 1. It excludes 0 if p is below 1 - confidence, except where
 //                  2^(1 - n) raises p
-//   detectable     (t_{1 - alpha/2} + z_power) sqrt(v): smallest change found at alpha with probability
-//                  `power`
+//   detectable     k / (1 - k), k = (t_{1 - alpha/2} + t_power) sqrt(v): smallest increase found at alpha
+//                  with probability `power`. The standard error grows with the errors, by 1 + r
 //
 // Cochran, Sampling Techniques (1977), 6.3 and 6.11 (ratio estimators); Cameron, Gelbach and Miller (2011),
 // Robust inference with multiway clustering; Satterthwaite (1946).
@@ -64,7 +64,7 @@ struct RatioChange {
   double change = 0;                 ///< NEW / BASE - 1
   std::optional<Interval> interval;  ///< nullopt without p, and if an end would be infinite
   std::optional<double> p;           ///< nullopt if a stratum has only one cell
-  std::optional<double> detectable;
+  std::optional<double> detectable;  ///< nullopt without p, and if no increase is found
 };
 
 /// Returns the pooled change. A mean below `smallest` > 0 counts as `smallest`, so that ratios stay finite.
