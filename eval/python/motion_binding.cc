@@ -66,6 +66,7 @@ Motions seen_from(const Cameras& cameras, const Motions& world) {
 /// (docs/metrics.md).
 py::dict object_errors(const py::object& estimate, const py::object& truth, const py::object& pose,
                        double dt_s, const py::object& camera, const py::object& true_camera) {
+  if (!(dt_s > 0 && std::isfinite(dt_s))) fail("dt: expected seconds above 0, got {}", dt_s);
   const Motions H = rigid_motions_of(estimate, "estimate"), H_true = rigid_motions_of(truth, "truth");
   expect_count(H, H_true.size(), "estimate");
   py::dict errors;
@@ -84,7 +85,6 @@ py::dict object_errors(const py::object& estimate, const py::object& truth, cons
   if (pose.is_none()) return errors;
   const Motions L = rigid_motions_of(pose, "object_pose");
   expect_count(L, H.size(), "object_pose");
-  if (!(dt_s > 0 && std::isfinite(dt_s))) fail("dt: expected seconds above 0, got {}", dt_s);
   Motions body, body_true;
   std::vector<double> v, v_true, Ev;
   for (size_t i = 0; i < H.size(); ++i) {

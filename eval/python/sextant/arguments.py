@@ -15,7 +15,7 @@ from ._core import Error
 
 _FLAG = re.compile(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)(?: (none|origin|se3|sim3|scale|yaw|trans_part|rot_part|angle_deg|angle_rad|full|"
                    r"point_distance|[-+]?\d[\w.]*)\b)?")
-_OTHER_NAMES = {"rpe": "delta", "delta_tolerance": "tolerance"}  #: arguments that are not named as their flag
+_OTHER_NAMES = {"rpe": "delta", "delta_tolerance": "tolerance", "align": "method"}  #: arguments that are not named as their flag
 #: Flags of `sextant evaluate ego` without a value. evaluate_ego() takes them, and those with a value, by name.
 SWITCHES = ("estimate_offset", "inverse", "ref_inverse", "pairs_from_reference", "quiet")
 _OF_EVALUATE_EGO = (*SWITCHES, "rate", "interpolate", "t_start", "t_end", "format", "ref_format", "est_format", "axes", "ref_axes",

@@ -336,7 +336,7 @@ def run(sources, *, out=None, estimator="joint_flow", noise="none", options=None
     sources = _texts("sources", sources)
     out, kept = results_folder(out)
     seeds, level, force = whole("seeds", seeds, 1, 1000000), number("level", level), switch("force", force)
-    jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
+    jobs = None if jobs is None else whole("jobs", jobs, 1, 1024)
     data = _data_folder(data)
     if callable(estimator):
         if procedure is not None:
@@ -369,7 +369,7 @@ def sweep(plan, *, out=None, estimators=None, cache=None, jobs=None, data=None, 
     2
     """
     out, kept = results_folder(out)
-    jobs = None if jobs is None else whole("jobs", jobs, 1, 4096)
+    jobs = None if jobs is None else whole("jobs", jobs, 1, 1024)
     data, cache = _data_folder(data), optional(path, "cache", cache)
     force, reuse_stale = switch("force", force), switch("reuse_stale", reuse_stale)
     if estimators:

@@ -62,7 +62,8 @@ class Bound:
         both   with the depth of the current frame too
         """
         if switch("both", both) and self.both_depths is None:
-            raise Error("both: expected False, because this bound was computed without depth_curr, got True")
+            raise Error("both: expected False, got True: there is no bound with the depth of the current frame, because depth_curr was not "
+                        "given or has no valid value, or because delta_d_px is 0")
         if body not in ("camera", "object"):
             raise Error(f"body: expected 'camera' or 'object', got {body!r}")
         if body == "object":
