@@ -19,9 +19,6 @@
 
 namespace sextant {
 
-/// Estimators whose names begin with this exist in a Python process only.
-inline constexpr std::string_view python_prefix = "python:";
-
 struct BenchmarkRequest {
   std::string suite = "sextant-1";      ///< name of a suite, or NAME.json
   std::vector<std::string> estimators;  ///< "joint_flow", "external:CONFIG.json", "python:NAME"

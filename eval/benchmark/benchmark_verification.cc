@@ -1,7 +1,7 @@
 #include "sextant/eval/benchmark/benchmark_verification.h"
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <map>
 #include <random>
 #include <set>
@@ -15,6 +15,8 @@
 #include "sextant/eval/benchmark/benchmark_run.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
+#include "sextant/eval/benchmark/points_without_estimate.h"
+#include "sextant/eval/benchmark/record_comparison.h"
 #include "sextant/eval/benchmark/suite.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/evaluate_pair.h"
@@ -25,10 +27,11 @@
 namespace sextant {
 namespace {
 
-/// A source of a plan, and the bodies that every estimator must have a record of.
+/// A source of a plan, with the bodies that every estimator must have a record of and their true values.
 struct CheckedSource {
   SequenceInfo info;
   std::vector<std::pair<int, Interned>> counted;  ///< frame and body, of all that the track counts
+  std::map<std::pair<int, Interned>, Record::Numbers> truth;  ///< values of every frame and true body
 };
 
 /// A sweep of the submission, with the plan that the suite requires.
@@ -49,9 +52,20 @@ Json cases_key(Json plan) {
   return plan;
 }
 
-/// Checks that every record has the data, frames, level, noise, seed and estimator of its case, and that the
-/// records of a case are one for each result of the card, frame and body that the track counts. Further
-/// records are of bodies that do not count.
+/// Refuses the values of a record that only an estimate with a covariance can have.
+void refuse_covariances(const Record& record, const std::function<void(const std::string&)>& refuse) {
+  for (const char* name : {"nees", "split_nees", "split_nees_sides", "split_nees_cells", "condition",
+                           "motion_sigmas", "detectable_kmh"}) {
+    if (record.values.contains(name))
+      refuse(fmt::format("frame {}, body {}: has values.{}, but an external program gives no covariances",
+                         record.frame, record.body.str(), name));
+  }
+}
+
+/// Checks that every record has the data, frames, level, noise, seed and estimator of its case and the true
+/// values of the data, that no record of an external program has values of a covariance, and that the records
+/// of a case are one for each result of the card, frame and body that the track counts. Further records are
+/// of bodies that do not count.
 void check_records(const CheckedSweep& sweep, const Card& card) {
   using Key = std::tuple<Interned, int, Interned>;  // estimator, frame, body
   const fs::path file = sweep.folder / "records.jsonl";
@@ -114,6 +128,12 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
     const Key key(record.estimator, record.frame, record.body);
     if (!seen.insert(key).second)
       refuse(fmt::format("a second record of frame {}, body {}", record.frame, record.body.str()));
+    if (source) {
+      const auto truth = source->truth.find({record.frame, record.body});
+      const std::string text = truth == source->truth.end() ? "" : difference_of_truth(record, truth->second);
+      if (!text.empty()) refuse(fmt::format("frame {}, body {}: {}", record.frame, record.body.str(), text));
+    }
+    if (card.plan_estimator.starts_with(external_prefix)) refuse_covariances(record, refuse);
     // A record with status no_truth may count because of the errors of its flow; its motion has none.
     const bool counts = sweep.track->counts(record) && record.status != Status::no_truth;
     if (counts && missing.erase(key) == 0 && source)
@@ -134,11 +154,11 @@ void check_records(const CheckedSweep& sweep, const Card& card) {
   });
 }
 
-/// Returns the frames and bodies of a source that the track counts, from the records of an estimator that
-/// estimates nothing.
-std::vector<std::pair<int, Interned>> counted_bodies(const Sequence& sequence, const SuiteTrack& track) {
+/// Returns the source with the frames and bodies that the track counts and with the values of the truth, from
+/// the records of an estimator that estimates nothing.
+CheckedSource checked_source(const Sequence& sequence, const SuiteTrack& track) {
   const SequenceInfo& info = sequence.info();
-  std::vector<std::pair<int, Interned>> counted;
+  CheckedSource source{.info = info};
   for (int frame = info.first_frame + 1; frame <= info.last_frame; ++frame) {
     FrameResult nothing{.prev = frame - 1, .curr = frame, .dt_s = 1.0 / info.rate_hz};
     nothing.ego.status = Status::lost;
@@ -146,10 +166,12 @@ std::vector<std::pair<int, Interned>> counted_bodies(const Sequence& sequence, c
                               .camera = info.camera.left,
                               .truth = sequence.truth(),
                               .estimated = Trajectory()};
-    for (const Record& record : evaluate_pair(nothing, context))
-      if (track.counts(record)) counted.emplace_back(record.frame, record.body);
+    for (const Record& record : evaluate_pair(nothing, context)) {
+      if (track.counts(record)) source.counted.emplace_back(record.frame, record.body);
+      source.truth[{record.frame, record.body}] = record.values;
+    }
   }
-  return counted;
+  return source;
 }
 
 /// Opens the sources of a plan. Data that are missing here are no fault of the submission.
@@ -158,8 +180,7 @@ std::vector<std::optional<CheckedSource>> open_sources(const Plan& plan, const S
   for (const SourceSpec& spec : plan.sources) {
     std::optional<CheckedSource>& source = sources.emplace_back();
     try {
-      const std::unique_ptr<Sequence> sequence = open_source(spec);
-      source = {sequence->info(), counted_bodies(*sequence, track)};
+      source = checked_source(*open_source(spec), track);
     } catch (const Error&) {
       continue;
     }
@@ -260,69 +281,6 @@ void check_card(const Suite& suite, const Card& card, const Card& computed, Json
   lines.emplace_back("not checked: card.html, and the machine, program and times that the folder states");
 }
 
-/// Compares the numbers of one map. Every stored number must agree with that of the rerun, and every number
-/// in `read` that the rerun has must be stored. Errors of exact data may differ by their rounding, of 1 um at
-/// 10 m. Returns the first difference, or an empty text.
-std::string difference(const std::string& map, const Record::Numbers& stored, const Record::Numbers& again,
-                       const std::vector<Interned>& read, bool is_exact) {
-  const auto text = [](const std::optional<double>& number) {
-    return number ? fmt::format("{}", *number) : std::string("nothing");
-  };
-  std::set<Interned> names(read.begin(), read.end());
-  for (const auto& [name, number] : stored) names.insert(name);
-  for (const Interned& name : names) {
-    constexpr double digits = 1e-8;
-    const double rounding = name.str().ends_with("_m") ? 1e-6 : name.str().ends_with("_deg") ? 1e-5 : 1e-4;
-    const auto a = find_number(stored, name), b = find_number(again, name);
-    if (!a && !b) continue;
-    if (!a || !b || std::abs(*a - *b) > std::max(digits * std::abs(*a), is_exact ? rounding : 0))
-      return fmt::format("{}.{}: stored is {}, the rerun gives {}", map, name.str(), text(a), text(b));
-  }
-  return "";
-}
-
-/// Compares a stored record with that of the rerun. Errors of exact data are rounding, and so is all that is
-/// normalised by them.
-std::string difference(const Record& stored, const Record& again, const std::string& metric) {
-  if (stored.status != again.status)
-    return fmt::format("status: stored is {}, the rerun gives {}", to_string(stored.status),
-                       to_string(again.status));
-  if (stored.n_points != again.n_points)
-    return fmt::format("n_points: stored is {}, the rerun gives {}", stored.n_points, again.n_points);
-  const bool is_exact = stored.noise == "none";
-  std::string text =
-      difference("errors", stored.errors, again.errors, {"Et_m", "ER_deg", "Ev_kmh", metric}, is_exact);
-  if (text.empty()) text = difference("bound", stored.bound, again.bound, {metric}, is_exact);
-  if (!text.empty() || is_exact) return text;
-  if (stored.n_inliers != again.n_inliers)
-    return fmt::format("n_inliers: stored is {}, the rerun gives {}", stored.n_inliers, again.n_inliers);
-  return difference("values", stored.values, again.values, {"nees"}, is_exact);
-}
-
-/// Compares the stored records of a case with those of a run. Only bodies that the track counts must be
-/// stored. Returns the first difference, or an empty text.
-std::string difference(const std::vector<Record>& stored, const std::vector<Record>& again,
-                       const SuiteTrack& track, const std::string& metric) {
-  using Key = std::tuple<int, Interned, Interned>;  // frame, body, estimator
-  std::map<Key, const Record*> records;
-  for (const Record& record : stored) records[{record.frame, record.body, record.estimator}] = &record;
-  const auto where = [](const Record& record) {
-    return fmt::format("frame {}, body {}, estimator '{}': ", record.frame, record.body.str(),
-                       record.estimator.str());
-  };
-  for (const Record& record : again) {
-    const auto same = records.find({record.frame, record.body, record.estimator});
-    if (same == records.end()) {
-      if (track.counts(record)) return where(record) + "there is no stored record";
-      continue;
-    }
-    const std::string text = difference(*same->second, record, metric);
-    if (!text.empty()) return where(record) + text;
-    records.erase(same);
-  }
-  return records.empty() ? "" : where(*records.begin()->second) + "the rerun gives no record";
-}
-
 /// Reads the stored records of one case, without times.
 std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
   uint64_t first = 0, line = 0;
@@ -340,6 +298,7 @@ std::vector<Record> stored_records(const CheckedSweep& sweep, uint64_t number) {
 PlanEstimator estimator_of(const Card& card) {
   PlanEstimator estimator{.name = card.plan_estimator, .label = card.estimator, .options = card.options};
   estimator.options.erase("recorded");  // would let a plan stand for a CONFIG that does not exist
+  estimator.estimator = make_case_estimator(estimator.name, estimator.options);
   return estimator;
 }
 
@@ -355,7 +314,7 @@ std::vector<Record> run_again(const CheckedSweep& checked, uint64_t number, cons
   estimator.name = with.name;
   estimator.label = with.label;
   estimator.options = with.options;
-  estimator.estimator = make_case_estimator(estimator.name, estimator.options);
+  estimator.estimator = with.estimator;
   const ScratchFolder scratch("sextant-verify-");
   SweepConfig config = options.sweep;
   config.plan = std::move(plan);
@@ -395,26 +354,6 @@ uint64_t random_seed() {
   return random();
 }
 
-/// Compares the bounds of the stored records with those of a run of joint_flow: they depend on the points
-/// and their noise only. Returns the first difference, or an empty text.
-std::string difference_of_bounds(const std::vector<Record>& stored, const std::vector<Record>& again) {
-  constexpr double six_digits = 1e-5;
-  std::map<std::pair<int, Interned>, const Record*> records;  // by frame and body
-  for (const Record& record : again) records[{record.frame, record.body}] = &record;
-  for (const Record& record : stored) {
-    const auto ours = records.find({record.frame, record.body});
-    if (ours == records.end()) continue;
-    for (const auto& [name, bound] : record.bound) {
-      const auto known = find_number(ours->second->bound, name);
-      if (known && std::abs(bound - *known) > six_digits * *known) {
-        return fmt::format("frame {}, body {}: bound.{}: stored is {}, expected {}", record.frame,
-                           record.body.str(), name.str(), bound, *known);
-      }
-    }
-  }
-  return "";
-}
-
 /// Runs a random sample of cases again and compares their records; of a program that is not run, the bounds.
 void check_sample(const std::vector<CheckedSweep>& sweeps, const Card& card, const Suite& suite,
                   const VerifyOptions& options, std::vector<std::string>& lines) {
@@ -427,7 +366,8 @@ void check_sample(const std::vector<CheckedSweep>& sweeps, const Card& card, con
                                           : "a program of its own (--run-external runs it)"));
   }
   const PlanEstimator estimator =
-      only_bounds ? PlanEstimator{.name = "joint_flow", .label = "joint_flow"} : estimator_of(card);
+      only_bounds ? PlanEstimator{.name = "points", .label = "points", .estimator = points_without_estimate()}
+                  : estimator_of(card);
   const uint64_t seed = options.sample_seed.value_or(random_seed());
   if (!options.all) lines.push_back(fmt::format("sample of cases: --sample-seed {} draws it again", seed));
   for (const auto& [index, number] : draw_sample(sweeps, seed, options.all)) {
@@ -436,7 +376,7 @@ void check_sample(const std::vector<CheckedSweep>& sweeps, const Card& card, con
     const std::vector<Record> stored = stored_records(part, number);
     const std::vector<Record> again = run_again(part, number, estimator, options);
     if (only_bounds) {
-      const std::string text = difference_of_bounds(stored, again);
+      const std::string text = difference_of_bounds(stored, again, *part.track, suite.metric);
       if (!text.empty()) fail("{}: case {}: bounds do not follow from the data: {}", file, number, text);
       lines.push_back(fmt::format("{}: the bounds of case {} follow from the data", part.name, number));
       continue;

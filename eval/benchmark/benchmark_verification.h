@@ -7,7 +7,9 @@
 //   cases      every case of a plan exists, and its records have its source, noise, level, seed and
 //              estimator: one record for each frame and body that the track counts according to the truth
 //              of the source, which is not checked for sources whose data are missing; a motion that was
-//              estimated has errors
+//              estimated has errors. Values that depend on the truth only are those of the data (truth_only,
+//              metrics/definitions.h), and records of external programs, which give no covariances, have no
+//              values that need one
 //   card       card.json equals the card computed from the records, to the last digit, except for the version
 //              of the program; card.md equals what that version writes
 //   rerun      a random sample, one case of every sweep and five cases at least, is run again. It gives the
@@ -15,6 +17,8 @@
 //              or, for exact data, 1e-6 m, 1e-5 deg or 1e-4 km/h, except for times. Cases of estimators of
 //              this program are always run again, cases of external programs on request only, because their
 //              command comes from the submitted configuration
+//   bounds     of a program that is not run, the bounds in the sample are compared with those of the same
+//              points: every counted motion that was estimated has its bounds, and no record has others
 
 #include <cstdint>
 #include <filesystem>

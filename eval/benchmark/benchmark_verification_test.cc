@@ -152,7 +152,7 @@ TEST_F(Benchmark, RefusesDeletedDuplicatedAndInventedRecords) {
   EXPECT_THAT(refusal_after([&](auto& records) { records.erase(find(records, "object:1")); }),
               HasSubstr("case 0 ends without a record of frame 2, body object:1, estimator 'joint_flow'"));
   EXPECT_THAT(refusal_after([&](auto& records) { find(records, "object:1")->values["dynamic_gt"] = 0; }),
-              HasSubstr("case 0 ends without a record of frame 2, body object:1"));
+              HasSubstr("frame 2, body object:1: values.dynamic_gt is 0, but the data have 1"));
   EXPECT_THAT(refusal_after([&](auto& records) { find(records, "ego")->frame = 1; }),
               HasSubstr("a second record of frame 1, body ego"));
   // Objects that do not count may be left out, as in results/benchmark.

@@ -182,6 +182,52 @@ TEST_F(ForgedFolder, HasTheBoundsOfTheDataAlsoIfItsProgramIsNotRun) {
     }
   };
   EXPECT_THAT(refusal_after(folder, larger_bounds), HasSubstr("bounds do not follow from the data: frame 1"));
+  const auto without_bounds = [](auto& records) {
+    for (Record& record : records)
+      if (record.frame == 2) record.bound.clear();
+  };
+  EXPECT_THAT(refusal_after(folder, without_bounds), HasSubstr(": stored is nothing, the rerun gives"));
+}
+
+TEST_F(ForgedFolder, HasNoBoundsWhereTheErrorsOfTheDataHaveNone) {
+  add_track("outliers", {{"plan", {{"noise", {{"base", {{"outliers", {{"share", 0.1}}}}}}}}}});
+  const fs::path folder = run("two:program");
+  EXPECT_EQ(refusal(folder), "verified");
+  const auto invented = [](auto& records) {
+    for (Record& record : records) record.bound["Et_m"] = record.errors["Et_m"];
+  };
+  EXPECT_THAT(refusal_after(folder, invented, "outliers"), HasSubstr("the rerun gives nothing"));
+}
+
+TEST_F(ForgedFolder, HasTheTrueValuesOfTheDataInEveryRecord) {
+  const fs::path folder = run("joint_flow");
+  options_.all = false;
+  for (const char* name : {"step_gt_m", "rotation_gt_deg", "distance_gt_m", "v_gt_origin_kmh"}) {
+    const auto change = [&](auto& records) {
+      for (Record& record : records)
+        if (record.values.contains(name)) record.values[name] *= 3;
+    };
+    EXPECT_THAT(refusal_after(folder, change), HasSubstr(fmt::format("values.{} is ", name)));
+  }
+}
+
+TEST_F(ForgedFolder, OfAnExternalProgramHasNoCovariances) {
+  const fs::path folder = run("joint_flow");
+  edit_plan(folder / "depth", [](Json& plan) {
+    plan["plan"]["estimators"][0]["name"] = "external:program.json";
+    plan["plan"]["estimators"][0]["options"] = Json::object();
+  });
+  const auto keep = [](const std::string& kept) {
+    return [kept](std::vector<Record>& records) {
+      for (Record& record : records)
+        for (const char* name : {"nees", "condition"})
+          if (name != kept) record.values.erase(name);
+    };
+  };
+  EXPECT_THAT(refusal_after(folder, keep("nees")),
+              HasSubstr("frame 1, body ego: has values.nees, but an external program gives no covariances"));
+  EXPECT_THAT(refusal_after(folder, keep("condition")), HasSubstr("body ego: has values.condition"));
+  EXPECT_EQ(refusal_after(folder, keep("")), "verified");
 }
 
 TEST_F(ForgedFolder, HasEveryResultOfTheProgram) {

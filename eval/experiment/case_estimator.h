@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sextant/datasets/dataset.h"
@@ -83,6 +84,11 @@ class CaseEstimator {
 /// Returns true if a name has the form PREFIX:REST. The options of such an estimator are part of its
 /// fingerprint.
 bool is_of_a_kind(const std::string& name);
+
+/// Names of external programs begin with this: "external:CONFIG.json".
+inline constexpr std::string_view external_prefix = "external:";
+/// Names of functions of a Python process, which no other process can call, begin with this.
+inline constexpr std::string_view python_prefix = "python:";
 
 /// Creates an estimator. A file named after a prefix (external:CONFIG.json) is looked up in the working
 /// folder, then in `beside`. Throws Error on an unknown option, an unknown name (with the nearest one) or an

@@ -84,15 +84,6 @@ std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) 
   return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
 }
 
-/// Returns the points whose previous pixel belongs to the same instance and whose depth is at most
-/// `max_depth_m`, as the pipeline passes them to estimators; the bound is computed from them.
-Correspondences points_of(const ObjectObservation& object, double max_depth_m) {
-  std::vector<unsigned char> keep(object.points.size());
-  for (size_t i = 0; i < keep.size(); ++i)
-    keep[i] = object.instance_prev[i] == object.instance && object.points.depth[i] <= max_depth_m ? 1 : 0;
-  return object.points.subset(keep);
-}
-
 Eigen::Vector3d centroid(const PinholeCamera& camera, const Correspondences& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (size_t i = 0; i < points.size(); ++i)
@@ -163,7 +154,7 @@ class ExternalPairEstimator final : public PairEstimator {
     body.instance = observation.instance;
     body.area_fraction = observation.area_fraction;
     body.moving_share = body.speed_mps = nan;
-    body.points = points_of(observation, max_depth_m_);
+    body.points = points_of_instance(observation, observation.instance, max_depth_m_);
     body.noise = declared_noise(pair, body.instance);
     body.distance_m = nan;
     const auto motion = results_.motions.find({body.instance, pair.curr});

@@ -10,6 +10,7 @@
 #include "sextant/base/files.h"
 #include "sextant/base/progress.h"
 #include "sextant/base/text.h"
+#include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/case_runner.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/provenance.h"
@@ -23,8 +24,6 @@
 
 namespace sextant {
 namespace {
-
-constexpr const char* external_prefix = "external:";
 
 /// Converts the configuration of a run to a plan with one estimator and one level; that of a sweep is already
 /// a plan.

@@ -179,21 +179,19 @@ int main_instance(const ObjectObservation& object) {
       ->first;
 }
 
-/// Returns the points of one instance of the previous mask within `max_depth_m`. Points of other instances
-/// belong to a body that disappears behind this one, so that their flow ends on it.
-Correspondences points_of_instance(const ObjectObservation& object, int instance, double max_depth_m) {
-  std::vector<unsigned char> keep(object.points.size());
-  for (size_t i = 0; i < keep.size(); ++i)
-    keep[i] = object.instance_prev[i] == instance && object.points.depth[i] <= max_depth_m ? 1 : 0;
-  return object.points.subset(keep);
-}
-
 std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) {
   const auto declared = pair.noise.find(body);
   return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
 }
 
 }  // namespace
+
+Correspondences points_of_instance(const ObjectObservation& object, int instance, double max_depth_m) {
+  std::vector<unsigned char> keep(object.points.size());
+  for (size_t i = 0; i < keep.size(); ++i)
+    keep[i] = object.instance_prev[i] == instance && object.points.depth[i] <= max_depth_m ? 1 : 0;
+  return object.points.subset(keep);
+}
 
 void PipelineOptions::check() const {
   start.check();

@@ -162,6 +162,10 @@ struct FrameResult {
   std::vector<BodyResult> objects;  ///< every instance of either frame, ordered by id
 };
 
+/// Returns the points of one instance of the previous mask within `max_depth_m`. Points of other instances
+/// belong to a body that disappears behind this one, so that their flow ends on it.
+Correspondences points_of_instance(const ObjectObservation& object, int instance, double max_depth_m);
+
 class FrameEstimator {
  public:
   FrameEstimator(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator);
