@@ -3,6 +3,7 @@
 
 #include "sextant/base/json.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/experiment/case_estimator.h"
 #include "sextant/eval/experiment/run.h"
 #include "sextant/eval/records/record_stream.h"
 #include "sextant/eval/view/page.h"
@@ -172,6 +173,70 @@ TEST(View, SaysWhenTheProgramMakesOtherRecordsNow) {
   folder.write("run/records.jsonl", write_records(records));
   EXPECT_THAT(viewed(run_folder).notes,
               testing::ElementsAre(HasSubstr("differ from those of the current program")));
+}
+
+/// An external program whose CONFIG is gone. It gives the results of motion_only.
+class GoneProgram final : public CaseEstimator {
+ public:
+  std::vector<NamedEstimator> begin(const CaseContext& context) const override {
+    EXPECT_TRUE(context.rescore);
+    case_folder = context.folder.string();
+    return make_case_estimator("motion_only")->begin(context);
+  }
+  Json options() const override { return Json::object(); }
+  std::string label() const override { return "gone"; }
+
+  static inline std::string case_folder;
+};
+
+TEST(View, OpensNoEstimatorThatExistsElsewhereOnly) {
+  add_estimator_kind("external", "external:CONFIG.json", [](const std::string& config, const Json& options) {
+    if (!options.contains("recorded")) fail("{}: cannot be read", config);
+    return std::make_shared<const GoneProgram>();
+  });
+  TempFolder folder;
+  const std::string run_folder = run_into(folder, "run", config_of("synthetic:s18@0-2", "motion_only"));
+  Json run = read_json(folder / "run/run.json");
+  const Json of_run = run["configuration"];
+  const auto entry = [](const char* name, const char* label, const Json& options) {
+    return Json{{"name", name}, {"label", label}, {"options", options}};
+  };
+  run["configuration"] = {{"sources", {{{"source", "synthetic:s18@0-2"}}}},
+                          {"estimators",
+                           {entry("python:rigid_fit", "rigid_fit", Json::object()),
+                            entry("external:gone.json", "gone", {{"command", "gone"}}),
+                            entry("motion_only", "motion_only", of_run["options"]["estimator"])}},
+                          {"noise", {{{"level", 0.5}, {"noise", of_run["noise"]}}}},
+                          {"seeds", {0}}};
+  folder.write("run/run.json", json_text(run));
+  const std::vector<Record> own = read_records(folder / "run/records.jsonl");
+  std::vector<Record> records = own;
+  for (const char* label : {"rigid_fit", "gone"})
+    for (Record record : own) {
+      record.estimator = label;
+      records.push_back(record);
+    }
+  folder.write("run/records.jsonl", write_records(records));
+
+  for (const char* label : {"motion_only", "gone"}) {
+    const ViewedRun view = viewed(run_folder, {.estimator = label});
+    EXPECT_EQ(view.estimator, label);
+    EXPECT_EQ(view.n_cases, 3U);
+    EXPECT_THAT(view.notes, testing::IsEmpty());
+    EXPECT_FALSE(view.pairs.empty());
+  }
+  EXPECT_EQ(GoneProgram::case_folder, run_folder + "/external/case_000001");
+  const ViewedRun python = viewed(run_folder, {.estimator = "rigid_fit"});
+  EXPECT_EQ(python.records.size(), own.size());
+  EXPECT_THAT(python.notes, testing::ElementsAre(HasSubstr("python:rigid_fit cannot be computed again")));
+  EXPECT_FALSE(view_page(std::span(&python, 1), {.quiet = true}).at("index.html").empty());
+  expect_error([&] { viewed(run_folder, {.estimator = "joint_flow"}); },
+               "has no estimator 'joint_flow': it has rigid_fit, gone, motion_only");
+
+  run["configuration"] = of_run;  // that of a run instead of a sweep
+  run["configuration"]["estimator"] = "python:rigid_fit";
+  folder.write("run/run.json", json_text(run));
+  EXPECT_EQ(viewed(run_folder).estimator, "rigid_fit");
 }
 
 TEST(View, TwoRunsMustBeOfTheSameFrames) {

@@ -64,12 +64,39 @@ size_t place_of(const std::string& wanted, const std::vector<std::string>& names
   return static_cast<size_t>(it - names.begin());
 }
 
-/// Reduces `plan` to the requested source, so that the other sources need not exist.
-void choose_source(Json& plan, const std::string& wanted, const fs::path& folder) {
+/// Reduces `plan` to the requested source, so that the other sources need not exist. Returns its index.
+size_t choose_source(Json& plan, const std::string& wanted, const fs::path& folder) {
   std::vector<std::string> names;
   for (const Json& source : json_list(plan, "sources", folder.string()))
     names.push_back(json_member<std::string>(source, "source", (folder / "run.json").string()));
-  plan["sources"] = Json::array({plan["sources"][place_of(wanted, names, "source", folder)]});
+  const size_t place = place_of(wanted, names, "source", folder);
+  plan["sources"] = Json::array({plan["sources"][place]});
+  return place;
+}
+
+/// Reduces `plan` to the requested estimator, so that the others need not exist here. Plans of sweeps label
+/// their estimators; a run has one, which choose_case() checks. Returns its index.
+size_t choose_estimator(Json& plan, const std::string& wanted, const fs::path& folder) {
+  std::vector<std::string> labels;
+  const std::string where = (folder / "run.json").string();
+  const Json estimators = json_list(plan, "estimators", where);
+  if (estimators.size() == 1) return 0;
+  for (const Json& estimator : estimators)
+    labels.push_back(json_member<std::string>(estimator, "label", where));
+  const size_t place = place_of(wanted, labels, "estimator", folder);
+  plan["estimators"] = Json::array({estimators[place]});
+  return place;
+}
+
+/// Changes the entry of an estimator so that it can be opened where its files do not exist: an external
+/// program gets the options that the results recorded, so that CONFIG is not read; a function of Python,
+/// which is not called, is replaced by a placeholder with its label.
+void open_without_its_files(Json& estimator, const std::string& where) {
+  const auto name = json_member<std::string>(estimator, "name", where);
+  if (name.starts_with(external_prefix)) estimator["options"]["recorded"] = true;
+  if (!name.starts_with(python_prefix)) return;
+  const auto label = json_member<std::string>(estimator, "label", where, name.substr(python_prefix.size()));
+  estimator = {{"name", "joint_flow"}, {"label", label}};
 }
 
 /// Returns the index of the requested level, which is the first level if nothing is requested. Throws Error
@@ -134,14 +161,14 @@ std::vector<Record> without_times(std::vector<Record> records) {
   return records;
 }
 
-/// Runs the case again and keeps what the page shows.
-void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& folder, int jobs, bool quiet,
+/// Runs the case again and keeps what the page shows. `case_folder` has the files of an external program.
+void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& case_folder, int jobs, bool quiet,
                ViewedRun& run) {
   const Sequence& sequence = *run.sequence;
   const SequenceInfo& info = sequence.info();
   CaseSettings settings = case_settings(plan, c);
   settings.rescore = true;  // external programs are not started
-  settings.folder = folder / "external" / fmt::format("{}_seed{}", folder_name(info), c.seed);
+  settings.folder = case_folder;
   PairReader reader(sequence, plan.estimators[c.estimator].extraction, settings.noise, jobs);
   std::vector<ExtractedPair> window;
   const auto next = [&]() -> std::span<const ExtractedPair> { return window = reader.next(); };
@@ -214,8 +241,14 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
   if (!json.contains("configuration"))
     fail("{}: has no 'configuration': expected a folder of `sextant run`, `sweep` or `merge`", where);
   Json description = plan_of(json["configuration"], where + ": configuration");
-  choose_source(description, choice.source, folder);
+  const bool is_sweep = json["configuration"].contains("estimators");
+  const size_t source_place = choose_source(description, choice.source, folder);
   const std::string source = description["sources"][0]["source"].get<std::string>();
+  const size_t n_estimators = json_list(description, "estimators", where).size();
+  const size_t estimator_place = choose_estimator(description, choice.estimator, folder);
+  Json& estimator = description["estimators"][0];
+  const auto name = json_member<std::string>(estimator, "name", where);
+  open_without_its_files(estimator, where);
 
   ViewedRun run;
   run.folder = folder.string();
@@ -228,7 +261,7 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
   run.sequence = open(spec, folder);
   const Plan plan = parse_plan(json_line(description), where, data_root);
   const PlanCase c = choose_case(plan, choice, folder);
-  run.n_cases = plan.n_cases();
+  run.n_cases = plan.n_cases() * n_estimators;
   run.estimator = plan.estimators[c.estimator].label;
   run.noise = plan.levels[c.level].noise.name();
   run.level = plan.levels[c.level].level;
@@ -237,12 +270,25 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
   if (run.records.empty())
     fail("{}: has no records of {}, {}, level {}, seed {}: is it finished?",
          (folder / "records.jsonl").string(), source, run.estimator, run.level, run.seed);
-  const bool is_external = plan.estimators[c.estimator].name.starts_with(external_prefix);
+  if (name.starts_with(python_prefix)) {
+    run.notes.push_back(fmt::format(
+        "Points and paths of {} cannot be computed again: a function of Python exists only in the "
+        "process that ran it.",
+        name));
+    return run;
+  }
   try {
     check_runnable(spec, *run.sequence);
-    add_pairs(plan, c, folder, jobs, quiet, run);
+    // The names that run.cc and sweep.cc give; cases of a sweep are numbered as in Plan::at().
+    const auto seed_place = static_cast<size_t>(std::ranges::find(plan.seeds, c.seed) - plan.seeds.begin());
+    const size_t level_number =
+        (source_place * n_estimators + estimator_place) * plan.levels.size() + c.level;
+    const std::string case_name =
+        is_sweep ? fmt::format("case_{:06}", level_number * plan.seeds.size() + seed_place)
+                 : fmt::format("{}_seed{}", folder_name(run.sequence->info()), c.seed);
+    add_pairs(plan, c, folder / "external" / case_name, jobs, quiet, run);
   } catch (const Error& error) {
-    if (!is_external) throw;
+    if (!name.starts_with(external_prefix)) throw;
     run.notes.push_back(
         fmt::format("Points and paths of an external program cannot be computed again: {}", error.what()));
   }

@@ -2,8 +2,10 @@
 
 // One case of a finished run or sweep, with data that its records do not contain: the points of every pair,
 // the covariances and the paths. These are computed again from the source by the same deterministic pipeline,
-// so a run needs no extra files to be viewed. Records are read from the folder. External programs are not run
-// again; their cases consist of records only.
+// so a run needs no extra files to be viewed. Records are read from the folder. External programs and
+// functions of Python are not run again: the paths of a program are read from the output that its run kept;
+// without this output, and for functions, the case consists of records only. Only the selected estimator of
+// a sweep is opened.
 
 #include <cstdint>
 #include <filesystem>
