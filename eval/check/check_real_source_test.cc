@@ -77,6 +77,19 @@ TEST(CheckRealSource, AWrongBaselineIsReportedAsAFactorOnDepth) {
   }
 }
 
+// The masks of some distant cars cover their boxes badly, but have the right ids.
+TEST(CheckRealSource, BadlyCoveredBoxesAreNotReportedAsRenumberedMasks) {
+  SEXTANT_NEEDS_DATA("kitti_03_demo");
+  for (const char* frames : {"@0-1", "@1-2", "@10-13"}) {
+    SCOPED_TRACE(frames);
+    const auto checks = check_source(*open_with(demo(frames)), {.jobs = 2, .quiet = true});
+    EXPECT_EQ(std::ranges::find(checks, "mask ids", &SourceCheck::name)->outcome, CheckOutcome::pass);
+    const auto line = std::ranges::find(checks, "mask boxes", &SourceCheck::name);
+    EXPECT_EQ(line->outcome, CheckOutcome::suspect) << report(checks);
+    EXPECT_EQ(line->cause, no_known_cause) << report(checks);
+  }
+}
+
 TEST(CheckRealSource, TartanairAgreesToSixHundredthsOfAPixel) {
   SEXTANT_NEEDS_DATA("tartanair2_abs_P000");
   const auto checks = check_source(*open_with("tartanair:" + real_data("tartanair2_abs_P000").string()),

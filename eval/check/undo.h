@@ -179,9 +179,11 @@ inline void take_gray(GridFrame& to, const GridFrame& from) { to.gray = from.gra
 inline void take_depth(GridFrame& to, const GridFrame& from) { to.depth_m = from.depth_m; }
 
 /// Replaces each mask id by the id of the true object whose boxes its outline fits, and removes other masks.
-/// Does not apply if a mask fits boxes of several objects, or two masks fit boxes of one object.
+/// Does not apply if a mask fits boxes of several objects, or two masks fit boxes of one object. Does not
+/// apply to ids that are right either: removing the masks that fit no box would only hide them.
 inline Undo renumbered_masks() {
   return [](ConventionData& data, double& ignored) {
+    if (check_mask_ids(data).passes()) return false;
     std::map<int, std::map<int, int>> counts;  // mask id -> track id -> boxes that agree
     for (const auto& [frame, list] : data.truth.objects) {
       if (!data.has(frame)) continue;
@@ -206,7 +208,7 @@ inline Undo renumbered_masks() {
       track_of[id] = most->first;
       taken[most->first] = id;
     }
-    if (track_of.empty()) return false;
+    if (std::ranges::all_of(track_of, [](const auto& t) { return t.first == t.second; })) return false;
     return mask_ids([track_of](int id) { return track_of.contains(id) ? track_of.at(id) : 0; })(data,
                                                                                                 ignored);
   };
