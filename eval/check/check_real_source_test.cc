@@ -77,6 +77,19 @@ TEST(CheckRealSource, AWrongBaselineIsReportedAsAFactorOnDepth) {
   }
 }
 
+// Static points determine only the ratio of depth and camera steps. The sizes of the demo's cars are unknown,
+// so the depth of their boxes does not decide which of the two is wrong.
+TEST(CheckRealSource, ASmallFactorOnDisparityNamesDepthAndCameraPositions) {
+  SEXTANT_NEEDS_DATA("kitti_03_demo");
+  LoadedSequence sequence(demo("@0-3"));
+  depth([](I, double z, int, int) { return z / 1.1; })(sequence);
+  const auto checks = check_source(sequence, {.jobs = 2, .quiet = true});
+  const auto line = std::ranges::find(checks, "depth scale", &SourceCheck::name);
+  EXPECT_EQ(line->outcome, CheckOutcome::fail) << report(checks);
+  EXPECT_THAT(line->cause, HasSubstr("depth is too small by a factor 1.")) << report(checks);
+  EXPECT_THAT(line->cause, HasSubstr("camera positions are too large by a factor 1.")) << report(checks);
+}
+
 // The masks of some distant cars cover their boxes badly, but have the right ids.
 TEST(CheckRealSource, BadlyCoveredBoxesAreNotReportedAsRenumberedMasks) {
   SEXTANT_NEEDS_DATA("kitti_03_demo");

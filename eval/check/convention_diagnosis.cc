@@ -25,9 +25,10 @@ struct Trial {
 };
 
 /// Returns the penalty of a check under a hypothesis: it grows with the ratio of value and limit at a
-/// decreasing rate, by a step of 1 at the limit.
+/// decreasing rate, by a step of 1 at the limit. Assumed sizes of objects can be wrong by as much as depth.
 double penalty(const Finding& before, const Finding& after) {
   if (!after.checkable()) return before.checkable() ? lost : 0;
+  if (after.sizes_assumed && after.passes()) return 0;
   return std::min(max_penalty, std::log2(1 + after.ratio()) + (after.passes() ? 0 : 1));
 }
 

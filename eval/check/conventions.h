@@ -99,6 +99,9 @@ struct Finding {
   /// Correct data can exceed the limit, as `message` explains: a mistake is named only if its correction
   /// makes another check pass as well.
   bool may_be_right = false;
+  /// The value is computed with the size of a typical car, because the true sizes are unknown: a value that
+  /// passes does not distinguish two causes.
+  bool sizes_assumed = false;
 
   bool checkable() const { return value.has_value(); }
   bool passes() const { return checkable() && *value <= limit; }
@@ -236,7 +239,8 @@ std::vector<Finding> check_conventions(const ConventionData& data);
 // ---- Search for the causes of failed checks: every hypothesis of the table is undone in a copy of the data,
 // and the checks are repeated. A check that did not pass is attributed to the hypothesis under which it
 // passes, no further check fails, and all checks together have the lowest penalty; to several hypotheses if
-// they are equally good; otherwise to "no known cause fits".
+// they are equally good; otherwise to "no known cause fits". Checks that assume the sizes of objects have no
+// penalty where they pass.
 //
 // A sharp check of five or more samples that passes with more than 0.2 % of its limit is analysed as well: if
 // undoing a mistake removes more than 90 % of its residual, and leaves at least half of the samples, the data
