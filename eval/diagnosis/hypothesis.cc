@@ -34,6 +34,8 @@ std::optional<Explanation> explain(double declared, const std::vector<Reading>& 
   });
   if (!(declared > rule.negligible) || readings.empty()) return std::nullopt;
   const auto least = std::ranges::min_element(readings, {}, &Reading::residual);
+  // Residuals that overflow cannot be compared.
+  if (!std::isfinite(declared) || !std::isfinite(least->residual)) return std::nullopt;
   const auto explains = [&](double residual) {
     return rule.times * residual <= declared && (!rule.null || rule.times * residual <= *rule.null);
   };

@@ -120,8 +120,8 @@ struct ExplanationRule {
 };
 
 /// Returns the reading with the lowest residual if it explains the data by the rule above; nullopt if it does
-/// not, or if the declared residual is negligible. Among readings within a factor of two of the lowest
-/// residual, the one with the lowest price is returned, and the first of equal prices.
+/// not, or if the declared residual is negligible or not finite. Among readings within a factor of two of the
+/// lowest residual, the one with the lowest price is returned, and the first of equal prices.
 std::optional<Explanation> explain(double declared, const std::vector<Reading>& readings,
                                    const ExplanationRule& rule = {});
 

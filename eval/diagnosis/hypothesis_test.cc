@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace sextant {
 namespace {
 
@@ -34,6 +36,12 @@ TEST(Hypothesis, NegligibleResidualsNeedNone) {
   EXPECT_FALSE(explain(1e-9, {reading("a", 0)}, {.negligible = 1e-8}));
   EXPECT_FALSE(explain(0, {reading("a", 0)}));
   EXPECT_FALSE(explain(1, {}));
+}
+
+TEST(Hypothesis, ResidualsThatOverflowHaveNone) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(explain(infinity, {reading("a", infinity)}));
+  EXPECT_FALSE(explain(infinity, {reading("a", 1)}));
 }
 
 TEST(Hypothesis, TheCheaperOfTwoThatExplainAlikeIsFirst) {

@@ -1,6 +1,7 @@
 #include "sextant/eval/experiment/evaluate_pair.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include "sextant/base/error.h"
 #include "sextant/geometry/object_motion.h"
 #include "sextant/metrics/crlb.h"
+#include "sextant/metrics/definitions.h"
 #include "sextant/metrics/pair_errors.h"
 
 namespace sextant {
@@ -307,6 +309,37 @@ void add_limits(const FrameResult& result, const PairContext& context, std::vect
   }
 }
 
+bool overflows(const Record::Numbers::value_type& error) {
+  return std::abs(error.second) > internal::largest_number;
+}
+
+/// Removes errors beyond every number of a record. Those of an object in the world, in its own frame and of
+/// its speed contain the motion of the camera, so they can overflow although the object is estimated well,
+/// and are left out. Other errors are those of an estimate that has diverged: of its record only the values
+/// remain that depend on the truth alone, as for any failed estimate.
+void remove_overflowing(Record& record) {
+  constexpr std::array<std::array<std::string_view, 2>, 3> with_camera = {
+      {{"Et_world_m", "ER_world_deg"}, {"Et_body_m", "ER_body_deg"}, {"Ev_kmh", "Ev_origin_kmh"}}};
+  const auto of_estimate = record.errors.find("Et_m");
+  if (of_estimate != record.errors.end() && !overflows(*of_estimate)) {
+    for (const auto& names : with_camera) {
+      const auto is_named = [&](const auto& error) {
+        return std::ranges::count(names, error.first.str()) > 0;
+      };
+      if (std::ranges::any_of(record.errors, [&](const auto& e) { return is_named(e) && overflows(e); }))
+        erase_if(record.errors, is_named);
+    }
+  }
+  if (std::ranges::none_of(record.errors, overflows)) return;
+  record.status = Status::diverged;
+  record.errors.clear();
+  record.flow_truth = "";
+  erase_if(record.values, [](const auto& item) {
+    const MetricDefinition* const metric = find_metric(NumberMap::values, item.first.str());
+    return metric == nullptr || !metric->is(truth_only);
+  });
+}
+
 }  // namespace
 
 std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& context) {
@@ -323,14 +356,7 @@ std::vector<Record> evaluate_pair(const FrameResult& result, const PairContext& 
   }
   add_limits(result, context, records);
   for (Record& record : records) {
-    // An error beyond every number of a record is that of an estimate that has diverged.
-    if (std::ranges::any_of(record.errors, [](const auto& item) {
-          return std::abs(item.second) > internal::largest_number;
-        })) {
-      record.status = Status::diverged;
-      record.errors.clear();
-      record.values.clear();
-    }
+    remove_overflowing(record);
     // Only finite numbers enter records, in memory as in files.
     for (Record::Numbers* numbers : {&record.errors, &record.values, &record.bound, &record.time_ms})
       erase_if(*numbers, [](const auto& item) { return !internal::is_number(item.second); });

@@ -125,6 +125,44 @@ TEST_F(EvaluatePair, AnEstimateBeyondEveryNumberOfARecordHasDiverged) {
   }
 }
 
+// Without these values the record would not count as a missing estimate in the coverage.
+TEST_F(EvaluatePair, ADivergedEstimateKeepsTheValuesOfTheTruth) {
+  const std::vector<Record> right = evaluate();
+  result_.ego.estimate = estimate_of(shift(0, 0, -1e120), 2);
+  result_.objects[0].estimate = estimate_of(shift(0, 0, 1e120), 0);
+  const std::vector<Record> diverged = evaluate();
+  for (size_t i = 0; i < diverged.size(); ++i) {
+    EXPECT_EQ(diverged[i].status, Status::diverged);
+    EXPECT_TRUE(diverged[i].errors.empty());
+    EXPECT_TRUE(has_truth(diverged[i]));
+    for (const MetricDefinition* metric : metrics_for(truth_only)) {
+      ASSERT_EQ(diverged[i].values.contains(metric->name), right[i].values.contains(metric->name));
+      if (!right[i].values.contains(metric->name)) continue;
+      EXPECT_EQ(diverged[i].values.at(metric->name), right[i].values.at(metric->name)) << metric->name;
+    }
+  }
+  EXPECT_FALSE(diverged[0].values.contains("step_m"));
+  EXPECT_FALSE(diverged[1].values.contains("v_kmh"));
+}
+
+TEST_F(EvaluatePair, AnObjectHasNotDivergedBecauseTheCameraHas) {
+  estimated_.set(4, shift(0, 0, 1e120));
+  estimated_.set(5, shift(0, 0, 2e120));
+  Record object = evaluate().at(1);
+  EXPECT_EQ(object.status, Status::ok);
+  expect_near(object.errors, {{"Et_m", 0.3}, {"Et_body_m", 0.4}, {"Ev_kmh", 14.4}}, 1e-9);
+  EXPECT_FALSE(object.errors.contains("Et_world_m"));
+  EXPECT_FALSE(object.errors.contains("ER_world_deg"));
+
+  result_.ego.estimate = estimate_of(shift(0, 0, -1e120), 2);
+  result_.objects[0].speed_mps = 1e121;
+  object = evaluate().at(1);
+  EXPECT_EQ(object.status, Status::ok);
+  EXPECT_NEAR(object.errors.at("Et_m"), 0.3, 1e-12);
+  for (const char* name : {"Et_body_m", "ER_body_deg", "Ev_kmh", "Ev_origin_kmh"})
+    EXPECT_FALSE(object.errors.contains(name)) << name;
+}
+
 TEST_F(EvaluatePair, ConsistencyIsRecorded) {
   result_.ego.split = {4.0, 9.0};
   result_.objects[0].split.sides = 5.0;
