@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "sextant/base/error.h"
 #include "sextant/base/text.h"
@@ -28,6 +29,7 @@ std::string shown(std::string_view field) {
 
 struct Name {
   std::vector<std::string> words;  ///< lower case
+  std::string text;                ///< as in the header, in lower case and without unit
   std::string unit;                ///< in brackets; may be empty
 };
 
@@ -63,10 +65,12 @@ std::vector<Name> names_of(std::string_view header) {
       open = true;
     } else if (is_blank(c) || c == '_' || c == '.' || c == '-' || c == '/' || c == '"') {
       if (!names.empty()) end_word();
+      if (!ended && !is_blank(c) && c != '"') names.back().text.push_back(c);
     } else {
       if (ended) names.emplace_back();
       ended = false;
       word.push_back(c);
+      names.back().text.push_back(c);
     }
   }
   if (!names.empty()) end_word();
@@ -184,11 +188,19 @@ bool NumberFile::next() {
     }
     line_bytes_ = line.size();
     if (separator_ == either) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
-    if (line.back() == separator_) line.remove_suffix(1);  // some writers end each line with a separator
+    const bool is_ended = line.back() == separator_;  // some writers end each line with a separator
+    if (is_ended) line.remove_suffix(1);
     for_each_field(line, separator_, [this](std::string_view field) {
-      values_.push_back(parse(field));
+      const std::optional<double> value = allows_text_ ? number_in(field) : parse(field, values_.size());
+      values_.push_back(value.value_or(std::numeric_limits<double>::quiet_NaN()));
       fields_.push_back(field);
     });
+    if (records_ == 0) {
+      n_values_ = values_.size();
+    } else if (allows_text_ && is_ended && values_.size() + 1 == n_values_) {
+      values_.push_back(std::numeric_limits<double>::quiet_NaN());  // the last field is empty
+      fields_.emplace_back();
+    }
     ++records_;
     return true;
   }
@@ -210,9 +222,17 @@ int NumberFile::whole(size_t i, const char* what) const {
   return static_cast<int>(value);
 }
 
-double NumberFile::parse(std::string_view field) const {
+void NumberFile::require(size_t i) const {
+  if (!std::isfinite(values_[i])) parse(fields_[i], i);
+}
+
+void NumberFile::require_all() const {
+  for (size_t i = 0; i < values_.size(); ++i) require(i);
+}
+
+double NumberFile::parse(std::string_view field, size_t i) const {
   const std::optional<double> value = number_in(field);
-  const size_t column = values_.size() + 1;
+  const size_t column = i + 1;
   if (value && std::isfinite(*value)) return *value;
   if (value) {
     fail_here("value {} is '{}', which is not a finite number: remove poses that were not estimated", column,
@@ -232,6 +252,34 @@ bool PoseColumns::in_order(bool w_first) const {
   const std::array<size_t, 4> last = {4, 5, 6, 7}, first = {5, 6, 7, 4};
   return has_quaternion && time == 0 && position == std::array<size_t, 3>{1, 2, 3} &&
          quaternion == (w_first ? first : last);
+}
+
+std::string column_problem(std::string_view header, size_t n_columns) {
+  constexpr std::array<std::string_view, 8> components = {"x", "y", "z", "qx", "qy", "qz", "qw", "time"};
+  constexpr size_t fewest_known = 4;  // a line of text may contain a few of the names
+  const std::vector<Name> names = names_of(header);
+  std::array<std::vector<std::string>, components.size()> found;
+  size_t n_known = 0;
+  for (const Name& name : names) {
+    const int k = time_unit(name) ? 7 : component(name);
+    if (k < 0) continue;
+    found[static_cast<size_t>(k)].push_back(name.text);
+    ++n_known;
+  }
+  if (n_known < fewest_known) return "";
+  if (names.size() != n_columns) {
+    return fmt::format("its header has {} names, but the first record has {} values", names.size(),
+                       n_columns);
+  }
+  for (size_t k = 0; k < found.size(); ++k) {
+    if (found[k].size() > 1)
+      return fmt::format("its header names {} twice ('{}')", components[k], fmt::join(found[k], "', '"));
+  }
+  std::vector<std::string_view> missing;
+  for (size_t k = 0; k < found.size(); ++k) {
+    if (found[k].empty()) missing.push_back(components[k]);
+  }
+  return missing.empty() ? "" : fmt::format("its header names no column of {}", fmt::join(missing, ", "));
 }
 
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place) {

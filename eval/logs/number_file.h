@@ -53,8 +53,15 @@ class NumberFile {
   /// Opens a file; `separator` as in for_each_field(), or `either`. Throws Error if the file cannot be read.
   NumberFile(const std::string& path, char separator, const ReadRules& rules = {});
 
+  /// Reads fields that are no finite numbers as NaN or infinite values, of which require() throws those that
+  /// are used.
+  void allow_text() { allows_text_ = true; }
+  /// Throws Error if value i of the record, or any value of it, is not a finite number.
+  void require(size_t i) const;
+  void require_all() const;
+
   /// Advances to the next record; returns false at the end. Throws Error on a value that is not a finite
-  /// number, and on a header with a zero byte (a binary file).
+  /// number, unless allow_text() was called, and on a header with a zero byte (a binary file).
   bool next();
 
   std::span<const double> values() const { return values_; }
@@ -83,12 +90,14 @@ class NumberFile {
   }
 
  private:
-  double parse(std::string_view field) const;
+  double parse(std::string_view field, size_t i) const;  // field of value i
 
   TextLines lines_;
   char separator_;
+  bool allows_text_ = false;
   size_t line_bytes_ = 0;  // length of the current record
   int64_t records_ = 0;
+  size_t n_values_ = 0;  // of the first record
   std::vector<double> values_;
   std::vector<std::string_view> fields_;  // valid until the next record is read
   std::string header_;
@@ -127,6 +136,10 @@ struct PoseColumns {
 /// eight columns (for positions only: of the four) exactly once. Throws Error if the header gives positions
 /// in another unit than metres; `place` begins the message.
 std::optional<PoseColumns> columns_of(std::string_view header, size_t n_columns, const std::string& place);
+
+/// Returns the reason why columns_of() finds no columns in a header with several of their names, such as "its
+/// header names x twice ('x', 'tx')"; empty for other headers, and if there is no reason.
+std::string column_problem(std::string_view header, size_t n_columns);
 
 /// Returns true if a header has as many columns as `names` ("a,b,c"), but other names or another order;
 /// blanks, quotes and case are ignored.

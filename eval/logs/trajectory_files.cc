@@ -23,6 +23,12 @@ class TextReader {
   TextReader(const std::string& path, char separator, const ReadRules& rules)
       : file_(path, separator, rules) {}
 
+  /// Records may contain text in values that `add` does not require().
+  TextReader& allow_text() {
+    file_.allow_text();
+    return *this;
+  }
+
   /// `accepts(n, separator)` returns true if records may have n values; all must have as many as the first
   /// one.
   template <typename Accepts, typename Add>
@@ -30,8 +36,10 @@ class TextReader {
     size_t n = 0;
     while (file_.next()) {
       const size_t count = file_.values().size();
-      if (n == 0 && !accepts(count, file_.separator()))
+      if (n == 0 && !accepts(count, file_.separator())) {
+        file_.require_all();
         file_.fail_here("expected {}, got {} values", expected, count);
+      }
       if (n == 0) result_.poses.reserve(std::min(file_.expected_records(), most_poses_of_file));
       if (result_.poses.size() == most_poses_of_file)
         file_.fail_here("more than {} poses: cut the recording into parts, or thin it out",
@@ -88,7 +96,10 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   const auto named = named_columns(file);
   if (!named) {
     if (!format.has_quaternion) return {0, format.seconds_per_unit, {1, 2, 3}, {}, false};
-    if (!format.w_first) file.fail_here("expected {}", format.expected);
+    if (!format.w_first) {
+      const std::string problem = column_problem(file.column_names(), file.values().size());
+      file.fail_here("expected {}{}{}", format.expected, problem.empty() ? "" : ": ", problem);
+    }
     if (*format.w_first) return {0, format.seconds_per_unit, {1, 2, 3}, {5, 6, 7, 4}};
     return {0, format.seconds_per_unit, {1, 2, 3}, {4, 5, 6, 7}};
   }
@@ -102,6 +113,7 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
   if (columns.seconds_per_unit == 0) columns.seconds_per_unit = format.seconds_per_unit;
   if (columns.seconds_per_unit == 0 && std::abs(file.values()[columns.time]) >= only_nanoseconds)
     columns.seconds_per_unit = 1e-9;
+  if (columns.seconds_per_unit == 0 && file.separator() != ',') columns.seconds_per_unit = 1;
   if (columns.seconds_per_unit == 0) {
     file.fail_here(
         "the header does not give the unit of time: write it behind the name, as 'timestamp [s]' or [ns]{}",
@@ -119,6 +131,17 @@ PoseColumns columns_in(const NumberFile& file, const StampedFormat& format) {
         format.name, format.expected);
   }
   return columns;
+}
+
+/// Throws Error if a value of the current line that a format reads is not a finite number. Tables may contain
+/// text in other columns.
+void require_used(const NumberFile& file, const PoseColumns& columns) {
+  file.require(columns.time);
+  for (const size_t i : columns.position) file.require(i);
+  if (!columns.has_quaternion) return;
+  for (const size_t i : columns.quaternion) file.require(i);
+  if (!columns.covariance) return;
+  for (const size_t i : *columns.covariance) file.require(i);
 }
 
 /// Returns the time stamp of the current line in s. `before_s`: the stamps of the lines before.
@@ -154,7 +177,9 @@ double stamp_at(const NumberFile& file, const PoseColumns& columns, const std::v
 TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format, const ReadRules& rules) {
   PoseColumns columns;
   size_t n_records = 0;
+  bool is_named = false;
   return TextReader(path, NumberFile::either, rules)
+      .allow_text()
       .read(
           format.expected,
           [&](size_t n, char separator) {
@@ -164,6 +189,8 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
           },
           [&](const NumberFile& file, TrajectoryFile& out, RepairLog& log) {
             if (n_records++ == 0) {
+              is_named = named_columns(file).has_value();
+              if (!is_named) file.require_all();
               columns = columns_in(file, format);
               if (format.has_quaternion && !columns.unread_rotation.empty()) {
                 constexpr int64_t whole_file = 0;
@@ -172,6 +199,11 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
                                      columns.unread_rotation),
                          whole_file);
               }
+            }
+            if (is_named) {
+              require_used(file, columns);
+            } else {
+              file.require_all();
             }
             const auto v = file.values();
             const auto& [x, y, z] = columns.position;
@@ -186,6 +218,7 @@ TrajectoryFile read_stamped(const std::string& path, const StampedFormat& format
               for (size_t k = 0; k < numbers.size(); ++k) numbers[k] = v[(*columns.covariance)[k]];
               add_covariance(out.poses, numbers, rules.covariance, file.path(), file.line());
             } else if (format.w_first == false && v.size() > 8 && is_covariance_size(v.size() - 8)) {
+              file.require_all();
               add_covariance(out.poses, v.subspan(8), rules.covariance, file.path(), file.line());
             }
           });
@@ -291,6 +324,9 @@ const std::vector<TrajectoryFormat>& table() {
   return formats;
 }
 
+constexpr const char* known_columns =
+    "; known are names like time, timestamp or t [s]; x, tx or position.x; qx, q_x or orientation.x";
+
 /// Returns the text formats that fit the first record of a file and the names of its columns.
 FittingFormats formats_of_record(const NumberFile& file) {
   const size_t n = file.values().size();
@@ -304,6 +340,11 @@ FittingFormats formats_of_record(const NumberFile& file) {
     if (named->in_order(false) && (plain || commas) && (ns || s)) return {{ns ? "tum_ns" : "tum"}, ""};
     if (named->in_order(true) && commas && ns) return {{"euroc"}, ""};
     return {{"table"}, ""};
+  }
+  file.require_all();
+  if (commas && n >= 8) {
+    if (std::string problem = column_problem(file.column_names(), n); !problem.empty())
+      return {{}, problem + known_columns};
   }
   if (commas && n >= 8)
     return {{"euroc", "tum"},
@@ -332,6 +373,7 @@ FittingFormats fitting_formats(const std::string& path, const ReadRules& rules) 
   if (!split.topic.empty())
     fail("{}: only recordings (.bag, .mcap, .db3) have topics: give the file alone", path);
   NumberFile file(path, NumberFile::either, rules);
+  file.allow_text();
   FittingFormats fitting;
   try {
     if (file.next())

@@ -262,6 +262,46 @@ TEST_F(TrajectoryFiles, AFormatAgainstTheHeaderIsAnError) {
               HasSubstr("convert them to metres"));
 }
 
+TEST_F(TrajectoryFiles, ColumnsThatAreNotReadMayContainText) {
+  for (const char* text :
+       {"timestamp [s],x,y,z,qx,qy,qz,qw,status\n5,1,2,3,0,0,0,1,OK\n6,2,2,3,0,0,0,1,\n",
+        "status,timestamp [s],z,y,x,qx,qy,qz,qw\nOK,5,3,2,1,0,0,0,1\nnan,6,3,2,2,0,0,0,1\n",
+        "# t x y z qx qy qz qw state\n5 1 2 3 0 0 0 1 LOST\n6 2 2 3 0 0 0 1 OK\n"}) {
+    SCOPED_TRACE(text);
+    const TrajectoryFile file = read(text);
+    EXPECT_THAT(file.poses.stamps_s, ElementsAre(5, 6));
+    EXPECT_EQ(file.poses.positions_m[1], Eigen::Vector3d(2, 2, 3));
+  }
+  EXPECT_THAT(error("t [s],x,y,z,qx,qy,qz,qw,status\n5,1,two,3,0,0,0,1,OK\n", "auto"),
+              HasSubstr("expected a number for value 3, got 'two'"));
+  EXPECT_THAT(error("t [s],x,y,z,qx,qy,qz,qw,status\n5,1,2,3,0,0,0,1,OK\n6,1,2,nan,0,0,0,1,OK\n", "auto"),
+              HasSubstr(":3: value 4 is 'nan', which is not a finite number"));
+  EXPECT_THAT(error("5,1,2,3,0,0,0,1,OK\n", "tum"), HasSubstr("got 'OK'")) << "no header";
+}
+
+TEST_F(TrajectoryFiles, HeadersThatDoNotNameEachColumnOnceAreExplained) {
+  EXPECT_THAT(error("frame,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,1\n", "auto"),
+              AllOf(HasSubstr("its header names no column of time; known are names like time"),
+                    testing::Not(HasSubstr("no header"))));
+  EXPECT_THAT(error("t [s],x,y,z,x,qx,qy,qz,qw\n5,1,2,3,5,0,0,0,1\n", "auto"),
+              HasSubstr("its header names x twice ('x', 'x')"));
+  EXPECT_THAT(error("time,field.header.stamp,field.pose.pose.position.x,field.pose.pose.position.y,"
+                    "field.pose.pose.position.z,field.pose.pose.orientation.x,field.pose.pose.orientation.y,"
+                    "field.pose.pose.orientation.z,field.pose.pose.orientation.w\n5,5,1,2,3,0,0,0,1\n",
+                    "auto"),
+              HasSubstr("its header names time twice ('time', 'field.header.stamp')"));
+  EXPECT_THAT(error("t [s],x,y,z,qx,qy,qz,qw\n5,1,2,3,0,0,0,1,7\n", "auto"),
+              HasSubstr("its header has 8 names, but the first record has 9 values"));
+  EXPECT_THAT(error("t [s],x,y,z,qx,qy,qz,r\n5,1,2,3,0,0,0,1\n", "table"),
+              HasSubstr("its header names no column of qw"));
+}
+
+TEST_F(TrajectoryFiles, AHeaderWithBlanksMayHaveTheQuaternionInAnyOrder) {
+  const TrajectoryFile file = read("# timestamp tx ty tz qw qx qy qz\n5 1 2 3 0.8 0 0 0.6\n");
+  EXPECT_THAT(file.poses.stamps_s, ElementsAre(5));
+  EXPECT_NEAR(file.poses.rotations[0](0, 0), 1 - 2 * 0.36, 1e-15);
+}
+
 TEST_F(TrajectoryFiles, DynosamInAnotherOrderIsAnError) {
   EXPECT_THAT(error("frame_id,tx,ty,tz,qw,qx,qy,qz,gt_tx,gt_ty,gt_tz,gt_qw,gt_qx,gt_qy,gt_qz\n"
                     "4,1,2,3,1,0,0,0,5,2,3,1,0,0,0\n",
