@@ -215,7 +215,9 @@ std::vector<Hypothesis<PoseData>> pose_hypotheses() {
 
 std::vector<ObjectExplanation> explain_poses(const PoseData& data) {
   const std::set<int> ids = ids_of(data.given);
-  const std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
+  std::vector<Hypothesis<PoseData>> table = pose_hypotheses();
+  if (!data.quaternions)
+    std::erase_if(table, [](const auto& h) { return h.code.starts_with("quaternion_"); });
   std::vector<ObjectExplanation> out =
       explain_objects(ids, [&](const std::set<int>& of) -> std::optional<Explanation> {
         const PoseData some = of_objects(data, of);

@@ -24,6 +24,7 @@ struct PoseData {
   std::map<ObjectFrame, SE3> given, reference;  ///< object id and frame k -> pose; the camera has one id
   std::map<int, SE3> T_world_camera;            ///< needed for readings of objects only; may be empty
   std::optional<SE3> T_true_estimated = std::nullopt;  ///< as in MotionData
+  bool quaternions = true;  ///< false: the file contains matrices, so no order of quaternions explains them
 };
 
 /// Trimmed mean of the squared residuals of the steps that both sides have, m^2; empty for fewer than three.

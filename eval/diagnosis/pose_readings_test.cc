@@ -96,6 +96,22 @@ TEST(PoseReadings, PlantsInPosesOfCamerasAndObjectsAreNamed) {
   }
 }
 
+TEST(PoseReadings, NoOrderOfQuaternionsExplainsMatrices) {
+  PoseData data{SharedFrame::body, {}, {}, {}};
+  for (const auto& [k, pose] : scene(1, 20, 0.5).C) {
+    const Eigen::Quaterniond& q = pose.rotation();
+    data.reference[{0, k}] = pose;
+    data.given[{0, k}] = SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), pose.translation());
+  }
+  ASSERT_FALSE(explain_poses(data).empty());
+  EXPECT_TRUE(explain_poses(data)[0].explanation.allows("quaternion_w_first"));
+  data.quaternions = false;
+  for (const ObjectExplanation& found : explain_poses(data)) {
+    EXPECT_FALSE(found.explanation.allows("quaternion_w_first"));
+    EXPECT_FALSE(found.explanation.allows("quaternion_w_last"));
+  }
+}
+
 TEST(PoseReadings, ACameraThatRepeatsItsPoseWhileTheTruthMovesIsCounted) {
   PoseData data{SharedFrame::body, {}, {}, {}};
   for (const auto& [k, pose] : scene(1, 20, 0.5).C) data.given[{0, k}] = data.reference[{0, k}] = pose;

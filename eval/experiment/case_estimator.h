@@ -52,6 +52,8 @@ class PairEstimator {
   /// Returns T_world_camera as recorded by an external system in its own world frame, for diagnose_case();
   /// null if only motions are known.
   virtual const Trajectory* recorded_camera() const { return nullptr; }
+  /// Returns false if the file of the recorded camera contains matrices.
+  virtual bool camera_has_quaternions() const { return true; }
   /// Returns the frame in which the motions of objects were declared, for diagnose_case().
   virtual MotionFrame declared_frame() const { return MotionFrame::world; }
 };

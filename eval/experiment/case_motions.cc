@@ -62,7 +62,7 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
                                        const std::string& estimator, const Trajectory* recorded_camera,
-                                       MotionFrame declared) {
+                                       MotionFrame declared, bool quaternions) {
   std::vector<std::string> out;
   const auto add_lines = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
@@ -78,6 +78,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
     }
   };
   PoseData cameras{SharedFrame::body, {}, {}, {}};
+  cameras.quaternions = quaternions;
   const Trajectory& estimated = recorded_camera != nullptr ? *recorded_camera : motions.estimated;
   for (const auto& [frame, pose] : estimated.poses()) cameras.given.emplace(ObjectFrame(0, frame), pose);
   for (const auto& [frame, pose] : truth.camera.poses())

@@ -33,10 +33,11 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 /// Returns one line for each diagnosis, beginning with `estimator`. `recorded_camera`: the recorded poses
 /// from which the camera's motions were computed, or null; another order of quaternion components can be
 /// detected in poses only. Motions of objects are checked as they were logged: in the frame `declared` and in
-/// the world of the recorded camera. They are checked only if nothing is found for the camera.
+/// the world of the recorded camera. They are checked only if nothing is found for the camera. `quaternions`:
+/// false if the camera was recorded as matrices, which another order of components does not explain.
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
                                        const std::string& estimator,
                                        const Trajectory* recorded_camera = nullptr,
-                                       MotionFrame declared = MotionFrame::world);
+                                       MotionFrame declared = MotionFrame::world, bool quaternions = true);
 
 }  // namespace sextant

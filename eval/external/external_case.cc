@@ -231,6 +231,7 @@ class Reader {
     }
     const std::string path = found.front().path.string();
     const TrajectoryFile file = read_trajectory(path, set_.camera.format, files_.rules(pose_file));
+    out_.camera_has_quaternions = file.format != "kitti" && file.format != "vdo" && file.format != "vdo_xml";
     for (const auto& [frame, pose] : by_frame(file, folder_.numbers, path, out_))
       out_.camera.set(frame, set_.camera.inverse ? pose.inverse() : pose);
     if (is_unnumbered(file) && misses_rows(file.poses.size(), folder_))

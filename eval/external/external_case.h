@@ -115,7 +115,8 @@ inline constexpr FileKind pose_file = {"a file of poses or times", 100'000'000};
 inline constexpr FileKind log_file = {"a log", 1'000'000'000};
 
 struct ExternalResults {
-  Trajectory camera;  ///< T_world_camera in the program's own world frame
+  Trajectory camera;                   ///< T_world_camera in the program's own world frame
+  bool camera_has_quaternions = true;  ///< false: the camera's file contains matrices
   /// T_curr_prev of the object, by id in the masks and current frame: maps its points from previous to
   /// current camera.
   std::map<ObjectFrame, SE3> motions;

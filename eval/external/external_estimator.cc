@@ -130,6 +130,7 @@ class ExternalPairEstimator final : public PairEstimator {
 
   std::vector<std::string> problems() const override { return problems_; }
   const Trajectory* recorded_camera() const override { return &results_.camera; }
+  bool camera_has_quaternions() const override { return results_.camera_has_quaternions; }
   MotionFrame declared_frame() const override { return results_.declared_frame; }
 
  private:
