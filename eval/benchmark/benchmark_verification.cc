@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <memory>
+#include <optional>
 #include <random>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
@@ -15,7 +18,6 @@
 #include "sextant/eval/benchmark/benchmark_run.h"
 #include "sextant/eval/benchmark/card.h"
 #include "sextant/eval/benchmark/card_document.h"
-#include "sextant/eval/benchmark/points_without_estimate.h"
 #include "sextant/eval/benchmark/record_comparison.h"
 #include "sextant/eval/benchmark/suite.h"
 #include "sextant/eval/experiment/case_results.h"
@@ -354,6 +356,44 @@ uint64_t random_seed() {
   return random();
 }
 
+BodyResult body_without_estimate(const FramePair& pair, int instance, Correspondences points) {
+  BodyResult body{.instance = instance, .status = Status::diverged, .points = std::move(points)};
+  const auto declared = pair.noise.find(instance);
+  if (declared != pair.noise.end()) body.noise = declared->second;
+  return body;
+}
+
+class PointsOfPairs final : public PairEstimator {
+ public:
+  explicit PointsOfPairs(double max_depth_m) : max_depth_m_(max_depth_m) {}
+  FrameResult process(const FramePair& pair) override {
+    FrameResult result{.prev = pair.prev, .curr = pair.curr, .dt_s = pair.dt_s};
+    result.ego = body_without_estimate(pair, 0, pair.background);
+    for (const ObjectObservation& object : pair.objects)
+      result.objects.push_back(body_without_estimate(
+          pair, object.instance, points_of_instance(object, object.instance, max_depth_m_)));
+    return result;
+  }
+
+ private:
+  double max_depth_m_;
+};
+
+/// Passes on the points of every body and estimates no motion. Its records have the bounds of every estimator
+/// whose bodies have the same points: those of external programs, whose objects pass no gate, and those of
+/// other estimators for objects that passed the gates of the pipeline.
+class PointsWithoutEstimate final : public CaseEstimator {
+ public:
+  std::vector<NamedEstimator> begin(const CaseContext& context) const override {
+    std::vector<NamedEstimator> alone;
+    alone.push_back({"", std::make_unique<PointsOfPairs>(context.pipeline.max_object_distance_m)});
+    return alone;
+  }
+  Json options() const override { return Json::object(); }
+  std::string label() const override { return "points"; }
+  bool is_third_party() const override { return false; }
+};
+
 /// Runs a random sample of cases again and compares their records; of a program that is not run, the bounds.
 void check_sample(const std::vector<CheckedSweep>& sweeps, const Card& card, const Suite& suite,
                   const VerifyOptions& options, std::vector<std::string>& lines) {
@@ -366,7 +406,9 @@ void check_sample(const std::vector<CheckedSweep>& sweeps, const Card& card, con
                                           : "a program of its own (--run-external runs it)"));
   }
   const PlanEstimator estimator =
-      only_bounds ? PlanEstimator{.name = "points", .label = "points", .estimator = points_without_estimate()}
+      only_bounds ? PlanEstimator{.name = "points",
+                                  .label = "points",
+                                  .estimator = std::make_shared<const PointsWithoutEstimate>()}
                   : estimator_of(card);
   const uint64_t seed = options.sample_seed.value_or(random_seed());
   if (!options.all) lines.push_back(fmt::format("sample of cases: --sample-seed {} draws it again", seed));

@@ -17,7 +17,7 @@ std::string difference(const std::vector<Record>& stored, const std::vector<Reco
                        const SuiteTrack& track, const std::string& metric);
 
 /// Compares the bounds of the stored records of a case with those of the same points without an estimate
-/// (points_without_estimate.h). Every stored bound must be one of these; records with status ok that the
+/// (benchmark_verification.cc). Every stored bound must be one of these; records with status ok that the
 /// track counts must have those of E_t, E_R and `metric`.
 std::string difference_of_bounds(const std::vector<Record>& stored, const std::vector<Record>& again,
                                  const SuiteTrack& track, const std::string& metric);
