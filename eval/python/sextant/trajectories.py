@@ -303,6 +303,11 @@ def align(estimate, reference, method="se3", *, n_to_align=0, up=None) -> Alignm
     >>> sextant.align(path, moved).transform[0, 3].round(9)
     5.0
     """
+    return _aligned(estimate, reference, method, n_to_align, up)
+
+
+def _aligned(estimate, reference, method, n_to_align, up):
+    """As align(), with the Errors of the program, whose flags each caller replaces by arguments of its own."""
     _check_pairs(estimate, reference)
     if method == "origin":
         check_rotations("align='origin'", estimate, reference)
@@ -370,7 +375,7 @@ def absolute_errors(estimate, reference, *, relation="trans_part", align="none",
     """
     if _core.needs_rotations(text("relation", relation), False):
         check_rotations(f"relation='{relation}'", estimate, reference)
-    estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
+    estimate = _aligned(estimate, reference, align, n_to_align, up).poses
     return _core.absolute_errors(estimate, poses("reference", reference), relation)
 
 
@@ -394,7 +399,7 @@ def relative_errors(estimate, reference, *, delta="1f", all_pairs=False, relatio
     stamps = getattr(estimate, "stamps", None) if stamps is None else stamps
     if tolerance != _core.default_tolerance and (not all_pairs or delta.endswith("f")):
         raise Error("tolerance: selects among all pairs by m, deg, rad or s, so all_pairs=True and such a delta are needed too")
-    estimate = globals()["align"](estimate, reference, align, n_to_align=n_to_align, up=up).poses
+    estimate = _aligned(estimate, reference, align, n_to_align, up).poses
     return RelativeErrors(*_core.relative_errors(estimate, poses("reference", reference), delta, all_pairs,
                                                  tolerance, pairs_from_reference, relation, floats("stamps", stamps)))
 

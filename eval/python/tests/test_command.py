@@ -248,6 +248,7 @@ class Command(unittest.TestCase):
                 ("within max_difference=0.01 s.*give offset=-100", lambda: sextant.evaluate_trajectory(later, here)),
                 ("use align='origin' or align='none'", lambda: sextant.evaluate_trajectory(here, here, align="se3")),
                 ("use align='origin' or align='none'", lambda: sextant.absolute_errors(path, path, align="se3")),
+                ("use method='origin' or method='none'", lambda: sextant.align(path, path)),
                 ("a--rate.txt within max_difference=0.01 s.*give offset=-100", lambda: sextant.evaluate_ego(a, b)),
                 ("align='yaw' and up go together", lambda: sextant.evaluate_ego(a, a, align="yaw")),
                 ("^up: expected 3 numbers, got 2$", lambda: sextant.evaluate_ego(a, a, align="yaw", up=(0, 1))),
