@@ -105,11 +105,11 @@ void report_covariances(const std::vector<PairedCases>& shared, const AccuracyPo
   const MetricPolicy rules = policy.of("nees");
   const double least_change = std::max(rules.relative, rules.minimum_effect);
   Tally changed("covariances", Strictness::note);
-  for (const auto& [key, sum] : sums) {
+  for (const auto& [of, sum] : sums) {
     if (std::abs(sum.fresh - sum.base) <= least_change * sum.base) continue;
-    const auto mean = [&sum](double total) { return fmt::format("{:.3g}", total / sum.n); };
+    const auto mean = [n = sum.n](double total) { return fmt::format("{:.3g}", total / n); };
     changed.add(
-        fmt::format("{}, {}: mean NEES (6 is consistent)", key.first, key.second ? "objects" : "camera"),
+        fmt::format("{}, {}: mean NEES (6 is consistent)", of.first, of.second ? "objects" : "camera"),
         mean(sum.base), mean(sum.fresh));
   }
   changed.move_to(findings);
