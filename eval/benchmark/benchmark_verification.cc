@@ -358,8 +358,7 @@ uint64_t random_seed() {
 
 BodyResult body_without_estimate(const FramePair& pair, int instance, Correspondences points) {
   BodyResult body{.instance = instance, .status = Status::diverged, .points = std::move(points)};
-  const auto declared = pair.noise.find(instance);
-  if (declared != pair.noise.end()) body.noise = declared->second;
+  body.noise = pair.noise_of(instance);
   return body;
 }
 

@@ -133,8 +133,7 @@ std::vector<CaseSettings> cases_of(const RunConfig& config, const Plan& plan, si
   for (size_t i = 0; i < plan.seeds.size(); ++i) {
     CaseSettings settings = case_settings(plan, plan.at(source * plan.seeds.size() + i));
     settings.rescore = config.rescore;
-    if (!config.folder.empty())
-      settings.folder = config.folder / fmt::format("{}_seed{}", folder_name(info), i);
+    if (!config.folder.empty()) settings.folder = config.folder / case_folder(info, i);
     cases.push_back(std::move(settings));
   }
   return cases;
@@ -220,6 +219,12 @@ std::string folder_name(const SequenceInfo& info) {
       fmt::format("{}_{}_{}-{}", info.dataset, info.sequence, info.first_frame, info.last_frame);
   return safe_file_name(name);
 }
+
+std::string case_folder(const SequenceInfo& info, uint64_t seed) {
+  return fmt::format("{}_seed{}", folder_name(info), seed);
+}
+
+std::string case_folder(uint64_t number) { return fmt::format("case_{:06}", number); }
 
 void follow_procedure(const std::string& name, bool with_noise, RunConfig& config) {
   Json options = procedure_options(name, config.estimator);

@@ -79,6 +79,11 @@ struct RunResult {
 /// Returns the name for folders of a source: "<dataset>_<sequence>_<first>-<last>".
 std::string folder_name(const SequenceInfo& info);
 
+/// Return the name of the folder that keeps the files of an external program, in the subfolder `external` of
+/// the results: of a seed of a run, and of a case of a sweep by PlanCase::number.
+std::string case_folder(const SequenceInfo& info, uint64_t seed);
+std::string case_folder(uint64_t number);
+
 /// Runs the estimator. Throws Error on bad input, Interrupted on Ctrl-C.
 RunResult run(const RunConfig& config);
 

@@ -82,7 +82,7 @@ class PlanRunner {
     CaseSettings settings = case_settings(config_.plan, c);
     settings.rescore = !config_.rescored.empty();
     const fs::path& folder = settings.rescore ? config_.rescored : config_.out;
-    if (!folder.empty()) settings.folder = folder / "external" / fmt::format("case_{:06}", c.number);
+    if (!folder.empty()) settings.folder = folder / "external" / case_folder(c.number);
 
     PairReader reader(sequence, config_.plan.estimators[c.estimator].extraction, settings.noise, 1);
     std::vector<ExtractedPair> window;

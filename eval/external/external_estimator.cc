@@ -79,11 +79,6 @@ struct Costs {
   std::map<int, double> own_ms;  ///< by frame, if the program reports it
 };
 
-std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) {
-  const auto declared = pair.noise.find(body);
-  return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
-}
-
 Eigen::Vector3d centroid(const PinholeCamera& camera, const Correspondences& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (size_t i = 0; i < points.size(); ++i)
@@ -141,7 +136,7 @@ class ExternalPairEstimator final : public PairEstimator {
     BodyResult body;
     body.area_fraction = body.distance_m = body.moving_share = body.speed_mps = nan;
     body.points = pair.background;
-    body.noise = declared_noise(pair, 0);
+    body.noise = pair.noise_of(0);
     body.times.refine_ms = costs_.wall_ms_per_pair;
     const std::optional<SE3> T_prev_curr = results_.camera.motion(pair.prev, pair.curr);
     body.status = results_.camera_unreadable ? Status::diverged : T_prev_curr ? Status::ok : Status::lost;
@@ -156,7 +151,7 @@ class ExternalPairEstimator final : public PairEstimator {
     body.area_fraction = observation.area_fraction;
     body.moving_share = body.speed_mps = nan;
     body.points = points_of_instance(observation, observation.instance, max_depth_m_);
-    body.noise = declared_noise(pair, body.instance);
+    body.noise = pair.noise_of(body.instance);
     body.distance_m = nan;
     const auto motion = results_.motions.find({body.instance, pair.curr});
     body.status = is_unreadable(body.instance)       ? Status::diverged

@@ -120,8 +120,7 @@ std::optional<MeasuredError> measure(const PairedErrors& errors, size_t source,
   std::vector<uint64_t> clusters;
   PairedSample sample{source, {}};
   for (const ErrorPair& pair : pairs) {
-    const double rounding = std::max(rules.absolute, rules.relative * std::abs(pair.base));
-    const bool changed = std::abs(rise(pair)) > rounding;
+    const bool changed = rules.is_change(pair.base, pair.fresh);
     const double difference = changed ? rise(pair) : 0;
     if (changed) ((difference > 0) == (rules.direction == Direction::lower) ? row.n_worse : row.n_better)++;
     differences.push_back(difference);

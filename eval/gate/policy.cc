@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "sextant/base/files.h"
 #include "sextant/base/text.h"
@@ -38,6 +39,10 @@ void MetricPolicy::check() const {
   check_size("absolute", absolute);
   check_share("relative", relative);
   check_share("minimum_effect", minimum_effect);
+}
+
+bool MetricPolicy::is_change(double base, double fresh) const {
+  return std::abs(fresh - base) > std::max(absolute, relative * std::abs(base));
 }
 
 void AccuracyPolicy::check() const {

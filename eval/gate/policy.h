@@ -29,6 +29,8 @@ struct MetricPolicy {
                   (Direction, direction, Direction::lower, "",
                    "direction that is better; ignore: not judged"))
   void check() const;
+  /// Returns true if an error changed by more than rounding.
+  bool is_change(double base, double fresh) const;
 };
 
 struct AccuracyPolicy {

@@ -69,9 +69,7 @@ void check_measurements(const PairedCases& cases, const AccuracyPolicy& policy, 
     for (const RowPair& row : cases.rows) {
       const std::optional<double> before = number_at(column.base, row.base),
                                   after = number_at(column.fresh, row.fresh);
-      if (!before || !after) continue;
-      if (std::abs(*after - *before) <= std::max(rules.absolute, rules.relative * std::abs(*before)))
-        continue;
+      if (!before || !after || !rules.is_change(*before, *after)) continue;
       measurements.add(fmt::format("{} {}", cases.name_of(row), name), fmt::format("{}", *before),
                        fmt::format("{}", *after));
     }

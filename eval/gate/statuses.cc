@@ -64,8 +64,7 @@ class OtherErrors {
     return std::ranges::any_of(errors_, [&row](const auto& error) {
       const auto& [numbers, rules] = error;
       const auto before = number_at(numbers.base, row.base), after = number_at(numbers.fresh, row.fresh);
-      return before && after &&
-             std::abs(*after - *before) > std::max(rules.absolute, rules.relative * std::abs(*before));
+      return before && after && rules.is_change(*before, *after);
     });
   }
 

@@ -66,24 +66,26 @@ void fit(const std::vector<Column>& columns, size_t width, Layout& layout) {
   }
 }
 
-/// Appends the texts of one row, each broken to the width of its column.
+/// Returns the lines of one row, each text of which is broken to the width of its column.
+std::vector<std::vector<std::string>> broken(const std::vector<std::string>& texts,
+                                             const std::vector<size_t>& widths) {
+  std::vector<std::vector<std::string>> lines(1, std::vector<std::string>(texts.size()));
+  for (size_t j = 0; j < texts.size(); ++j) {
+    const std::vector<std::string> parts = split(wrapped(texts[j], widths[j]), '\n');
+    while (lines.size() < parts.size()) lines.emplace_back(texts.size());
+    for (size_t k = 0; k < parts.size(); ++k) lines[k][j] = parts[k];
+  }
+  return lines;
+}
+
 void add_line(const std::vector<std::string>& texts, const std::vector<size_t>& widths,
               const std::vector<Column>& columns, std::string& out) {
-  std::vector<std::vector<std::string>> cells;
-  size_t n_lines = 1;
+  std::string line;
   for (size_t j = 0; j < texts.size(); ++j) {
-    const bool fits = width_of(texts[j]) <= widths[j];
-    cells.push_back(fits ? std::vector{texts[j]} : split(wrapped(texts[j], widths[j]), '\n'));
-    n_lines = std::max(n_lines, cells.back().size());
+    if (j > 0) line += "  ";
+    line += padded(texts[j], widths[j], columns[j].align);
   }
-  for (size_t k = 0; k < n_lines; ++k) {
-    std::string line;
-    for (size_t j = 0; j < cells.size(); ++j) {
-      if (j > 0) line += "  ";
-      line += padded(k < cells[j].size() ? cells[j][k] : "", widths[j], columns[j].align);
-    }
-    out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  }
+  out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
 std::string exact(const Cell& cell) {
@@ -211,7 +213,12 @@ std::string to_text(const Table& whole, size_t width) {
   if (!folded.empty()) text += folded + "\n";
   if (!text.empty()) text += "\n";
   for (size_t i = 0; i < layout.lines.size(); ++i) {
-    add_line(layout.lines[i], layout.widths, table.columns, text);
+    if (width == 0) {
+      add_line(layout.lines[i], layout.widths, table.columns, text);
+    } else {
+      for (const auto& line : broken(layout.lines[i], layout.widths))
+        add_line(line, layout.widths, table.columns, text);
+    }
     if (i > 0) continue;
     for (size_t j = 0; j < layout.widths.size(); ++j)
       text.append(j > 0 ? 2 : 0, ' ').append(layout.widths[j], '-');

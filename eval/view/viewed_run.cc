@@ -279,13 +279,12 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
   }
   try {
     check_runnable(spec, *run.sequence);
-    // The names that run.cc and sweep.cc give; cases of a sweep are numbered as in Plan::at().
+    // Cases of a sweep are numbered as in Plan::at().
     const auto seed_place = static_cast<size_t>(std::ranges::find(plan.seeds, c.seed) - plan.seeds.begin());
     const size_t level_number =
         (source_place * n_estimators + estimator_place) * plan.levels.size() + c.level;
-    const std::string case_name =
-        is_sweep ? fmt::format("case_{:06}", level_number * plan.seeds.size() + seed_place)
-                 : fmt::format("{}_seed{}", folder_name(run.sequence->info()), c.seed);
+    const std::string case_name = is_sweep ? case_folder(level_number * plan.seeds.size() + seed_place)
+                                           : case_folder(run.sequence->info(), c.seed);
     add_pairs(plan, c, folder / "external" / case_name, jobs, quiet, run);
   } catch (const Error& error) {
     if (!name.starts_with(external_prefix)) throw;

@@ -179,11 +179,6 @@ int main_instance(const ObjectObservation& object) {
       ->first;
 }
 
-std::optional<MeasurementNoise> declared_noise(const FramePair& pair, int body) {
-  const auto declared = pair.noise.find(body);
-  return declared == pair.noise.end() ? std::nullopt : std::optional(declared->second);
-}
-
 }  // namespace
 
 Correspondences points_of_instance(const ObjectObservation& object, int instance, double max_depth_m) {
@@ -265,8 +260,8 @@ BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
   ego.area_fraction = ego.distance_m = ego.moving_share = ego.speed_mps = nan;
   const std::optional<SE3> propagated =
       has_background_motion_ ? std::optional<SE3>(last_background_motion_) : std::nullopt;
-  estimate_body({pair.camera, pair.background, declared_noise(pair, 0)}, propagated, min_ego_inliers,
-                options_.start, options_.refine_on, *estimator_, ego);
+  estimate_body({pair.camera, pair.background, pair.noise_of(0)}, propagated, min_ego_inliers, options_.start,
+                options_.refine_on, *estimator_, ego);
   return ego;
 }
 
@@ -280,7 +275,7 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   body.is_dynamic = true;
   const int instance_prev = main_instance(object);
   Problem near{pair.camera, points_of_instance(object, instance_prev, options_.max_object_distance_m),
-               declared_noise(pair, instance_prev)};
+               pair.noise_of(instance_prev)};
   body.n_points = static_cast<int>(near.points.size());
   const auto gate = [&](Gate reason) {
     body.status = Status::gated;

@@ -163,6 +163,11 @@ struct FramePair {
   std::vector<int> lost_instances;         ///< ids of the previous mask that are not in the current one
   /// Declared noise by body: id in the previous mask, 0 = background. Empty: unknown.
   std::map<int, MeasurementNoise> noise;
+
+  std::optional<MeasurementNoise> noise_of(int body) const {
+    const auto declared = noise.find(body);
+    return declared == noise.end() ? std::nullopt : std::optional(declared->second);
+  }
 };
 
 }  // namespace sextant
