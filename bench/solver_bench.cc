@@ -68,13 +68,13 @@ void against_ceres(benchmark::State& state, const char* name, const Json& option
       decide_ms.push_back(thread_ms() - start);
     }
   }
-  const double ours_ms = middle_of(fast_ms);
-  const double ceres_ms = middle_of(slow_ms);
+  const double ours_ms = upper_median(fast_ms);
+  const double ceres_ms = upper_median(slow_ms);
   state.counters["ours_ms"] = ours_ms;
   state.counters["ceres_ms"] = ceres_ms;
   state.counters["ratio"] = ceres_ms / ours_ms;
   if (decides) {
-    const double both_ms = middle_of(decide_ms);
+    const double both_ms = upper_median(decide_ms);
     state.counters["decide_ms"] = both_ms;
     state.counters["ratio_solve"] = (ceres_ms - both_ms) / (ours_ms - both_ms);
   }
@@ -129,7 +129,7 @@ void cholesky(benchmark::State& state) {
     for (size_t row = 0; row < n; ++row)
       difference = std::max(difference, std::abs(system.right(row, 0) - X.data()[row]));
   }
-  state.counters["ratio"] = middle_of(eigen_ms) / middle_of(ours_ms);
+  state.counters["ratio"] = upper_median(eigen_ms) / upper_median(ours_ms);
   state.counters["difference"] = difference;
 }
 

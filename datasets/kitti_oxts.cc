@@ -78,12 +78,12 @@ OxtsFaults oxts_faults(const std::vector<KittiOxts>& samples, const std::vector<
     if (speeds[i] > kitti_slow_mps && length_m > 0) times.push_back(length_m / speeds[i]);
   }
   if (times.empty()) return out;
-  out.step_s = middle_of(times);
+  out.step_s = upper_median(times);
   for (OxtsFault& step : steps) {
     step.expected_m = out.step_s * speeds[step.step];
     if (speeds[step.step] > kitti_slow_mps) scatter.push_back(std::abs(step.length_m - step.expected_m));
   }
-  out.limit_m = std::max(fault_m, fault_deviations * 1.4826 * middle_of(scatter));
+  out.limit_m = std::max(fault_m, fault_deviations * 1.4826 * upper_median(scatter));
   for (const OxtsFault& step : steps) {
     if (std::abs(step.length_m - step.expected_m) > out.limit_m) out.faults.push_back(step);
   }

@@ -15,7 +15,8 @@ namespace sextant {
 namespace {
 
 // KITTI tracking 0003, left colour camera. The authors' demo uses the bf of the grey pair although its images
-// and depth are from the colour pair: depth is 0.8 % too large. bf_preset = colour corrects that.
+// and depth are from the colour pair: depth is 0.8 % too large. bf_preset = colour corrects that. The
+// reproduction uses the bf that the folder's own settings state, as the authors did.
 constexpr int demo_width = 1242;
 constexpr int demo_height = 375;
 constexpr double authors_bf = 387.5744;
@@ -270,7 +271,7 @@ std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
                  .provenance = "masks: precomputed text"};
   // With the option `auto` this opens the source KIND:FILES of channel_source.cc, e.g.
   // disparity256:DIR/depth. FolderSequence::read() calls read() of these sources, and decodes the image
-  // `left` as the luminance 0.299 R + 0.587 G + 0.114 B.
+  // `left`: colours become the rounded luminance 0.299 R + 0.587 G + 0.114 B, gray images stay as they are.
   sequence->open_channels(files);
   texts.warn_about_depth_factor();
   return sequence;

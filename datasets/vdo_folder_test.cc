@@ -369,7 +369,7 @@ TEST_F(VdoDemo, FlowDepthAndTruthAgree) {
       }
     }
     EXPECT_GT(errors.size(), 10000u);
-    return middle_of(errors);
+    return upper_median(errors);
   };
   EXPECT_LT(median_error_px(motion), 3.0);
   EXPECT_GT(median_error_px(motion.inverse()), 30.0);

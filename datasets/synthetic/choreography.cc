@@ -182,7 +182,7 @@ double median_camera_height_m(const Scenario& scenario) {
     }
   }
   if (heights_m.size() < 5) return usual_camera_height_m;
-  return std::clamp(middle_of(heights_m), 1.0, 3.0);
+  return std::clamp(upper_median(heights_m), 1.0, 3.0);
 }
 
 /// Returns the middle and the corners of the bottom face.

@@ -121,8 +121,8 @@ TEST_P(SyntheticScenario, ImagesFollowTheFlow) {
     }
   }
   ASSERT_GT(differences.size(), 200U);
-  EXPECT_LE(middle_of(differences), 5);
-  EXPECT_LT(2 * middle_of(differences), middle_of(unmoved));
+  EXPECT_LE(upper_median(differences), 5);
+  EXPECT_LT(2 * upper_median(differences), upper_median(unmoved));
 }
 
 TEST_P(SyntheticScenario, SameBytesEveryTimeAndFromTwoThreads) {

@@ -30,9 +30,9 @@ struct ShiftFit {
       if (of_body[0].size() < fewest_of_body) continue;
       for (int c = 0; c < 6; ++c) {
         std::vector<double>& sizes = of_body[static_cast<size_t>(c)];
-        const double centre = around_median ? middle_of(sizes) : 0;
+        const double centre = around_median ? upper_median(sizes) : 0;
         for (double& size : sizes) size = std::abs(size - centre);
-        out[body][c] = std::max(rounding, sigma_of_median * middle_of(sizes));
+        out[body][c] = std::max(rounding, sigma_of_median * upper_median(sizes));
       }
     }
     return out;

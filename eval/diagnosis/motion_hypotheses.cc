@@ -67,7 +67,7 @@ std::optional<double> rate_of_velocities(const MotionData& data, bool translatio
     if (size(sample.reference) > 0) ratios.push_back(size(sample.given) / size(sample.reference));
   }
   if (ratios.empty()) return std::nullopt;
-  const double ratio = middle_of(ratios);
+  const double ratio = upper_median(ratios);
   return ratio >= lowest_hz && ratio <= highest_hz ? std::optional(ratio) : std::nullopt;
 }
 

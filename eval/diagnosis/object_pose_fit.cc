@@ -61,7 +61,7 @@ SE3 refine_object_pose(const std::vector<BodyStep>& steps, SE3 L0) {
   for (int round = 0; round < n_rounds; ++round) {
     std::vector<double> sizes;
     for (const BodyStep& step : steps) sizes.push_back(step.error(L0).norm());
-    const double scale = std::max(1e-9, huber * middle_of(sizes));
+    const double scale = std::max(1e-9, huber * upper_median(sizes));
     Matrix6d N = Matrix6d::Zero();
     Vector6d b = Vector6d::Zero();
     for (const BodyStep& step : steps) {

@@ -68,7 +68,7 @@ Hypothesis<DensePairs> one_factor(const FactorOf& factor_of, const Divide& divid
       if (const double factor = factor_of(pair); std::isfinite(factor)) factors.push_back(factor);
     }
     if (factors.empty()) return false;
-    fitted = middle_of(factors);
+    fitted = upper_median(factors);
     if (!(fitted > 0) || std::abs(std::log(fitted)) < std::log(1.25)) return false;
     for (DensePair& pair : pairs) divide(pair, fitted);
     return true;
@@ -91,7 +91,7 @@ Hypothesis<DensePairs> factor_per_axis() {
           factors.push_back(pair.estimate[axis] / pair.truth[axis]);
       }
       if (factors.empty()) return false;
-      factor[axis] = middle_of(factors);
+      factor[axis] = upper_median(factors);
     }
     fitted = factor.y() / factor.x();
     if (!(factor.minCoeff() > 0) || std::abs(std::log(fitted)) < std::log(1.1)) return false;
@@ -122,7 +122,7 @@ Hypothesis<DensePairs> distance_along_ray() {
       focal_lengths.push_back(radius_px(pair) / std::sqrt(secant_squared - 1));
     }
     if (2 * focal_lengths.size() < pairs.size() / 4) return false;
-    focal_px = middle_of(focal_lengths);
+    focal_px = upper_median(focal_lengths);
     for (DensePair& pair : pairs)
       pair.estimate.x() -= 0.5 * std::log1p(std::pow(radius_px(pair) / focal_px, 2));
     return true;

@@ -234,7 +234,7 @@ void warn_of_longer_pairs(EgoResult& r, const PairSelection& selection) {
   std::vector<double> durations;
   for (const auto& [first, second] : r.pairs)
     durations.push_back(times[static_cast<size_t>(second)] - times[static_cast<size_t>(first)]);
-  const double usual = middle_of(durations);
+  const double usual = upper_median(durations);
   const auto n = std::ranges::count_if(durations, [&](double duration) { return duration > 1.5 * usual; });
   constexpr double least_share = 0.01;
   if (static_cast<double>(n) <= least_share * static_cast<double>(durations.size())) return;
@@ -301,7 +301,7 @@ size_t n_overlapping(const std::vector<PosePair>& pairs) {
     while (end < pairs.size() && pairs[end].first < pairs[i].second) ++end;
     counts.push_back(static_cast<double>(end - i - 1));
   }
-  return counts.empty() ? 0 : static_cast<size_t>(middle_of(counts));
+  return counts.empty() ? 0 : static_cast<size_t>(upper_median(counts));
 }
 
 }  // namespace

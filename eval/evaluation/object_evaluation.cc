@@ -403,7 +403,7 @@ std::vector<DataWarning> diagnose_speeds(const ObjectLog& log, double rate_hz) {
   }
   std::vector<DataWarning> out;
   for (auto& [id, of_object] : speeds) {
-    const double median = middle_of(of_object);
+    const double median = upper_median(of_object);
     if (median <= fastest_mps) continue;
     out.push_back(
         {"speed",

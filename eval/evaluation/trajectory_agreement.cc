@@ -117,7 +117,7 @@ StepRotations rotations_over(const TrajectoryPair& pair, size_t k) {
 double median_length(const std::vector<Eigen::Vector3d>& vectors) {
   std::vector<double> lengths;
   for (const Eigen::Vector3d& v : vectors) lengths.push_back(v.norm());
-  return middle_of(lengths);
+  return upper_median(lengths);
 }
 
 /// Returns true if the estimate follows the reference over pieces of a hundredth of the path: directions of

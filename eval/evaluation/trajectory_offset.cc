@@ -15,7 +15,7 @@ namespace sextant {
 double median_step(const std::vector<double>& times) {
   std::vector<double> steps;
   for (size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
-  return middle_of(steps);
+  return upper_median(steps);
 }
 
 std::string interpolate_flag(const std::vector<double>& reference_stamps_s) {

@@ -65,7 +65,7 @@ std::optional<DataWarning> warning_of_jumps(const TrajectoryPair& pair) {
     if (i > 0 && length(reference, i) > 0) ratios.push_back(length(estimate, i) / length(reference, i));
   }
   if (ratios.empty()) return std::nullopt;
-  const double scale = middle_of(ratios);
+  const double scale = upper_median(ratios);
   if (!(scale > 0)) return std::nullopt;
   std::vector<std::pair<double, size_t>> steps;  // excess of the length, and the pose after the step
   for (size_t i = 1; i < estimate.size(); ++i)
@@ -201,7 +201,7 @@ std::optional<DataWarning> warning_of_rounding(const TrajectoryPair& pair) {
   };
   const double squares = mean_squares(1);
   if (!(squares > 0) || mean_squares(2) > most_growth * squares) return std::nullopt;
-  const double step_m = middle_of(lengths);
+  const double step_m = upper_median(lengths);
   for (const auto& [side, name] :
        {std::pair(&pair.estimate, "estimate"), std::pair(&pair.reference, "reference")}) {
     double variance = 0, largest_m = 0;

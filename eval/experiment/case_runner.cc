@@ -107,6 +107,8 @@ PairReader::Decoded PairReader::decode(int index) const {
   channels.depth = channels.mask = true;
   channels.gray = channels.flow = !is_last;
   const Clock::time_point start = Clock::now();
+  // read() of the source's adapter; for `vdo:` sources open_vdo_folder() (datasets/vdo_folder.cc) says from
+  // which files.
   Decoded decoded{.frame = sequence_.read(index, channels), .decode_ms = ms_since(start)};
   if (noise_.changes_masks()) noise_.corrupt_mask(decoded.frame.mask);
   if (!is_last) decoded.true_flow = sequence_.true_flow(index);

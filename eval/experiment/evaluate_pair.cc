@@ -171,6 +171,8 @@ void add_object_values(const BodyResult& body, Record& record) {
     record.values["detectable_kmh"] = body.likelihood->detectable_mps * kmh_per_mps;
   }
   if (body.status != Status::ok) return;
+  // speed_mps and centroid_m: FrameEstimator::refine_object() (lib/estimator/pipeline.cc), which
+  // CaseRunner::process() calls (case_runner.cc) before this evaluation.
   record.values["v_kmh"] = body.speed_mps * kmh_per_mps;
   record.values["start_propagated"] = body.start_propagated ? 1 : 0;
 }
@@ -199,7 +201,8 @@ void add_object_errors(const BodyResult& body, const ObjectStep& step, const Fra
     put(pose_change_error(body_motion(H, L), body_motion(H_true, L)), "_body", record.errors);
   }
 
-  // Ev_kmh = |v_kmh - v_gt_kmh|, both speeds at the centroid of the points that the refinement used.
+  // Ev_kmh = |v_kmh - v_gt_kmh|, both speeds at the centroid of the points that the refinement used, whose
+  // depths are measured (velocity_kmh() is defined in geometry/object_motion.h).
   const double v_kmh = record.values.at("v_kmh");
   const double v_gt_kmh = velocity_kmh(H_true, body.centroid_m, result.dt_s);
   record.values["v_gt_kmh"] = v_gt_kmh;

@@ -161,7 +161,7 @@ class ExternalPairEstimator final : public PairEstimator {
       body.centroid_m.setConstant(nan);
     } else {
       std::vector<double> depths = body.points.depth;
-      body.distance_m = middle_of(depths);
+      body.distance_m = upper_median(depths);
       body.centroid_m = centroid(pair.camera.left, body.points);
     }
     if (body.status != Status::ok) return body;

@@ -71,7 +71,7 @@ void read_dynosam_times(const LogFolder& folder, const std::string& name, Object
     last = now;
   });
   if (steps_s.empty()) return;
-  const double step_s = middle_of(steps_s);
+  const double step_s = upper_median(steps_s);
   if (step_s > 0) out.rate_hz = 1 / step_s;
 }
 

@@ -29,9 +29,9 @@ const std::array<Steps, 3> steps = {{{"flow_px", {0, 2, 5, 10, 20, 40, 80, 160}}
                                      {"border_px", {0, 2, 4, 8, 16, 32, 60}}}};
 
 double robust_sigma(std::vector<double> values) {
-  const double middle = middle_of(values);
+  const double middle = upper_median(values);
   for (double& v : values) v = std::abs(v - middle);
-  return mad_to_sigma * middle_of(values);
+  return mad_to_sigma * upper_median(values);
 }
 
 /// The shortest interval that contains a quarter of the values, which is where they are densest.

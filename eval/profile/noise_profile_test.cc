@@ -113,7 +113,7 @@ TEST(NoiseProfile, NothingToMeasure) {
 // that it is twice the rest of the variance (persistent_ratio, estimator/flow_depth/error_model.h).
 class PersistentErrors : public testing::TestWithParam<const char*> {
  protected:
-  static double median(std::vector<double> values) { return middle_of(values); }
+  static double median(std::vector<double> values) { return upper_median(values); }
 };
 
 TEST_P(PersistentErrors, HaveOneToThreeTimesTheVarianceOfTheOthers) {

@@ -19,7 +19,7 @@ double quantile_of(std::span<double> values, double p);
 /// Returns the upper median: the element at index n / 2 of the sorted values, without averaging two elements
 /// for even n. Reorders the values. Throws InternalError if there are none.
 template <typename Values>
-auto middle_of(Values& values) {
+auto upper_median(Values& values) {
   SEXTANT_CHECK(!values.empty());
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

@@ -51,7 +51,7 @@ SplitNees split_nees(const Problem& problem, const MotionEstimate& whole, const 
     if (whole.inliers[i] != 0) columns.push_back(p.u[i]);
   }
   if (columns.empty()) return {};
-  const double middle = middle_of(columns);
+  const double middle = upper_median(columns);
   const auto odd = [](double pixel) { return std::fmod(std::floor(pixel / cell_px), 2) != 0; };
   return {nees_of(problem, whole, estimator, [&](size_t i) { return p.u[i] < middle; }),
           nees_of(problem, whole, estimator, [&](size_t i) { return odd(p.u[i]) == odd(p.v[i]); })};
@@ -86,7 +86,7 @@ std::optional<ExpansionGap> expansion_gap(const Problem& problem, const MotionEs
   }
   const auto n = static_cast<double>(p.size());
   const double variance_px = squares_px / n - (sum_px / n).squaredNorm();
-  const double depth_m = middle_of(depths_m), y = middle_of(ratios) - 1;
+  const double depth_m = upper_median(depths_m), y = upper_median(ratios) - 1;
   Vector6d gradient = Vector6d::Zero();
   gradient << 0, 0, 1, centroid_m.y(), -centroid_m.x(), 0;
   gradient /= centroid_m.z();

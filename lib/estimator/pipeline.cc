@@ -151,6 +151,8 @@ void estimate_body(const Problem& problem, const std::optional<SE3>& propagated,
   body.points = problem.points;
   body.noise = problem.noise;
   body.n_points = static_cast<int>(problem.points.size());
+  // robust_start() and choose_points(): start/robust_start.cc; estimate(): estimators/joint_flow.cc for
+  // joint_flow.
   const RobustStart start = robust_start(problem, propagated, options);
   body.times.start_ms = watch.lap_ms();
   body.n_inliers = start.n_inliers;
@@ -270,7 +272,7 @@ BodyResult FrameEstimator::gate_and_classify(const FramePair& pair, const Object
   Stopwatch watch;
   BodyResult body{.instance = object.instance, .area_fraction = object.area_fraction};
   std::vector<double> depths = object.points.depth;
-  body.distance_m = depths.empty() ? nan : middle_of(depths);
+  body.distance_m = depths.empty() ? nan : upper_median(depths);
   body.moving_share = body.speed_mps = nan;
   body.is_dynamic = true;
   const int instance_prev = main_instance(object);

@@ -142,8 +142,10 @@ struct BodyResult {
   int n_inliers = 0;              ///< number of inliers of the robust start
   bool start_propagated = false;  ///< the propagated motion had at least as many inliers as RANSAC's
   double area_fraction = 0;       ///< share of the image; NaN for the background
-  double distance_m = 0;          ///< median depth of the points; NaN without points and for the background
-  double moving_share = 0;        ///< share of points with scene flow above the threshold; NaN if unknown
+  /// upper median of the depths of all points observed on the object, also beyond max_object_distance_m; NaN
+  /// without points and for the background
+  double distance_m = 0;
+  double moving_share = 0;  ///< share of points with scene flow above the threshold; NaN if unknown
   bool is_dynamic = false;
   std::optional<MotionLikelihood> likelihood;  ///< if classification.test is likelihood
   /// centroid of the points that the refinement used, previous camera coordinates

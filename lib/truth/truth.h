@@ -1,8 +1,8 @@
 #pragma once
 
-// Ground truth of a sequence. Only metrics, noise checks, data sets and the experiment code that joins
-// estimates with truth may include this header; estimators never see it (scripts/maintain/check_layers.py
-// enforces this).
+// Ground truth of a sequence. Only metrics, data sets and the modules of eval that compare estimates with
+// truth may include this header; estimators and noise never see it (scripts/maintain/check_layers.py enforces
+// this).
 
 #include <algorithm>
 #include <map>

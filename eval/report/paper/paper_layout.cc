@@ -64,7 +64,9 @@ struct Found {
   const Json* kind = nullptr;
 };
 
-/// Finds the measured row on the nearest data; among several on the same kind, the one with most pairs.
+/// Finds the measured row on the nearest data; among several on the same kind, the one with most pairs. The
+/// rows are those of the long table with the same number: for V those of velocity_table()
+/// (tables/drive_tables.cc). Kinds, columns and rows of the layout are entries of zhang2020_layout.json.
 Found find_measured(const CellContext& context, const std::string& quantity) {
   Selector place = joined(context.conditions(quantity), selector_of(context.procedure));
   const std::string suffix = context.procedure.value("procedure", "");

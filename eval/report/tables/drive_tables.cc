@@ -173,8 +173,8 @@ struct GroupRecords {
   std::string data, dataset;
 };
 
-/// Returns true if the record is of the sequence of a column of the published table. The lists `sequences`
-/// and `objects` of zhang2020_data.json assign our sequences and mask ids to those of the paper.
+/// Returns true if the record is of the sequence of a column of the published table. The list `sequences` of
+/// zhang2020_data.json assigns our sequences to those of the paper.
 bool is_of(const Json& published_column, const Record& record) {
   return published_column.at("sequence") == paper().sequence_of(record.dataset, record.sequence);
 }
@@ -182,6 +182,8 @@ bool is_of(const Json& published_column, const Record& record) {
 GroupRecords group_records(const EvidencePart& part, const std::string& estimator,
                            const Json& published_column) {
   GroupRecords group;
+  // By the list `objects` of zhang2020_data.json, which assigns mask ids to the paper's objects; empty for
+  // all moving objects.
   const std::set<int> ids = paper().ids_of(published_column.at("sequence"), published_column.at("objects"));
   for (const Record& record : part.records) {
     if (record.estimator != estimator || !is_of(published_column, record)) continue;
@@ -229,6 +231,7 @@ void add_velocity_rows(const Json& published_column, const std::string& estimato
     row.measured = value;
     table.rows.push_back(row);
   };
+  // measure_mean() of published_rows.cc: the mean over these records and its interval.
   const auto mean_of = [&](NumberMap map, const char* key) {
     return measured ? measure_mean(group->estimated, map, key) : std::nullopt;
   };
@@ -249,8 +252,9 @@ PublishedTable velocity_table(const Evidence& evidence) {
   std::vector<const Json*> without_row;
   for (const Json& published_column : evidence.published.at("tab:velocity").at("columns")) {
     bool has_row = false;  // of an experiment on real data
-    // Experiments on real data (eval/reproduce/parts.cc) and logs; their records are
-    // parts/NAME/records.jsonl.
+    // Experiments on real data (for column 03 `demo`, plan eval/plans/reproduce/demo.json), and logs. Their
+    // records are parts/NAME/records.jsonl; those of an experiment come from evaluate_pair()
+    // (eval/experiment/evaluate_pair.cc).
     for (const EvidencePart* part : evidence.with({PartRole::real, PartRole::recorded_objects})) {
       std::set<std::string> estimators;
       for (const Record& record : part->records) {

@@ -35,7 +35,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// everything except the refined flow. robust = none removes the threshold. begin_estimate() selects the
 /// valid measurements among the inliers of the start and checks their geometry; take_solution() copies motion
 /// and cost, or reports diverged; conclude() adds the covariance and reports no_parallax if it leaves a
-/// direction open (solvers/degeneracy.h). It does not change the motion.
+/// direction open (solvers/degeneracy.h). It does not change the motion. minimize_reprojection() is in
+/// solvers/reprojection_solver.cc.
 MotionEstimate estimate_with_kernel(const Problem& problem, const StartingPoint& start, HuberKernel kernel,
                                     Robust robust, const SolverOptions& options) {
   if (robust == Robust::geman_mcclure_gnc) return estimate_graduated(problem, start, options);

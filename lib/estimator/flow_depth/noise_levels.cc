@@ -135,7 +135,7 @@ LevelSample::LevelSample(const RoughFlowDepthData& data, const StartingPoint& st
 double robust_scale(std::vector<float> absolute, std::vector<float> likely) {
   if (absolute.empty()) return 0;
   if (likely.empty()) likely = absolute;
-  double scale = normal_mad * middle_of(likely);
+  double scale = normal_mad * upper_median(likely);
   sort_non_negative(absolute);
   for (int step = 0; step < 20; ++step) {
     const auto end = std::upper_bound(absolute.begin(), absolute.end(), 3 * scale);

@@ -1,3 +1,6 @@
+// PairReader::extract() (eval/experiment/case_runner.cc) calls extract_frame_pair() with the frames of an
+// adapter, for example of datasets/vdo_folder.cc.
+
 #include "sextant/estimator/points/extraction.h"
 
 #include <algorithm>

@@ -1,16 +1,20 @@
 // Cost and normal equations of one rigid body, with the errors e_i = project(X m_i) - p_i - phi_i (px) of
-// the points m_i = backproject(p_i, d_i):
+// the points m_i = backproject(p_i, d_i), whose pixels p_i, depths d_i and flows phi_i come from
+// extract_frame_pair() (points/extraction.cc):
 //
-//   C(X) = 1/2 sum_i h(e_i)
+//   C(X) = 1/2 sum_i h(e_i),  h: Huber's kernel with the scale s and the threshold k s (robust_kernel.h)
 //
 // X is perturbed from the left, X <- exp(xi) X; the Jacobians of the errors are analytic. The weight of an
-// error in the Hessian is the second derivative of h / 2 (Newton instead of re-weighting): I / s^2 for
-// |e| <= k s, and k / (s |e|) (I - e e^T / |e|^2) beyond, which is positive semi-definite.
+// error in the Hessian is the second derivative of h / 2 by the error, instead of the usual re-weighting:
+// I / s^2 for |e| <= k s, and k / (s |e|) (I - e e^T / |e|^2) beyond, which is positive semi-definite. The
+// second derivatives of project() are left out.
 //
 // The steps are those of Levenberg and Marquardt (levenberg_marquardt.h). A step that moves a point behind
-// the camera has an infinite cost and is rejected. The estimators iterate until no component of a step
-// reaches 1e-12 m or rad (option solver.step_tolerance), or until rounding hides any further progress. Their
-// motion is therefore an optimum of C, and does not depend on the details of the iterations.
+// the camera (nearer than 1 mm) has an infinite cost and is rejected. The iterations end when no component of
+// a step reaches 1e-12 m or rad (option solver.step_tolerance), or when rounding hides any further progress:
+// the motion is then a local optimum of C, whatever the details of the iterations. They also end after
+// solver.max_iterations steps, or when no damping leads to a lower cost; the best motion so far is then the
+// result.
 
 #include "sextant/estimator/solvers/reprojection_solver.h"
 

@@ -205,7 +205,7 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   result.status = Status::too_few_points;
   if (problem.points.size() < 4) return result;
   const std::vector<uint32_t> order = shuffled_indices(problem.points.size());
-  RoughReprojectionData data(problem, order);
+  RoughReprojectionData data(problem, order);  // in single precision
   const double threshold = options.inlier_threshold_px;
   const auto n = static_cast<double>(data.size());
 
@@ -261,15 +261,15 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
 
 // ---- Choice of the points that a refinement uses
 //
-// `reselected` models the errors e = project(X m) - p - phi within a window of w standard deviations as a
-// mixture of a Gaussian core and outliers that are uniform over the window (Torr & Zisserman, MLESAC, CVIU
-// 2000; fitted by expectation maximisation),
+// `reselected` (the default) models the errors e = project(X m) - p - phi within a window of w standard
+// deviations as a mixture of a Gaussian core and outliers that are uniform over the window (Torr & Zisserman,
+// MLESAC, CVIU 2000; fitted by expectation maximisation),
 //
 //   p(e) = share N(e; 0, diag(sigma_u^2, sigma_v^2)) + (1 - share) / (pi w^2 sigma_u sigma_v),
 //
 // and keeps the points that more likely belong to the core. If there are no outliers the gate opens to w
-// standard deviations; if there are many, or the tails are heavy, it closes to about 2.3. Fit and motion
-// alternate.
+// standard deviations; if two thirds of the points belong to the core, it closes to 2.3, and if half do, to
+// 2.0. Fit and motion alternate.
 
 namespace {
 
@@ -389,7 +389,7 @@ struct ResidualMixture {
     constexpr size_t enough = 250;  // up to twice as many values are used
     Errors absolute;
     for (size_t k = 0; k < n; k += std::max<size_t>(n / enough, 1)) absolute.push_back(std::abs(errors[k]));
-    return std::max(normal_mad * middle_of(absolute), min_sigma_px);
+    return std::max(normal_mad * upper_median(absolute), min_sigma_px);
   }
 
   void take_scales(double variance_u, double variance_v) {
