@@ -27,7 +27,7 @@ std::vector<BenchmarkSweep> sweeps_of(const BenchmarkRequest& request, const Sui
     if (text.empty()) continue;
     Plan plan = parse_plan(plan_text(suite, track, sweep, present, request.quick),
                            suite.name + ": " + sweep.name, request.data_root);
-    sweeps.push_back({track.name, sweep.name, std::move(text), std::move(plan)});
+    sweeps.push_back({sweep.name, std::move(text), std::move(plan)});
   }
   return sweeps;
 }

@@ -32,7 +32,7 @@ struct BenchmarkRequest {
 
 /// A sweep of the suite for one estimator, ready to run.
 struct BenchmarkSweep {
-  std::string track, name;
+  std::string name;
   std::string text;  ///< the plan as text, for `sextant sweep` and scripts/slurm_sweep
   Plan plan;
   /// An earlier command finished it and this one does not request it: it only runs again if it is stale

@@ -267,8 +267,7 @@ class SweepReader {
 
   std::vector<Cost> costs() const {
     std::vector<Cost> rows;
-    std::string machines;
-    for (const std::string& machine : machines_) machines += (machines.empty() ? "" : "; ") + machine;
+    const std::string machines = fmt::format("{}", fmt::join(machines_, "; "));
     for (const auto& [result, samples] : costs_) {
       Cost& cost = rows.emplace_back(Cost{.estimator = result, .machine = machines});
       if (!samples.ms.empty()) cost.median_ms = median(samples.ms);

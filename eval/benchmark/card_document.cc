@@ -190,11 +190,6 @@ struct NominalRow {
   std::string records;
 };
 
-Column significant(Column column) {
-  column.significant = 3;
-  return column;
-}
-
 Table nominal_table(const std::vector<NominalRow>& rows, const Suite& suite) {
   using Row = NominalRow;
   const auto value = [](std::optional<IntervalEstimate> CurvePoint::*estimate, double factor = 1) {
@@ -207,18 +202,18 @@ Table nominal_table(const std::vector<NominalRow>& rows, const Suite& suite) {
       {Column::text("estimator").folded(), &CurvePoint::estimator},
       {Column::text("track"), &CurvePoint::track},
       {Column::text("body"), &CurvePoint::body},
-      {significant(Column::number("nominal", "nominal level", 2)), &CurvePoint::level},
+      {Column::number("nominal", "nominal level", 2).with_significant(3), &CurvePoint::level},
       {Column::number("coverage_percent", "coverage [%]", 1),
        [](const CurvePoint& point) { return 100 * point.coverage(); }}};
   Fields<Row> fields;
   fields.add(labels, &Row::point);
-  fields.add(significant(Column::number("Et_mm", "E_t [mm]", 2)).leading_to("records"),
+  fields.add(Column::number("Et_mm", "E_t [mm]", 2).with_significant(3).leading_to("records"),
              value(&CurvePoint::Et_m, 1e3));
   std::vector<Column> range = range_columns("Et_low_mm", "Et_high_mm", 2);
-  fields.add_range({significant(range[0]), significant(range[1])},
+  fields.add_range({range[0].with_significant(3), range[1].with_significant(3)},
                    [](const Row& row) { return in_mm(row.point->Et_m); });
-  fields.add({{significant(Column::number("ER_deg", "E_R [deg]", 4)), value(&CurvePoint::ER_deg)},
-              {significant(Column::number("Ev_kmh", "E_v [km/h]", 3)), value(&CurvePoint::Ev_kmh)},
+  fields.add({{Column::number("ER_deg", "E_R [deg]", 4).with_significant(3), value(&CurvePoint::ER_deg)},
+              {Column::number("Ev_kmh", "E_v [km/h]", 3).with_significant(3), value(&CurvePoint::Ev_kmh)},
               {Column::text("breakdown", "breakdown level"),
                [](const Row& row) { return row.breakdown ? row.breakdown->text() : ""; }},
               {Column::text("breakdown_interval", "95 % interval"),

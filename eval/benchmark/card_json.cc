@@ -35,8 +35,7 @@ std::optional<IntervalEstimate> estimate(const Json& row, const std::string& key
 
 /// Formats three significant digits, with the interval.
 Fields<IntervalEstimate> estimate_columns(const std::string& key, const std::string& title) {
-  Column column = Column::number(key, title, 3);
-  column.significant = 3;
+  const Column column = Column::number(key, title, 3).with_significant(3);
   Fields<IntervalEstimate> fields = estimate_fields(column, key + "_low", key + "_high");
   for (Field<IntervalEstimate>& field : fields) field.column.significant = 3;
   return fields;
@@ -48,7 +47,7 @@ Fields<CurvePoint> curve_fields() {
       {Column::text("estimator").folded(), &Row::estimator},
       {Column::text("track"), &Row::track},
       {Column::text("body"), &Row::body},
-      {Column::number("level", 3).leading_to("records"), &Row::level},
+      {Column::number("level", 3).with_significant(3).leading_to("records"), &Row::level},
       {Column::text("nominal", "nominal"), [](const Row& row) { return Cell(row.is_nominal ? "yes" : ""); }},
       {Column::count("n_seeds", "seeds").only_in_files(), &Row::n_seeds},
       {Column::count("n_truth").only_in_files(), &Row::n_truth},
@@ -56,7 +55,6 @@ Fields<CurvePoint> curve_fields() {
       {Column::number("coverage_percent", "coverage [%]", 1),
        [](const Row& row) { return 100 * row.coverage(); }}};
   for (Field<Row>& field : fields) field.column.names_its_quantity = field.column.key == "estimator";
-  fields[3].column.significant = 3;
   const auto add = [&](const char* error, std::optional<IntervalEstimate> Row::*member) {
     fields.add(estimate_columns(error, metric(NumberMap::errors, error).heading()), member);
   };

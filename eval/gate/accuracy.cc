@@ -28,10 +28,11 @@ struct PairedErrors {
 std::vector<ErrorPair> pairs_of(const PairedErrors& errors) {
   const SubjectCases &base = errors.cases.base, &fresh = errors.cases.fresh;
   std::vector<ErrorPair> pairs;
-  for (const auto& [b, f] : errors.cases.rows) {
-    const auto before = number_at(errors.numbers.base, b), after = number_at(errors.numbers.fresh, f);
-    if (base.is_estimated(b) && fresh.is_estimated(f) && before && after)
-      pairs.push_back({base.case_of(b), *before, *after, base.lines[b], fresh.lines[f]});
+  for (const RowPair& row : errors.cases.rows) {
+    const auto& [b, f] = row;
+    const auto numbers = numbers_at(errors.numbers, row);
+    if (base.is_estimated(b) && fresh.is_estimated(f) && numbers)
+      pairs.push_back({base.case_of(b), numbers->first, numbers->second, base.lines[b], fresh.lines[f]});
   }
   return pairs;
 }

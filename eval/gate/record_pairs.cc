@@ -67,11 +67,10 @@ void check_measurements(const PairedCases& cases, const AccuracyPolicy& policy, 
     if (!name.str().starts_with("epe_measured_")) continue;
     const MetricPolicy rules = policy.of(name);
     for (const RowPair& row : cases.rows) {
-      const std::optional<double> before = number_at(column.base, row.base),
-                                  after = number_at(column.fresh, row.fresh);
-      if (!before || !after || !rules.is_change(*before, *after)) continue;
-      measurements.add(fmt::format("{} {}", cases.name_of(row), name), fmt::format("{}", *before),
-                       fmt::format("{}", *after));
+      const auto numbers = numbers_at(column, row);
+      if (!numbers || !rules.is_change(numbers->first, numbers->second)) continue;
+      measurements.add(fmt::format("{} {}", cases.name_of(row), name), fmt::format("{}", numbers->first),
+                       fmt::format("{}", numbers->second));
     }
   }
 }
@@ -88,15 +87,14 @@ void report_covariances(const std::vector<PairedCases>& shared, const AccuracyPo
                         std::vector<Mismatch>& findings) {
   std::map<std::pair<std::string, bool>, NeesSums> sums;  // by estimator and whether the body is an object
   for (const PairedCases& cases : shared) {
-    const auto columns = by_key(cases.base.consistency, cases.fresh.consistency);
-    const auto nees = columns.find("nees");
-    if (nees == columns.end()) continue;
-    NeesSums& sum = sums[{cases.subject.estimator, cases.subject.body != "ego"}];
-    for (const auto& [b, f] : cases.rows) {
-      const auto before = number_at(nees->second.base, b), after = number_at(nees->second.fresh, f);
-      if (!before || !after) continue;
-      sum.base += *before;
-      sum.fresh += *after;
+    const OnBothSides<std::vector<double>> nees = {find_in(cases.base.values, "nees"),
+                                                   find_in(cases.fresh.values, "nees")};
+    for (const RowPair& row : cases.rows) {
+      const auto numbers = numbers_at(nees, row);
+      if (!numbers) continue;
+      NeesSums& sum = sums[{cases.subject.estimator, cases.subject.body != "ego"}];
+      sum.base += numbers->first;
+      sum.fresh += numbers->second;
       ++sum.n;
     }
   }

@@ -62,9 +62,8 @@ class OtherErrors {
   }
   bool contain(const RowPair& row) const {
     return std::ranges::any_of(errors_, [&row](const auto& error) {
-      const auto& [numbers, rules] = error;
-      const auto before = number_at(numbers.base, row.base), after = number_at(numbers.fresh, row.fresh);
-      return before && after && rules.is_change(*before, *after);
+      const auto numbers = numbers_at(error.first, row);
+      return numbers && error.second.is_change(numbers->first, numbers->second);
     });
   }
 
@@ -93,8 +92,8 @@ GateVerdict judge_counts(const CountsBySeed& counts, const FamilyCounts& family,
 /// one side made is listed if the statuses are equal; otherwise it is missing because of the status.
 void compare_decisions(const PairedCases& cases, StatusRow& row, CountsBySeed& counts) {
   const SubjectCases &base = cases.base, &fresh = cases.fresh;
-  const std::vector<double>*before = find_in(base.decisions, "dynamic"),
-        *after = find_in(fresh.decisions, "dynamic"), *truth = find_in(base.truth, "dynamic_gt");
+  const std::vector<double>*before = find_in(base.values, "dynamic"),
+        *after = find_in(fresh.values, "dynamic"), *truth = find_in(base.truth, "dynamic_gt");
   const auto word = [](std::optional<double> dynamic) {
     return !dynamic ? "undecided" : *dynamic == 0 ? "static" : "dynamic";
   };

@@ -28,13 +28,9 @@ const std::vector<Interned>& stage_names() {
   return names;
 }
 
-const std::vector<Interned>& decision_names() {
-  static const std::vector<Interned> names = {"dynamic"};
-  return names;
-}
-
-const std::vector<Interned>& consistency_names() {
-  static const std::vector<Interned> names = {"nees"};
+/// Values of the estimator that are compared besides its errors.
+const std::vector<Interned>& value_names() {
+  static const std::vector<Interned> names = {"dynamic", "nees"};
   return names;
 }
 
@@ -54,7 +50,7 @@ void put(const std::vector<Interned>& names, const NamedNumbers& numbers, size_t
 
 /// Completes the columns and sorts the rows.
 void finish(SubjectCases& cases) {
-  const auto columns = {&cases.errors, &cases.truth, &cases.decisions, &cases.consistency, &cases.times};
+  const auto columns = {&cases.errors, &cases.truth, &cases.values, &cases.times};
   for (NumberColumns* numbers : columns) {
     for (auto& [name, column] : *numbers) column.resize(cases.size(), missing);
   }
@@ -99,6 +95,13 @@ std::optional<double> number_at(const std::vector<double>* column, size_t row) {
   return column == nullptr || std::isnan((*column)[row]) ? std::nullopt : std::optional((*column)[row]);
 }
 
+std::optional<std::pair<double, double>> numbers_at(const OnBothSides<std::vector<double>>& column,
+                                                    const RowPair& row) {
+  const std::optional<double> before = number_at(column.base, row.base),
+                              after = number_at(column.fresh, row.fresh);
+  return before && after ? std::optional(std::pair(*before, *after)) : std::nullopt;
+}
+
 std::string case_name(const SubjectCases& cases, size_t row) {
   return fmt::format("seed {} frame {}", cases.seeds[row], cases.frames[row]);
 }
@@ -127,8 +130,7 @@ void SubjectCollector::add(const Record& record, size_t line) {
   if (lacks_errors(record)) ++cases.n_without_errors;
   for (const auto& [name, number] : record.errors) put(name, number, row, cases.errors);
   put(truth_names(), record.values, row, cases.truth);
-  put(decision_names(), record.values, row, cases.decisions);
-  put(consistency_names(), record.values, row, cases.consistency);
+  put(value_names(), record.values, row, cases.values);
   put(stage_names(), record.time_ms, row, cases.times);
   has_times_ = has_times_ || !record.time_ms.empty();
 }

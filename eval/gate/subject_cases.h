@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "sextant/eval/records/record.h"
@@ -46,9 +47,9 @@ struct SubjectCases : CaseColumns {
   std::vector<Gate> gates;
   std::vector<bool> have_truth;
   NumberColumns errors;
-  NumberColumns truth;            ///< values that depend on the truth only
-  NumberColumns decisions;        ///< `dynamic`: 1 if the body was classified as dynamic, 0 if as static
-  NumberColumns consistency;      ///< `nees`: of the estimator's own covariance
+  NumberColumns truth;  ///< values that depend on the truth only
+  /// `dynamic`: 1 if the body was classified as dynamic, 0 if as static; `nees`: of the estimator's covariance
+  NumberColumns values;
   NumberColumns times;            ///< times of the estimator's stages refine, start and total, ms
   uint64_t n_without_errors = 0;  ///< number of records for which lacks_errors() is true
 
@@ -100,6 +101,9 @@ std::map<Key, OnBothSides<T>, Order> by_key(const std::map<Key, T, Order>& base,
 struct RowPair {
   uint32_t base, fresh;
 };
+/// Returns the numbers of a row on both sides; empty unless both have it.
+std::optional<std::pair<double, double>> numbers_at(const OnBothSides<std::vector<double>>& column,
+                                                    const RowPair& row);
 /// Rows of the records that both sides have, and of those that only one side has, in order of seed and frame.
 struct PairedRows {
   std::vector<RowPair> both;

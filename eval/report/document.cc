@@ -29,14 +29,12 @@ std::string verdicts_markdown(const std::vector<VerdictLine>& verdicts) {
   Table table{"Summary",
               count_verdicts(verdicts) + ".",
               {Column::text("subject"), Column::text("verdict"), Column::text("evidence")}};
-  std::string figures;
   for (const VerdictLine& line : verdicts) {
     const bool linked = !line.link.empty();
     table.add_row({linked ? fmt::format("[{}]({})", line.subject, line.link) : line.subject, line.verdict,
                    line.evidence});
-    for (const Figure& figure : line.figures) figures += figure_markdown(figure);
   }
-  return to_markdown(table) + "\n" + figures;
+  return to_markdown(table) + "\n";
 }
 
 void append_section(const ReportSection& section, std::string& text) {
@@ -125,8 +123,6 @@ std::string to_markdown(const ReportDocument& document) {
 
 std::vector<Figure> figures_of(const ReportDocument& document) {
   std::vector<Figure> figures;
-  for (const VerdictLine& line : document.verdicts)
-    figures.insert(figures.end(), line.figures.begin(), line.figures.end());
   for (const ReportSection& section : document.sections)
     figures.insert(figures.end(), section.figures.begin(), section.figures.end());
   return figures;

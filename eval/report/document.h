@@ -59,12 +59,11 @@ struct Explorer {
 
 /// One line of the summary.
 struct VerdictLine {
-  std::string subject;            ///< the judged statement or table
-  std::string verdict;            ///< in words: "reproduced", "outside", "not measured here"
-  std::string evidence;           ///< one line
-  std::string link;               ///< "#<name>" of a section or table, a path in the report folder, or empty
-  std::string group{};            ///< heading of the group of lines that this one belongs to; empty: none
-  std::vector<Figure> figures{};  ///< figures that are shown with the line
+  std::string subject;   ///< the judged statement or table
+  std::string verdict;   ///< in words: "reproduced", "outside", "not measured here"
+  std::string evidence;  ///< one line
+  std::string link;      ///< "#<name>" of a section or table, a path in the report folder, or empty
+  std::string group{};   ///< heading of the group of lines that this one belongs to; empty: none
 };
 
 /// Appearance of a verdict. It follows from the words, so that a table and the summary cannot differ.

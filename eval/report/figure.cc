@@ -156,6 +156,13 @@ std::string gp_cell(const std::string& text) {
   return first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') + 1 - first);
 }
 
+std::string gp_tics(const std::vector<std::string>& labels) {
+  std::string tics;
+  for (size_t i = 0; i < labels.size(); ++i)
+    tics += fmt::format("{}{} {}", i > 0 ? ", " : "", gp_tic(labels[i]), i);
+  return tics;
+}
+
 Fields<std::vector<double>> box_fields() {
   Fields<std::vector<double>> fields;
   for (const auto& [key, p] : box_quantiles)

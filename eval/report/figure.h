@@ -46,6 +46,8 @@ int open_point(size_t i);
 std::string gp_text(const std::string& text);
 /// Quotes the label of a tic like gp_text(), and doubles '%', which gnuplot would interpret as a format.
 std::string gp_tic(const std::string& label);
+/// Returns the list of tics at 0, 1, 2, .. with these labels: "'a' 0, 'b' 1".
+std::string gp_tics(const std::vector<std::string>& labels);
 /// Converts a text for a figure's CSV: ',' becomes ';' and quotes become apostrophes, because gnuplot
 /// supports no quotes within quotes. A script that compares with strcol() must use the converted text.
 std::string gp_cell(const std::string& text);

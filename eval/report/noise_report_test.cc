@@ -218,7 +218,6 @@ TEST(NoiseSweep, ReadsFoldersAndRefusesTheSameCaseTwice) {
   ASSERT_EQ(sweeps.size(), 1U);
   EXPECT_EQ(sweeps[0].parameter, "depth.delta_d_px");
   EXPECT_EQ(sweeps[0].estimators.size(), 2U);
-  EXPECT_EQ(sweeps[0].n_levels(), 3U);
   const std::vector<AchievedNoiseRow> achieved = achieved_noise_rows(sweeps[0]);
   ASSERT_EQ(achieved.size(), 6U);
   EXPECT_DOUBLE_EQ(achieved[1].achieved_px.value(), 0.2 * 1.01);

@@ -317,12 +317,6 @@ std::vector<NoiseSweep> with_clear_levels(NoiseSweep sweep) {
 
 }  // namespace
 
-size_t NoiseSweep::n_levels() const {
-  std::set<double> distinct;
-  for (const NoiseLevelRef& level : levels) distinct.insert(level->key().level);
-  return distinct.size();
-}
-
 CurveKey CurveKey::of(const std::string& parameter, const NoiseLevelKey& level) {
   return {parameter, level.dataset, level.sequence, level.body, level.estimator};
 }

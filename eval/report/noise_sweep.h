@@ -32,8 +32,6 @@ struct NoiseSweep {
   std::vector<NoiseLevelRef> levels;  ///< in order of key
   std::vector<Interned> estimators;   ///< in order of first appearance
   std::vector<AchievedNoise> achieved{};
-
-  size_t n_levels() const;
 };
 
 /// A curve: one body of a sequence under one estimator, over the levels of a sweep. Rows of tables derive

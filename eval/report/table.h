@@ -55,6 +55,11 @@ struct Column {
   static Column p_value(const std::string& key) { return {key, "p", Align::right, 4, false, false, true}; }
   Column folded() const { return with(&Column::fold); }
   Column only_in_files() const { return with(&Column::detail); }
+  Column with_significant(int digits) const {
+    Column column = *this;
+    column.significant = digits;
+    return column;
+  }
   /// Makes the cell link, on pages, to the address in the column of that key.
   Column leading_to(const std::string& address_key) const {
     Column column = *this;

@@ -361,11 +361,8 @@ Panel panel_of(const Paths& paths, const std::vector<std::string>& decisions) {
   const std::string name = panel_name(*paths.front());
   Panel panel{name, "set logscale y\nset format y \"%g\"\nset ylabel \"mean E_t [m]\" noenhanced\n", {}};
   double low = INFINITY, high = 0;
-  std::string tics;
-  for (size_t k = 0; k < decisions.size(); ++k)
-    tics += fmt::format("{}{} {}", k > 0 ? ", " : "", gp_text(decisions[k]), k);
-  panel.settings += fmt::format("set xtics ({}) rotate by 60 right noenhanced\nset xrange [-0.5:{}]\n", tics,
-                                gp_number(static_cast<double>(decisions.size()) - 0.5));
+  panel.settings += fmt::format("set xtics ({}) rotate by 60 right noenhanced\nset xrange [-0.5:{}]\n",
+                                gp_tics(decisions), gp_number(static_cast<double>(decisions.size()) - 0.5));
   for (size_t i = 0; i < paths.size(); ++i) {
     const AttributionPath& path = *paths[i];
     const std::string colour = estimator_colour(path.path);

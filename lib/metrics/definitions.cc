@@ -76,16 +76,20 @@ std::span<const MetricDefinition> metric_definitions() {
        truth_only},
       {"step_floor_m", values, "ego", "floor of the truth", "m", 4, neither,
        "RMS error of the lengths of the true steps, where the data set allows to compute it; one number per "
-       "sequence"},
+       "sequence",
+       truth_only},
       {"lateral_floor_m", values, "ego", "lateral floor of the truth", "m", 4, neither,
        "RMS of the component of the true steps across the heading, without the part that a lever arm "
-       "explains"},
+       "explains",
+       truth_only},
       {"rotation_floor_deg", values, "ego", "rotation floor of the truth", "deg", 4, neither,
        "RMS difference between the true rotations and the measured turn rates: an upper bound of the truth's "
-       "error"},
+       "error",
+       truth_only},
       {"rotation_timing_floor_deg", values, "ego", "rotation floor of the truth, timing", "deg", 4, neither,
        "RMS error of the true rotations because samples are not taken exactly at the time of their images: a "
-       "lower bound of the truth's error"},
+       "lower bound of the truth's error",
+       truth_only},
       {"step_error_x_m", values, "ego", "step error, right", "m", 4, neither,
        "estimated minus true translation of the pair, `T_prev_curr`, to the right in the previous camera"},
       {"step_error_y_m", values, "ego", "step error, down", "m", 4, neither, "the same, down"},
@@ -150,7 +154,7 @@ std::span<const MetricDefinition> metric_definitions() {
       {"dynamic_gt", values, "object", "truly dynamic", "0/1", 0, neither,
        "the data set's own flag where it has one, else `v_gt_origin_kmh` > 3.6 (1 m/s)", truth_only},
       {"interpolated_gt", values, "object", "interpolated truth", "0/1", 0, neither,
-       "the truth of either frame was made by interpolation between labelled frames"},
+       "the truth of either frame was made by interpolation between labelled frames", truth_only},
       {"track", values, "object", "track", "label", 0, neither,
        "label of the pipeline's tracker, 0 = static or none"},
       // Consistency of the estimator's covariance.

@@ -57,9 +57,7 @@ Table claim_table(const std::vector<CheckedClaim>& checked) {
   }
   Column statement = Column::text("statement").folded(), place = Column::text("place").folded();
   statement.names_its_quantity = true;
-  const auto number = [](const std::string& key) {
-    return Column{.key = key, .title = key, .significant = 3};
-  };
+  const auto number = [](const std::string& key) { return Column::number(key, 3).with_significant(3); };
   Fields<ClaimResult> of_result = {{Column::text("dataset").folded(), &ClaimResult::dataset},
                                    {Column::text("sequence").folded(), &ClaimResult::sequence},
                                    {Column::text("estimator"), &ClaimResult::estimator},

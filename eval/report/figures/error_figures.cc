@@ -29,11 +29,10 @@ std::string short_title(const std::string& title) {
 }
 
 std::string category_axis(const std::vector<BodyRecords>& bodies) {
-  std::string tics;
-  for (size_t c = 0; c < bodies.size(); ++c)
-    tics += fmt::format("{}{} {}", c > 0 ? ", " : "", gp_tic(short_title(bodies[c].title)), c);
+  std::vector<std::string> labels;
+  for (const BodyRecords& body : bodies) labels.push_back(short_title(body.title));
   return fmt::format("set xrange [-0.6:{}]\nset xtics scale 0 ({}) noenhanced\n",
-                     static_cast<double>(bodies.size()) - 0.4, tics);
+                     static_cast<double>(bodies.size()) - 0.4, gp_tics(labels));
 }
 
 // ---- EPE before and after
@@ -242,24 +241,22 @@ std::vector<Figure> paper_epe_figures(const std::vector<RecordSet>& sets) {
   Figure figure;
   figure.name = "fig5_paper";
   figure.data = epe_data();
-  std::string tics;
-  size_t n = 0;
+  std::vector<std::string> labels;
   for (const RecordSet& set : sets) {
     for (const BodyRecords& body : set.bodies) {
       const size_t n_before = figure.data.rows.size();
-      for (size_t i = 0; i < bars.size(); ++i) add_epe(set.title, body, bars[i], slots.x(n, i), figure.data);
+      for (size_t i = 0; i < bars.size(); ++i)
+        add_epe(set.title, body, bars[i], slots.x(labels.size(), i), figure.data);
       if (figure.data.rows.size() == n_before) continue;
-      const std::string label = set.title.substr(0, set.title.find(',')) + " " + body.title;
-      tics += fmt::format("{}{} {}", n > 0 ? ", " : "", gp_tic(label), n);
-      ++n;
+      labels.push_back(set.title.substr(0, set.title.find(',')) + " " + body.title);
     }
   }
-  if (n == 0) return {};
+  if (labels.empty()) return {};
   Panel panel;
   panel.settings = fmt::format(
       "set xrange [-0.6:{}]\nset xtics scale 0 rotate by -25 ({}) noenhanced\nset ylabel \"mean EPE "
       "[px]\"\nset yrange [0:*]\n",
-      gp_number(static_cast<double>(n) - 0.4), tics);
+      gp_number(static_cast<double>(labels.size()) - 0.4), gp_tics(labels));
   std::vector<LegendEntry> legend;
   for (const EpeBar& bar : bars) {
     const std::string x = only_where({{"stage", bar.name}}, "column(\"x\")");

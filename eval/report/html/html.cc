@@ -230,28 +230,7 @@ std::string verdict_line(const VerdictLine& line) {
                      verdict_badge(line.verdict), subject, with_links(line.evidence));
 }
 
-/// Lines with figures become cards side by side.
-std::string verdict_group(std::span<const VerdictLine> lines, const OutputFiles& drawn) {
-  const auto has_figure = [](const VerdictLine& line) { return !line.figures.empty(); };
-  std::string html;
-  if (std::ranges::any_of(lines, has_figure)) {
-    html += "<div class=\"answers\">\n";
-    for (const VerdictLine& line : lines) {
-      if (!has_figure(line)) continue;
-      html += fmt::format("<article class=\"answer\"><p>{}</p>\n{}</article>\n", verdict_line(line),
-                          figures_html(line.figures, drawn));
-    }
-    html += "</div>\n";
-  }
-  html += "<ul class=\"verdicts\">\n";
-  for (const VerdictLine& line : lines) {
-    if (has_figure(line)) continue;
-    html += fmt::format("<li><div class=\"line\">{}</div></li>\n", verdict_line(line));
-  }
-  return html + "</ul>\n";
-}
-
-std::string summary(const std::vector<VerdictLine>& verdicts, const OutputFiles& drawn) {
+std::string summary(const std::vector<VerdictLine>& verdicts) {
   if (verdicts.empty()) return "";
   std::string html = "<section id=\"summary\">\n<h2>Summary</h2>\n<p class=\"counts\">" +
                      html_escaped(count_verdicts(verdicts)) + "</p>\n";
@@ -259,7 +238,10 @@ std::string summary(const std::vector<VerdictLine>& verdicts, const OutputFiles&
     const auto end = std::find_if(begin, verdicts.end(),
                                   [&](const VerdictLine& line) { return line.group != begin->group; });
     if (!begin->group.empty()) html += fmt::format("<h3>{}</h3>\n", html_escaped(begin->group));
-    html += verdict_group({begin, end}, drawn);
+    html += "<ul class=\"verdicts\">\n";
+    for (const VerdictLine& line : std::span(begin, end))
+      html += fmt::format("<li><div class=\"line\">{}</div></li>\n", verdict_line(line));
+    html += "</ul>\n";
     begin = end;
   }
   return html + "</section>\n";
@@ -324,7 +306,7 @@ std::string page_html(const ReportDocument& document, Page page, const OutputFil
                       paragraph(is_report ? document.abstract : document.details_abstract, "abstract"),
                       contents(document, page));
   html += "<main>\n" + lead.html;
-  if (is_report) html += summary(linked_verdicts(document), drawn);
+  if (is_report) html += summary(linked_verdicts(document));
   for (const ReportSection& section : document.sections) {
     if (is_on(section, page)) append_section(section, drawn, html);
   }
@@ -420,7 +402,6 @@ void name_figures_apart(ReportDocument& document) {
       for (int i = 2; !names.insert(figure.name).second; ++i) figure.name = fmt::format("{}-{}", stem, i);
     }
   };
-  for (VerdictLine& line : document.verdicts) rename(line.figures);
   for (ReportSection& section : document.sections) rename(section.figures);
 }
 

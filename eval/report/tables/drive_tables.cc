@@ -204,11 +204,7 @@ GroupRecords group_records(const EvidencePart& part, const std::string& estimato
 }
 
 Measured count(size_t n) {
-  Measured measured;
-  measured.value = static_cast<double>(n);
-  measured.n_pairs = static_cast<int>(n);
-  measured.n_seeds = 1;
-  return measured;
+  return {{static_cast<double>(n), std::nullopt}, std::nullopt, static_cast<int>(n), /*n_seeds=*/1};
 }
 
 void add_velocity_rows(const Json& published_column, const std::string& estimator, const GroupRecords* group,

@@ -30,13 +30,9 @@ std::optional<Measured> measure_mean(const std::vector<RecordNumber>& numbers, c
   if (numbers.empty()) return std::nullopt;
   std::vector<double> values;
   std::vector<uint64_t> labels;
-  std::map<uint64_t, std::pair<double, double>> sums;  // by cluster: sum, count
   for (const auto& [record, value] : numbers) {
-    const uint64_t label = clusters.of(*record);
     values.push_back(value);
-    labels.push_back(label);
-    sums[label].first += value;
-    sums[label].second += 1;
+    labels.push_back(clusters.of(*record));
   }
   const ClusteredSample sample(values, labels);
   Measured measured;
@@ -47,7 +43,7 @@ std::optional<Measured> measure_mean(const std::vector<RecordNumber>& numbers, c
   measured.n_seeds = clusters.n_seeds();
   if (!clusters.are_frames()) {
     std::vector<double> by_seed;
-    for (const auto& [label, sum] : sums) by_seed.push_back(sum.first / sum.second);
+    for (const ClusterSum& seed : cluster_sums(values, labels)) by_seed.push_back(seed.of.mean());
     measured.one_run = one_run_range(by_seed);
   }
   return measured;
