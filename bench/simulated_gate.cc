@@ -52,7 +52,7 @@ Subjects resample(const Subjects& subjects, std::span<const uint64_t> taken) {
     }
     chosen.errors = rows_of(cases.errors, rows);
     chosen.truth = rows_of(cases.truth, rows);
-    chosen.decisions = rows_of(cases.decisions, rows);
+    chosen.values = rows_of(cases.values, rows);
   }
   return out;
 }
@@ -66,7 +66,7 @@ void keep_unchanged(const Subjects& base, double changed_share, PhiloxStream& ra
       if (random.uniform() < changed_share) continue;
       changed.statuses[f] = pair.base->statuses[b];
       changed.gates[f] = pair.base->gates[b];
-      for (const auto columns : {&SubjectCases::errors, &SubjectCases::decisions}) {
+      for (const auto columns : {&SubjectCases::errors, &SubjectCases::values}) {
         for (auto& [name, numbers] : changed.*columns) {
           const std::vector<double>* before = find_in(pair.base->*columns, name);
           if (before != nullptr) numbers[f] = (*before)[b];

@@ -66,9 +66,14 @@ void print_outcome(const ReproduceFlags& flags, const Reproduction& made) {
     return;
   }
   if (!flags.quiet) {
-    fmt::print("{}\n\n", wrapped(document.abstract, 100));
-    for (const VerdictLine& line : document.verdicts) fmt::print("{:<18} {}\n", line.verdict, line.subject);
-    for (const PaperLayout& table : made.tables) fmt::print("\n{}", to_text(table, false));
+    constexpr size_t columns = 100, columns_of_verdict = 19;
+    fmt::print("{}\n\n", wrapped(document.abstract, columns));
+    for (const VerdictLine& line : document.verdicts) {
+      fmt::print("{}\n", wrapped(fmt::format("{:<18} {}", line.verdict, line.subject), columns,
+                                 std::string(columns_of_verdict, ' ')));
+    }
+    fmt::print("\n");
+    for (const PaperLayout& table : made.tables) fmt::print("{}", to_text(table, false));
     fmt::print("{}", text_legend());
   }
   fmt::print("Report: {}\nVerdicts: {}\n", made.report.string(), count_verdicts(document.verdicts));

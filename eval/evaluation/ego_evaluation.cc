@@ -109,6 +109,9 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
                    const EvaluatedRange& range) {
   const size_t shorter = range.shorter();
   if (r.estimate.size() >= fewest_matched(shorter)) return;
+  if (shorter < fewest_matched(shorter))
+    fail("{}: it or the reference {} has only {} pose{} to evaluate: at least {} are needed", r.name,
+         reference.side.name, shorter, shorter == 1 ? "" : "s", fewest_matched(shorter));
   const std::string what =
       r.estimate.empty()
           ? fmt::format("no pose matches the reference {}", reference.side.name)

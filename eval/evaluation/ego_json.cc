@@ -143,7 +143,7 @@ Json comparison_json(const SystemComparison& c, const EgoOptions& options) {
     json["runs_a"] = c.n_runs_a;
     json["runs_b"] = c.n_runs_b;
   }
-  json["mean_difference"] = c.difference;
+  if (c.difference) json["mean_difference"] = *c.difference;
   if (c.p_corrected) {
     json["p"] = *c.p_corrected;
   } else {

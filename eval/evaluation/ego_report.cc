@@ -7,6 +7,7 @@
 #include "sextant/eval/evaluation/run_statistics.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
+#include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/run_summary.h"
 
 namespace sextant {
@@ -184,7 +185,6 @@ Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& opt
 Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
   Figure figure;
   figure.name = "rpe_lengths";
-  figure.width_cm = 12;
   const DeltaUnit unit = options.rpe_lengths.front().unit;
   const bool is_one_unit =
       std::ranges::all_of(options.rpe_lengths, [&](const PairSelection& s) { return s.unit == unit; });
@@ -202,18 +202,22 @@ Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& o
     figure.data.add_row(std::move(row));
   }
   const std::string unit_text = is_one_unit ? std::string(to_string(unit)) : "number in the list";
-  figure.script = fmt::format(
-      "set xlabel {} noenhanced\nset ylabel {} noenhanced\nset key outside right\n",
-      gp_text(fmt::format("length [{}]", unit_text)),
-      gp_text(fmt::format("RPE {} RMSE [{}]", to_string(options.relation), unit_of(options.relation))));
-  std::vector<std::string> lines;
+  Panel panel{"",
+              fmt::format("set xlabel {} noenhanced offset 0,0.4\nset ylabel {} noenhanced offset 0.6,0\n"
+                          "set yrange [0:*]\n",
+                          gp_text(fmt::format("length [{}]", unit_text)),
+                          gp_text(fmt::format("RPE {} RMSE [{}]", to_string(options.relation),
+                                              unit_of(options.relation)))),
+              {}};
+  std::vector<LegendEntry> legend;
   for (size_t k = 0; k < runs.size(); ++k) {
-    lines.push_back(fmt::format(
-        "data using (column(\"length\")):(column(\"rmse_{}\")) with linespoints lc rgb '{}' pt {} title {} "
-        "noenhanced",
-        k + 1, line_colour(k + 1), filled_point(k), gp_text(runs[k].name)));
+    const std::string style =
+        fmt::format("with linespoints lc rgb '{}' pt {}", line_colour(k + 1), filled_point(k));
+    panel.plots.push_back(
+        fmt::format("data using (column(\"length\")):(column(\"rmse_{}\")) {}", k + 1, style));
+    legend.push_back({runs[k].name, style});
   }
-  figure.script += fmt::format("plot {}\n", fmt::join(lines, ", \\\n     "));
+  set_panels({.panel_height_cm = 5.8}, legend, {panel}, figure);
   return figure;
 }
 
@@ -258,12 +262,12 @@ Table ego_step_table(const std::vector<EgoResult>& runs, const EgoReference& ref
     }
   }
   note_left_out(runs, table);
-  table.notes.push_back(
+  table.remarks.emplace_back(
       "in floats: mean E_R as computed by programs in single precision, by acos of the trace; only values "
       "above 0 count. It is too large for small angles; numbers published for ORB-SLAM3 are of this kind.");
   for (const EgoResult& r : runs) {
     if (const auto errors = step_errors(r.per_frame.row, r.per_frame.step_error_m))
-      table.notes.push_back(fmt::format("{}: estimated minus true step: {}", r.name, errors->text()));
+      table.remarks.push_back(fmt::format("{}: estimated minus true step: {}", r.name, errors->text()));
   }
   if (reference.step_floor_m) {
     table.notes.push_back(fmt::format(
@@ -338,7 +342,10 @@ ReportDocument ego_document(const std::vector<EgoResult>& runs, const EgoReferen
   document.sections.push_back({"along", "Along the path", {}, {}, along_figures(curves), {}});
 
   const Table steps = ego_step_table(runs, reference);
-  ReportSection per_frame{"per_frame", steps.title, {}, {{"steps", steps}}, {}, {}};
+  NamedTable named{.name = "steps", .table = steps};
+  named.first = {"estimate",    "n",           "Et_mean_m",           "Et_rmse_m",
+                 "ER_mean_deg", "ER_rmse_deg", "translation_percent", "rotation_deg_per_m"};
+  ReportSection per_frame{"per_frame", steps.title, {}, {std::move(named)}, {}, {}};
   const auto Et = by_system(step_errors_of_runs(runs, &PerFrameErrors::Et_m), colour_of_run);
   const auto ER = by_system(step_errors_of_runs(runs, &PerFrameErrors::ER_deg), colour_of_run);
   if (!Et.empty()) per_frame.figures.push_back(cumulative_figure("step_Et_cdf", "E_t per frame [m]", Et));

@@ -288,6 +288,9 @@ Table object_path_table(const std::vector<ObjectPathErrors>& errors) {
                    cell(e.rpe, &PathError::Et_m), cell(e.rpe, &PathError::ER_deg),
                    cell(e.chained_rpe, &PathError::Et_m), cell(e.chained_rpe, &PathError::ER_deg)});
   }
+  if (!std::ranges::all_of(errors, [](const ObjectPathErrors& e) { return e.ape.has_value(); }))
+    table.notes.emplace_back(
+        "APE is -: the alignment of a path needs at least three poses that do not lie on a line.");
   return table;
 }
 

@@ -131,6 +131,7 @@ Figure path_figure(const ObjectTracks& tracks, const BodyNumbers& numbers) {
                                tracks.system, lying ? "z to the right, x down" : "x to the right, z up");
   std::vector<Position> positions;
   std::vector<LegendEntry> legend;
+  std::string labels;
   Panel panel;
   for (const BodyTrack& track : tracks.bodies) {
     const std::string colour = line_colour(static_cast<size_t>(numbers.at(track.body)));
@@ -144,6 +145,14 @@ Figure path_figure(const ObjectTracks& tracks, const BodyNumbers& numbers) {
                                         only_where({{"body", track.body}}, first), up, end, style));
     }
     legend.push_back({title_of(track.body), solid});
+    const auto last = std::ranges::find_if(track.points.rbegin(), track.points.rend(),
+                                           [](const TrackPoint& p) { return p.estimate_m.has_value(); });
+    // Colours repeat after seven bodies, so the end of each path has the object's number.
+    if (numbers.size() > 7 && track.body != "ego" && last != track.points.rend())
+      labels += fmt::format("set label \"{}\" at {},{} left offset 0.4,0.3 textcolor rgb \"{}\" front\n",
+                            object_text(body_order(track.body)),
+                            gp_number(lying ? last->estimate_m->z() : last->estimate_m->x()),
+                            gp_number(lying ? last->estimate_m->x() : last->estimate_m->z()), colour);
     for (const TrackPoint& point : track.points) {
       if (!positions.empty() && positions.back().body == track.body &&
           positions.back().at.frame + 1 < point.frame)
@@ -152,10 +161,13 @@ Figure path_figure(const ObjectTracks& tracks, const BodyNumbers& numbers) {
     }
   }
   if (positions.empty()) return figure;
+  const bool has_truth =
+      std::ranges::any_of(positions, [](const Position& p) { return p.at.truth_m.has_value(); });
+  if (has_truth) legend.push_back({"true", "with lines lc rgb \"#404040\" dt 2 lw 1"});
   PanelLayout layout{.width_cm = 18, .left_cm = 1.7, .bottom_cm = 1.1, .top_cm = 0.3};
   layout.panel_height_cm =
       layout.bottom_cm + layout.top_cm + axes.height_cm(layout.plot_width_cm(), lying, 12);
-  panel.settings = axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), lying);
+  panel.settings = axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), lying) + labels;
   Fields<Position> fields = {{Column::text("body"), &Position::body},
                              {Column::count("frame"), [](const Position& p) { return p.at.frame; }}};
   fields.add(Column::text("x_m"), [](const Position& p) { return coordinate(p.at.estimate_m, 0); });
@@ -190,8 +202,12 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
     last = std::max(last, span.last);
   }
   std::string tics;
-  for (const auto& [object, row] : rows)
-    tics += fmt::format("{}\"{}\" {}", tics.empty() ? "" : ", ", object_text(object), row);
+  Tics longest;
+  for (const auto& [object, row] : rows) {
+    const std::string label = object_text(object);
+    tics += fmt::format("{}\"{}\" {}", tics.empty() ? "" : ", ", label, row);
+    longest.n_characters = std::max(longest.n_characters, label.size());
+  }
   Panel panel{
       "",
       fmt::format(
@@ -220,8 +236,9 @@ Figure state_figure(const std::string& system, const RecordRefs& records) {
                      {Column::text("state"), [](const Box& box) { return to_string(box.span.state); }}},
                     boxes);
   const double height_cm = 1.6 + 0.32 * static_cast<double>(rows.size());
-  set_panels({.width_cm = 18, .panel_height_cm = height_cm, .left_cm = 1.7, .top_cm = 0.2}, legend, {panel},
-             figure);
+  set_panels(
+      {.width_cm = 18, .panel_height_cm = height_cm, .left_cm = 1.7 + longest.more_cm(4), .top_cm = 0.2},
+      legend, {panel}, figure);
   return figure;
 }
 

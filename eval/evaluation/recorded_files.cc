@@ -32,7 +32,9 @@ struct Estimate {
 Estimate parse_estimate(const std::string& text) {
   const size_t equals = text.find('=');
   std::error_code ignored;
-  if (equals == std::string::npos || equals == 0 || fs::exists(text, ignored)) return {"", text};
+  if (equals == std::string::npos || fs::exists(text, ignored)) return {"", text};
+  if (equals == 0 || equals + 1 == text.size())
+    fail("'{}': expected FILE or NAME=FILE, but the {} is missing", text, equals == 0 ? "name" : "file");
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 

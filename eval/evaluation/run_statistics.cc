@@ -107,7 +107,7 @@ void test_blocks(const std::map<ErrorStep, double>& differences, size_t n_overla
         n_overlapping, fewest);
   } else {
     const std::vector<double> means = stretch_means(of_frames, n_blocks);
-    out.p = mean(means) * out.difference < 0 ? 1 : sign_flip_test(means).p;
+    out.p = mean(means) * *out.difference < 0 ? 1 : sign_flip_test(means).p;
   }
 }
 
@@ -146,11 +146,11 @@ void test_runs(const System& a, const System& b, const std::map<ErrorStep, doubl
         out.n_runs_a, out.n_runs_b, smallest);
   } else {
     const MannWhitneyTest test = mann_whitney_test(of_a, of_b);
-    out.p = test.cliffs_delta * out.difference < 0 ? 1 : test.p;  // ranks and means must agree
+    out.p = test.cliffs_delta * *out.difference < 0 ? 1 : test.p;  // ranks and means must agree
   }
 }
 
-std::optional<SystemComparison> compare(const System& a, const System& b, IndependentUnit unit) {
+SystemComparison compare(const System& a, const System& b, IndependentUnit unit) {
   constexpr size_t fewest = 6;
   const std::map<ErrorStep, double> of_a = mean_by_step(a), of_b = mean_by_step(b);
   std::map<ErrorStep, double> differences;
@@ -159,11 +159,14 @@ std::optional<SystemComparison> compare(const System& a, const System& b, Indepe
     differences[step] = of_a.at(step) - of_b.at(step);
     sum += differences[step];
   }
-  if (differences.empty()) return std::nullopt;
   SystemComparison out;
   out.a = a.name;
   out.b = b.name;
   out.n_common = differences.size();
+  if (differences.empty()) {
+    out.why_no_p = "they have no step in common";
+    return out;
+  }
   out.difference = sum / static_cast<double>(differences.size());
   if (differences.size() < fewest) {
     out.why_no_p =
@@ -206,9 +209,8 @@ std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs
   const std::vector<System> systems = systems_of(runs);
   std::vector<SystemComparison> comparisons;
   for (size_t i = 0; i < systems.size(); ++i) {
-    for (size_t j = i + 1; j < systems.size(); ++j) {
-      if (auto c = compare(systems[i], systems[j], unit)) comparisons.push_back(std::move(*c));
-    }
+    for (size_t j = i + 1; j < systems.size(); ++j)
+      comparisons.push_back(compare(systems[i], systems[j], unit));
   }
   std::vector<SystemComparison*> family;
   for (SystemComparison& comparison : comparisons) family.push_back(&comparison);

@@ -61,7 +61,7 @@ enum class IndependentUnit { blocks, runs };
 struct SystemComparison {
   std::string a, b;
   size_t n_common = 0;                   ///< number of steps that both have
-  double difference = 0;                 ///< mean over these steps
+  std::optional<double> difference;      ///< mean over these steps; nullopt if there are none
   int n_blocks = 0;                      ///< 0 if the runs are the independent units
   int n_runs_a = 0, n_runs_b = 0;        ///< number of runs that have some of these steps
   std::optional<double> p, p_corrected;  ///< two-sided; p_corrected accounts for all pairs of systems
@@ -70,7 +70,7 @@ struct SystemComparison {
 
 /// Summarises the systems in order of first appearance; systems without errors are left out.
 std::vector<SystemSummary> summarize_systems(const std::vector<RunErrors>& runs);
-/// Compares every pair of systems that have steps in common. p is nullopt with fewer than 6 of them or 6
+/// Compares every pair of systems. p is nullopt without common steps, with fewer than 6 of them or 6
 /// blocks, with one run of a or b where the runs are the units, and where no outcome could give p < 0.05.
 std::vector<SystemComparison> compare_systems(const std::vector<RunErrors>& runs, IndependentUnit unit);
 /// Smallest p that the comparison of n_a with n_b runs can give: 2 / binomial(n_a + n_b, n_a), at most 1.

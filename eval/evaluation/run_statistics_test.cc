@@ -33,7 +33,7 @@ TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
 
   const std::vector<SystemComparison> comparisons = compare_systems(run_errors(runs), IndependentUnit::runs);
   ASSERT_EQ(comparisons.size(), 1);
-  EXPECT_NEAR(comparisons[0].difference, -0.18, 0.002);  // 0.12 * 1.5 - 0.24 * 1.5
+  EXPECT_NEAR(*comparisons[0].difference, -0.18, 0.002);  // 0.12 * 1.5 - 0.24 * 1.5
   EXPECT_DOUBLE_EQ(comparisons[0].p_corrected.value(), smallest_p_of_runs(5, 5))
       << "every good run is better";
   EXPECT_LT(compare_systems(run_errors(runs), IndependentUnit::blocks)[0].p_corrected.value(), 0.001);

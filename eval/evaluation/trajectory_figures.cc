@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <optional>
 
 #include "sextant/base/new_file.h"
 #include "sextant/eval/report/figures/panels.h"
@@ -35,6 +37,7 @@ std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference)
   return legend;
 }
 
+constexpr int n_error_colours = 24;
 /// Colours from small to large errors, distinct in greyscale as well.
 constexpr const char* error_palette =
     "set palette maxcolors 24\n"
@@ -65,21 +68,22 @@ void add_vector(const std::array<std::string, 3>& keys, std::vector<Eigen::Vecto
         keys[static_cast<size_t>(k)], list, [k](const Eigen::Vector3d& v) { return v[k]; }, columns);
 }
 
+/// Selects the poses of a curve to draw.
+using Selection = std::function<std::vector<size_t>(const TrajectoryCurve&)>;
+
 /// Fills the data of a figure: a row for each drawn pose of each curve, and a row without numbers before each
 /// gap; the column "curve" holds the number of the curve. The caption says how many poses are drawn if not
-/// all are.
-void set_data(const EgoCurves& curves, const CurveColumns& columns, Figure& figure) {
-  const size_t most = std::min(drawn_poses, std::max<size_t>(60, 4 * drawn_poses / (curves.runs.size() + 1)));
+/// all are, followed by `which`, which says what the drawn ones are.
+void set_data(const EgoCurves& curves, const CurveColumns& columns, const Selection& selected,
+              const std::string& which, Figure& figure) {
   figure.data.columns = {Column::count("curve"), Column::text("name")};
   for (const auto& field : columns) figure.data.columns.push_back(field.column);
   size_t n_drawn = 0, n_poses = 0;
-  double distance_m = 0;
   for (size_t k = 0; k <= curves.runs.size(); ++k) {
     const TrajectoryCurve& curve = curve_of(curves, k);
-    const std::vector<size_t> kept = thinned(curve, most);
+    const std::vector<size_t> kept = selected(curve);
     n_drawn += kept.size();
     n_poses += curve.size();
-    distance_m = std::max(distance_m, thinning_distance_m(curve, kept));
     for (const size_t i : kept) {
       if (curve.begins[i] && i > 0) {
         std::vector<Cell> gap = {k, curve.name};
@@ -92,10 +96,41 @@ void set_data(const EgoCurves& curves, const CurveColumns& columns, Figure& figu
     }
   }
   if (n_drawn < n_poses)
-    figure.caption += fmt::format(
-        " Drawn are {} of {} poses, among them those with the largest errors; the others are at most {:.2g} "
-        "m away from the lines. The files in curves/ contain all poses.",
-        n_drawn, n_poses, distance_m);
+    figure.caption += fmt::format(" Drawn are {} of {} poses{}. The files in curves/ contain all poses.",
+                                  n_drawn, n_poses, which);
+}
+
+/// Number of poses of each curve that are drawn without a selection.
+size_t most_drawn(const EgoCurves& curves) {
+  return std::min(drawn_poses, std::max<size_t>(60, 4 * drawn_poses / (curves.runs.size() + 1)));
+}
+
+/// Fills the data of a figure of quantities along the path.
+void set_data_along(const EgoCurves& curves, const CurveColumns& columns, Figure& figure) {
+  const auto selected = [&](const TrajectoryCurve& curve) { return thinned(curve, most_drawn(curves)); };
+  set_data(curves, columns, selected, ", among them those with the largest errors", figure);
+}
+
+/// Fills the data of a figure of paths with a scale of `m_per_cm`. The omitted poses are closer to the lines
+/// than 0.1 mm in print, a quarter of a line's width. If errors up to `colour_end` give the colours, the omitted
+/// poses are also less than one colour away.
+void set_path_data(const EgoCurves& curves, const CurveColumns& columns, double m_per_cm,
+                   const std::optional<double>& colour_end, Figure& figure) {
+  const double tolerance_m = 0.01 * m_per_cm;
+  const auto selected = [&](const TrajectoryCurve& curve) {
+    if (curve.size() <= most_drawn(curves)) return thinned(curve, curve.size());
+    std::vector<Eigen::Vector3d> points;
+    for (size_t i = 0; i < curve.size(); ++i) {
+      const Eigen::Vector3d& p = curve.position_m[i];
+      double colour = 0;
+      if (colour_end && !curve.error.empty())
+        colour = std::isfinite(curve.error[i]) ? std::min(curve.error[i] / *colour_end, 1.0) : -1;
+      points.emplace_back(p[curves.axes.right], p[curves.axes.up], n_error_colours * colour * tolerance_m);
+    }
+    return simplified(points, curve.begins, tolerance_m);
+  };
+  set_data(curves, columns, selected,
+           fmt::format("; the others are at most {:.2g} m away from the lines", tolerance_m), figure);
 }
 
 std::string column_of(size_t k, const std::string& key) {
@@ -126,10 +161,16 @@ std::string end_marks(const TrajectoryCurve& reference, const ViewAxes& axes, do
   std::vector<std::tuple<Eigen::Vector3d, const char*, int>> ends = {
       {start, apart ? "start" : "start, end", 7}};
   if (apart) ends.emplace_back(end, "end", 5);
+  const auto right_of = [&](const Eigen::Vector3d& p) { return p[axes.right]; };
+  const auto ends_right = std::ranges::minmax_element(reference.position_m, {}, right_of);
+  const double low = right_of(*ends_right.min), high = right_of(*ends_right.max);
   for (const auto& [p, name, type] : ends) {
-    marks +=
-        fmt::format("set label \"{}\" at {},{} point pt {} ps 0.9 lc rgb \"#404040\" offset 0.7,0.5 front\n",
-                    name, gp_number(p[axes.right]), gp_number(p[axes.up]), type);
+    // The text of a point in the right third is to its left, because it would be cut at the border.
+    const bool is_right = p[axes.right] > low + (high - low) * 2 / 3;
+    marks += fmt::format(
+        "set label \"{}\" at {},{} {} point pt {} ps 0.9 lc rgb \"#404040\" offset {},0.5 front\n", name,
+        gp_number(p[axes.right]), gp_number(p[axes.up]), is_right ? "right" : "left", type,
+        is_right ? "-0.7" : "0.7");
   }
   return marks;
 }
@@ -174,7 +215,8 @@ Figure path_figure(const EgoCurves& curves, const EqualAxes& axes) {
               {}};
   for (size_t k = 0; k <= curves.runs.size(); ++k)
     panel.plots.push_back(line_plot(curves, k, "right_m", "up_m"));
-  set_data(curves, path_columns(curves.axes), figure);
+  set_path_data(curves, path_columns(curves.axes),
+                axes.m_per_cm(layout.plot_width_cm(), layout.plot_height_cm()), std::nullopt, figure);
   set_panels(layout, legend_of(curves, true), {panel}, figure);
   return figure;
 }
@@ -186,27 +228,6 @@ double colour_end(const EgoCurves& curves) {
     std::ranges::copy_if(run.error, std::back_inserter(errors), [](double e) { return std::isfinite(e); });
   const double end = errors.empty() ? 1 : quantile(errors, 0.99);
   return end > 0 ? end : 1;
-}
-
-/// Tics of an axis: the distance between them, and the number of characters of the longest number.
-struct Tics {
-  double step = 0;
-  size_t n_characters = 0;
-};
-
-/// Returns the tics of an axis from `low` to `high` > `low`, at most about n.
-Tics tics_between(double low, double high, double n) {
-  Tics tics{tic_step(high - low, n), 0};
-  for (double k = std::floor(low / tics.step); k <= std::ceil(high / tics.step); ++k)
-    tics.n_characters = std::max(tics.n_characters, gp_number(k * tics.step).size());
-  return tics;
-}
-
-/// Returns the space that numbers of more than `n_fitting` characters need in addition.
-double more_cm(const Tics& tics, size_t n_fitting) {
-  constexpr double character_cm = 0.17;
-  return tics.n_characters > n_fitting ? character_cm * static_cast<double>(tics.n_characters - n_fitting)
-                                       : 0;
 }
 
 Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
@@ -225,7 +246,7 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
   if (layout.columns == 1) layout.width_cm = 14;
   const double end = colour_end(curves);
   const Tics tics = tics_between(0, end, 8);
-  const double wider_cm = more_cm(tics, 5);
+  const double wider_cm = tics.more_cm(5);
   layout.right_cm += wider_cm;
   const std::string colour_tics = wider_cm > 0 ? gp_number(tics.step) : "autofreq";
   const double room_cm = axes.height_cm(layout.plot_width_cm(), false, layout.columns == 1 ? 12 : 8);
@@ -246,7 +267,7 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
         column_of(k, "right_m"), has_single_pose(curves.runs[k - 1]) ? "linespoints pt 7 ps 0.4" : "lines"));
     panels.push_back(std::move(panel));
   }
-  set_data(curves, columns, figure);
+  set_path_data(curves, columns, axes.m_per_cm(layout.plot_width_cm(), layout.plot_height_cm()), end, figure);
   set_panels(
       layout,
       {{"reference", style_of(0)}, {"colour: " + curves.error_title, "with lines lc rgb \"#1AE4B6\" lw 3.5"}},
@@ -288,7 +309,7 @@ void set_along(const EgoCurves& curves, const std::vector<Along>& what, size_t c
   double wider_cm = 0;
   for (const Along& along : what) {
     tics.push_back(tics_of(figure.data, along.y, layout.plot_height_cm() / 0.5));
-    if (tics.back()) wider_cm = std::max(wider_cm, more_cm(*tics.back(), 5));
+    if (tics.back()) wider_cm = std::max(wider_cm, tics.back()->more_cm(5));
   }
   layout.left_cm += wider_cm;
   std::vector<Panel> panels;
@@ -332,7 +353,7 @@ Figure error_figure(const EgoCurves& curves) {
   CurveColumns columns = along_columns();
   add_number("path_m", &TrajectoryCurve::path_m, columns);
   add_number("error", &TrajectoryCurve::error, columns);
-  set_data(curves, columns, figure);
+  set_data_along(curves, columns, figure);
   std::vector<Along> panels = {{"time", "error", curves.error_title}};
   if (curves.reference.path_m.back() > 0) panels.push_back({"path_m", "error", curves.error_title});
   set_along(curves, panels, 1, 4.6, figure);
@@ -358,7 +379,7 @@ Figure axes_figure(const EgoCurves& curves, const std::string& name, const std::
   CurveColumns columns = along_columns();
   add_vector(keys, values, columns);
   add_vector(error_keys, errors, columns);
-  set_data(curves, columns, figure);
+  set_data_along(curves, columns, figure);
   upper.insert(upper.end(), lower.begin(), lower.end());
   set_along(curves, upper, 3, 4.4, figure);
   return figure;
@@ -438,7 +459,7 @@ std::vector<Figure> along_figures(const EgoCurves& curves) {
   speed.caption = "Distance between neighbouring poses divided by the time between them.";
   CurveColumns columns = along_columns();
   add_number("speed", &TrajectoryCurve::speed, columns);
-  set_data(curves, columns, speed);
+  set_data_along(curves, columns, speed);
   set_along(curves, {{"time", "speed", curves.speed_title(), true}}, 1, 5, speed);
   figures.push_back(std::move(speed));
   return figures;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
+#include <utility>
 
 #include "sextant/eval/evaluation/trajectory_matching.h"
 #include "sextant/eval/evaluation/trajectory_offset.h"
@@ -176,19 +178,40 @@ std::vector<size_t> thinned(const TrajectoryCurve& curve, size_t most) {
   return kept;
 }
 
-double thinning_distance_m(const TrajectoryCurve& curve, const std::vector<size_t>& kept) {
-  double largest = 0;
-  for (size_t k = 1; k < kept.size(); ++k) {
-    if (curve.begins[kept[k]]) continue;
-    const Eigen::Vector3d &a = curve.position_m[kept[k - 1]], along = curve.position_m[kept[k]] - a;
-    for (size_t i = kept[k - 1] + 1; i < kept[k]; ++i) {
-      const Eigen::Vector3d to = curve.position_m[i] - a;
-      const double share =
-          along.squaredNorm() > 0 ? std::clamp(to.dot(along) / along.squaredNorm(), 0.0, 1.0) : 0.0;
-      largest = std::max(largest, (to - share * along).norm());
-    }
+std::vector<size_t> simplified(const std::vector<Eigen::Vector3d>& points, const std::vector<bool>& begins,
+                               double tolerance) {
+  const size_t n = points.size();
+  std::vector<bool> keep(n, false);
+  std::vector<std::pair<size_t, size_t>> stretches;  // both ends are kept, the points between them are open
+  for (size_t first = 0, i = 0; i < n; ++i) {
+    if (i + 1 < n && !begins[i + 1]) continue;
+    keep[first] = keep[i] = true;
+    stretches.emplace_back(first, i);
+    first = i + 1;
   }
-  return largest;
+  while (!stretches.empty()) {
+    const auto [first, last] = stretches.back();
+    stretches.pop_back();
+    const Eigen::Vector3d along = points[last] - points[first];
+    size_t farthest = first;
+    double largest = tolerance;
+    for (size_t i = first + 1; i < last; ++i) {
+      const Eigen::Vector3d to = points[i] - points[first];
+      const double length2 = along.squaredNorm();
+      const double share = length2 > 0 ? std::clamp(to.dot(along) / length2, 0.0, 1.0) : 0.0;
+      const double distance = (to - share * along).norm();
+      if (distance > largest) std::tie(largest, farthest) = std::pair(distance, i);
+    }
+    if (farthest == first) continue;
+    keep[farthest] = true;
+    stretches.emplace_back(first, farthest);
+    stretches.emplace_back(farthest, last);
+  }
+  std::vector<size_t> kept;
+  for (size_t i = 0; i < n; ++i) {
+    if (keep[i]) kept.push_back(i);
+  }
+  return kept;
 }
 
 }  // namespace sextant

@@ -84,14 +84,18 @@ EgoCurves ego_curves(const std::vector<EgoResult>& runs, const EgoReference& ref
 /// are kept as well. Returns all indices if there are no more than `most`.
 std::vector<size_t> thinned(const TrajectoryCurve& curve, size_t most);
 
-/// Largest distance (m) of a position from the polyline through the positions `kept`.
-double thinning_distance_m(const TrajectoryCurve& curve, const std::vector<size_t>& kept);
+/// Selects the points to draw of a line: no point is further than `tolerance` from the line through the
+/// selected ones (Douglas and Peucker, 1973). Both ends of every gap are kept; begins[i] is true at the first
+/// point after a gap.
+std::vector<size_t> simplified(const std::vector<Eigen::Vector3d>& points, const std::vector<bool>& begins,
+                               double tolerance);
 
 // ---- Figures of recorded camera paths against a reference (trajectory_figures.cc): paths from above, and
 // quantities along the path.
 
-/// Approximate largest number of poses that a figure draws of one curve. All curves together have about four
-/// times as many at most, or 60 each. Longer curves are reduced by thinned(), and the caption says so.
+/// Approximate largest number of poses that a figure over time draws of one curve. All curves together have
+/// about four times as many at most, or 60 each. Longer curves are reduced by thinned(), and the caption says
+/// so. Paths are reduced by simplified(), to a distance that is not visible in print.
 inline constexpr size_t drawn_poses = 900;
 
 /// Paths of all systems from above with the reference, first in the colours of the systems, then coloured by

@@ -95,9 +95,29 @@ TEST(TrajectorySeries, ThinningKeepsEndsGapsAndTheLargestError) {
   EXPECT_LE(kept.size(), 100U);
   for (const size_t i : {0U, 332U, 333U, 567U, 999U}) EXPECT_THAT(kept, Contains(i));
   EXPECT_TRUE(std::ranges::is_sorted(kept));
-  EXPECT_LT(thinning_distance_m(curve, kept), 0.02);
-  EXPECT_GT(thinning_distance_m(curve, kept), 0);
   EXPECT_EQ(thinned(curve, 1000).size(), 1000U);
+}
+
+TEST(TrajectorySeries, ASimplifiedLineIsNowhereFartherThanTheToleranceFromTheWhole) {
+  std::vector<Eigen::Vector3d> spiral;
+  std::vector<bool> begins;
+  for (int i = 0; i < 20000; ++i) {
+    spiral.emplace_back(0.001 * i * std::cos(0.002 * i), 0.001 * i * std::sin(0.002 * i), 0);
+    begins.push_back(i == 0 || i == 7001);
+  }
+  constexpr double tolerance = 0.05;
+  const std::vector<size_t> kept = simplified(spiral, begins, tolerance);
+  EXPECT_LT(kept.size(), 1000U);
+  for (const size_t i : {0U, 7000U, 7001U, 19999U}) EXPECT_THAT(kept, Contains(i));
+  ASSERT_TRUE(std::ranges::is_sorted(kept));
+  for (size_t k = 1; k < kept.size(); ++k) {
+    const Eigen::Vector3d &a = spiral[kept[k - 1]], b = spiral[kept[k]];
+    for (size_t i = kept[k - 1] + 1; i < kept[k]; ++i)
+      EXPECT_LE((spiral[i] - a).cross(b - a).norm(), tolerance * (b - a).norm() * (1 + 1e-9)) << i;
+  }
+  const std::vector<Eigen::Vector3d> standing(10, Eigen::Vector3d(1, 2, 3));
+  EXPECT_THAT(simplified(standing, std::vector<bool>(10, false), tolerance), testing::ElementsAre(0, 9));
+  EXPECT_THAT(simplified({{1, 2, 3}}, {true}, tolerance), testing::ElementsAre(0));
 }
 
 TEST(TrajectorySeries, TheViewLeavesOutTheAxisOfTheLeastExtent) {

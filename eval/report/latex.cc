@@ -126,7 +126,7 @@ std::string to_latex(const Table& whole, const std::string& name) {
     text += " \\\\\n";
   }
   text += "\\bottomrule\n\\end{tabular}\n";
-  for (const std::string& note : table.notes)
+  for (const std::string& note : table.all_notes())
     text += fmt::format("\\par\\smallskip\\raggedright {}\n", latex_escaped(note));
   return text + fmt::format("\\end{{{}}}\n", environment);
 }

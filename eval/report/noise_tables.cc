@@ -77,7 +77,7 @@ Fields<LimitSummary> limit_fields() {
                [name = error->name](const LimitSummary& limit) { return find_in(limit.efficiency, name); });
   }
   Fields<Consistency> anees = {{Column::number("anees", "ANEES", 2), &Consistency::anees}};
-  anees.add_range(range_columns("anees_expected_low", "anees_expected_high", 2, "expected"),
+  anees.add_range(range_columns("anees_expected_low", "anees_expected_high", 2, "ANEES expected"),
                   [](const Consistency& c) { return &c.expected; });
   fields.add(anees, &LimitSummary::consistency);
   for (Field<LimitSummary>& field : fields) field.column.fold = true;

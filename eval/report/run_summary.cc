@@ -150,8 +150,8 @@ Table body_table(const std::vector<BodySummary>& rows, const MetricPreset& prese
                   fields, rows);
 }
 
-/// Returns the notes below a summary. `all` adds the systematic errors of the camera's steps.
-std::vector<std::string> summary_notes(const std::vector<Record>& records, bool all) {
+/// Returns the notes below a summary.
+std::vector<std::string> summary_notes(const std::vector<Record>& records) {
   const ClassificationCounts c = count_classification(records);
   std::vector<std::string> notes = {
       "truth: pairs with truth in both frames (objects: not static by truth); estimated: those with status "
@@ -159,41 +159,32 @@ std::vector<std::string> summary_notes(const std::vector<Record>& records, bool 
       fmt::format("Dynamic/static of {} detections within the gates: TP {}, FP {}, FN {}, TN {} (positive = "
                   "dynamic).",
                   c.total(), c.true_positive, c.false_positive, c.false_negative, c.true_negative)};
-  for (const auto& [key, of_body] : by_body(records)) {
-    if (!all) break;
-    if (auto note = systematic_note(of_body)) notes.push_back(std::move(*note));
-  }
   std::ranges::move(floor_notes(records), std::back_inserter(notes));
   return notes;
-}
-
-/// Shortens a list such as "gated(area) 3, lost 1" at a comma to at most `width` characters.
-std::string shortened(const std::string& list, size_t width) {
-  if (list.size() <= width) return list;
-  const size_t comma = list.rfind(", ", width - 5);
-  return comma == std::string::npos ? list : list.substr(0, comma) + ", ...";
 }
 
 }  // namespace
 
 Table summary_table(const std::vector<Record>& records, const MetricPreset& preset) {
   Table table = body_table(summarize(records, preset), preset);
-  table.notes = summary_notes(records, true);
+  table.notes = summary_notes(records);
+  for (const auto& [key, of_body] : by_body(records)) {
+    if (auto note = systematic_note(of_body)) table.remarks.push_back(std::move(*note));
+  }
   return table;
 }
 
 std::string summary_text(const std::vector<Record>& records, const MetricPreset& preset, bool all) {
-  constexpr size_t width = 100, width_of_reasons = 34;
+  constexpr size_t width = 100;
   if (all) return to_text(summary_table(records, preset));
   std::vector<BodySummary> rows = summarize(records, preset);
-  std::vector<std::string> notes = summary_notes(records, false);
+  std::vector<std::string> notes = summary_notes(records);
   const auto lacks_coverage = [](const BodySummary& row) { return !row.coverage; };
   const auto n_left_out = static_cast<size_t>(std::ranges::count_if(rows, lacks_coverage));
   if (n_left_out > 0 && n_left_out < rows.size()) {
     std::erase_if(rows, lacks_coverage);
     notes.push_back(fmt::format("{} further bodies are static or have no truth.", n_left_out));
   }
-  for (BodySummary& row : rows) row.other = shortened(row.other, width_of_reasons);
   Table shown = body_table(rows, preset);
   shown.notes = std::move(notes);
   shown.caption.clear();
@@ -212,7 +203,7 @@ std::string summary_text(const std::vector<Record>& records, const MetricPreset&
     if (is_last)
       part.notes.emplace_back("More: --columns all, summary.md; `sextant explain WORD` explains a term.");
     for (std::string& note : part.notes) note = wrapped(note, width);
-    const std::string whole = to_text(part);
+    const std::string whole = to_text(part, width);
     const size_t rows_begin = whole.find("\n\n");  // the text above the rows may be wider
     text += wrapped(whole.substr(0, rows_begin), width) + whole.substr(rows_begin) + (is_last ? "" : "\n");
   };
@@ -297,11 +288,12 @@ std::string consistency_text(const std::vector<Record>& records) {
 }
 
 std::string StepErrors::text() const {
+  const auto fixed = [](double value, int decimals) { return shown(value, Column::number("", decimals)); };
   return fmt::format(
-      "mean {:.4f} m (right {:.4f}, down {:.4f}, ahead {:.4f}), scatter {:.4f}, {:.4f}, {:.4f} m; the "
-      "error to the right changes by {:.2f} mm from frame to frame",
-      mean_m.norm(), mean_m.x(), mean_m.y(), mean_m.z(), scatter_m.x(), scatter_m.y(), scatter_m.z(),
-      1000 * drift_m);
+      "mean {:.4f} m (right {}, down {}, ahead {}), scatter {:.4f}, {:.4f}, {:.4f} m; the error to the "
+      "right changes by {} mm from frame to frame",
+      mean_m.norm(), fixed(mean_m.x(), 4), fixed(mean_m.y(), 4), fixed(mean_m.z(), 4), scatter_m.x(),
+      scatter_m.y(), scatter_m.z(), fixed(1000 * drift_m, 2));
 }
 
 std::optional<StepErrors> step_errors(const std::vector<int>& frames,

@@ -160,6 +160,12 @@ size_t Table::place(std::string_view key) const {
   return *column;
 }
 
+std::vector<std::string> Table::all_notes() const {
+  std::vector<std::string> all = notes;
+  all.insert(all.end(), remarks.begin(), remarks.end());
+  return all;
+}
+
 void Table::add_row(std::vector<Cell> row) {
   SEXTANT_CHECK(row.size() == columns.size());
   for (const Cell& cell : row) {
@@ -200,7 +206,12 @@ void for_each_part(const Table& table, const std::vector<std::string>& keys,
   if (keys.empty() || ends.size() == 2) return do_part(table);
   const auto at = [&](size_t i) { return table.rows.begin() + static_cast<std::ptrdiff_t>(i); };
   for (size_t i = 0; i + 1 < ends.size(); ++i)
-    do_part({table.title, table.caption, table.columns, {at(ends[i]), at(ends[i + 1])}, table.notes});
+    do_part({table.title,
+             table.caption,
+             table.columns,
+             {at(ends[i]), at(ends[i + 1])},
+             table.notes,
+             table.remarks});
 }
 
 std::string to_text(const Table& whole, size_t width) {
@@ -224,8 +235,9 @@ std::string to_text(const Table& whole, size_t width) {
       text.append(j > 0 ? 2 : 0, ' ').append(layout.widths[j], '-');
     text += "\n";
   }
-  if (!table.notes.empty()) text += "\n";
-  for (const std::string& note : table.notes) text += page_text(note) + "\n";
+  const std::vector<std::string> notes = table.all_notes();
+  if (!notes.empty()) text += "\n";
+  for (const std::string& note : notes) text += page_text(note) + "\n";
   return text;
 }
 
@@ -251,7 +263,7 @@ std::string to_markdown(const Table& whole) {
     }
     text += "|\n";
   }
-  for (const std::string& note : table.notes) text += fmt::format("\n{}\n", markdown_text(note));
+  for (const std::string& note : table.all_notes()) text += fmt::format("\n{}\n", markdown_text(note));
   return text;
 }
 
@@ -312,7 +324,7 @@ Table only_columns(const Table& whole, const Predicate& keeps) {
   std::vector<size_t> kept;
   for (size_t j = 0; j < whole.columns.size(); ++j)
     if (keeps(j)) kept.push_back(j);
-  Table table{whole.title, whole.caption, {}, {}, whole.notes};
+  Table table{whole.title, whole.caption, {}, {}, whole.notes, whole.remarks};
   for (const size_t j : kept) table.columns.push_back(whole.columns[j]);
   table.rows.reserve(whole.rows.size());
   for (const std::vector<Cell>& row : whole.rows) {

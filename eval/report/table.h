@@ -129,7 +129,10 @@ struct Table {
   std::vector<Column> columns{};
   std::vector<std::vector<Cell>> rows{};  ///< each as long as `columns`
   std::vector<std::string> notes{};       ///< below the table, one line each
+  std::vector<std::string> remarks{};     ///< further notes, for specialists; pages fold them
 
+  /// Returns the notes followed by the remarks.
+  std::vector<std::string> all_notes() const;
   void add_columns(std::vector<Column> more);
   /// Adds a column with cell(i) in row i.
   void add_column(Column column, const std::function<Cell(size_t i)>& cell);

@@ -441,16 +441,20 @@ std::vector<PlacedSection> figure_sections(const fs::path& parts, const Evidence
   Sections sections;
   add_showcases(parts, evidence, sections);
   std::vector<NoiseLevelRow> all_levels;
-  std::vector<std::vector<NoiseLevelRow>> sweeps;
+  std::vector<PaperSweep> sweeps;
   for (const EvidencePart* part : evidence.with(PartRole::noise)) {
     const NoisePart shown = with_systems(*part, evidence);
     std::vector<NoiseLevelRow> levels = noise_levels(shown.part.sweep, jobs);
     add_noise_levels(parts, levels, shown, sections);
     all_levels.insert(all_levels.end(), levels.begin(), levels.end());
-    sweeps.push_back(std::move(levels));
+    PaperSweep& sweep = sweeps.emplace_back(PaperSweep{std::move(levels), {}});
+    const RecordRefs records = records_where(part->records, [](const Record&) { return true; });
+    for (const auto& [name, of_body] : paper_bodies(records)) {
+      if (!of_body.empty()) sweep.paper_names[of_body.front()->body] = name;
+    }
   }
-  std::ranges::stable_sort(sweeps, {}, [](const std::vector<NoiseLevelRow>& rows) {
-    return rows.empty() ? SIZE_MAX : data_nearness(rows.front().dataset);
+  std::ranges::stable_sort(sweeps, {}, [](const PaperSweep& sweep) {
+    return sweep.levels.empty() ? SIZE_MAX : data_nearness(sweep.levels.front().dataset);
   });
   add_section(PaperPlace::fig_4, "fig4", "Fig. 4: error against depth and flow noise",
               paper_noise_figures(sweeps), sections, false);

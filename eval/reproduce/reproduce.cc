@@ -297,14 +297,15 @@ std::string sentence(const std::string& begin, const std::vector<std::string>& i
 
 std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
                              const std::vector<PaperLayout>& tables) {
-  std::vector<std::string> holds, partly, differs;
+  std::vector<std::string> holds, partly, differs, undecided;
   std::string why;
   for (const CheckedClaim& claim : checked) {
     const std::string verdict = verdict_of(claim);
     if (claim.claim->name == "gain_is_selection" && verdict == "reproduced") why = claim.claim->statement;
     if (claim.claim->brief.empty()) continue;
     if (verdict == "reproduced") holds.push_back(claim.claim->brief);
-    if (verdict == "partly" || verdict == "undecided") partly.push_back(claim.claim->brief);
+    if (verdict == "partly") partly.push_back(claim.claim->brief);
+    if (verdict == "undecided") undecided.push_back(claim.claim->brief);
     if (verdict == "not reproduced") differs.push_back(claim.claim->brief);
   }
   size_t n_judged = 0, n_within = 0, n_injected = 0;
@@ -329,8 +330,8 @@ std::string answer_paragraph(const std::vector<CheckedClaim>& checked,
     missing.push_back(table.number + (table.versions.front().n_measured > 0 ? " (part)" : ""));
     add_distinct(paper().table(table.number).fetch, fetch);
   }
-  std::string text =
-      sentence("Holds", holds) + sentence("Holds in part", partly) + sentence("Does not hold", differs);
+  std::string text = sentence("Holds", holds) + sentence("Holds in part", partly) +
+                     sentence("Does not hold", differs) + sentence("Undecided", undecided);
   if (!why.empty()) text += fmt::format("Why Table III differs: {}. ", why);
   text += fmt::format(
       "{} of {} comparable published values lie within our runs{}. ", n_within, n_judged,

@@ -356,8 +356,11 @@ ReportDocument noise_document(const std::vector<std::filesystem::path>& folders,
   }
   progress.advance();
   document.title = "Noise and errors";
-  document.abstract = "Errors of camera and objects by noise level, from the records of " + joined(folders) +
-                      ". Intervals are 95 %, bootstrapped over seeds.";
+  const bool has_one_seed = std::ranges::count(levels, 1, &NoiseLevelRow::n_seeds) > 0;
+  document.abstract = fmt::format(
+      "Errors of camera and objects by noise level, from the records of {}. Intervals are 95 %, bootstrapped "
+      "over seeds{}.",
+      joined(folders), has_one_seed ? ", or over stretches of 5 frames where there is one seed" : "");
   const RecordPlaces places = out.empty() ? RecordPlaces() : record_places(folders, sweeps);
   const auto add = [&](const char* heading, NamedTable named, std::vector<Figure> figures = {}) {
     if (named.table.rows.empty()) return;

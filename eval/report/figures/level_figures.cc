@@ -16,7 +16,7 @@ namespace sextant {
 namespace {
 
 constexpr double fig4_left_cm = 1.9, fig4_right_cm = 2.0;  // beside the plots of figure 4
-constexpr size_t most_bodies = 4;                          // the camera and three objects, as in the paper
+constexpr size_t most_bodies = 4;                          // in a figure of efficiencies
 
 std::string drawn_bodies(size_t drawn, size_t all) {
   return drawn < all ? fmt::format(" Drawn are the first {} of {} bodies.", drawn, all) : "";
@@ -98,44 +98,47 @@ Panel panel_of(const std::string& name, const std::vector<LevelMark>& marks,
 
 }  // namespace
 
-std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevelRow>>& sweeps) {
+std::vector<Figure> paper_noise_figures(const std::vector<PaperSweep>& sweeps) {
   Figure figure;
   figure.name = "fig4_paper";
   std::vector<LevelMark> all;
   std::vector<Panel> panels;
-  std::vector<std::string> bodies, sources;
-  size_t most_in_source = 0;
+  const std::vector<std::string> bodies = {"Ego", "Obj1", "Obj2", "Obj3"};  // those of the paper
+  std::vector<std::string> sources, not_of_paper;
   const double axis_cm = 18.0 / static_cast<double>(paper().stated.size()) - fig4_left_cm - fig4_right_cm;
   for (const auto& [parameter, stated] : paper().stated.items()) {
-    const auto sweep =
-        std::ranges::find_if(sweeps, [&, &parameter = parameter](const std::vector<NoiseLevelRow>& rows) {
-          return !rows.empty() && rows.front().parameter == parameter;
-        });
+    const auto sweep = std::ranges::find_if(sweeps, [&, &parameter = parameter](const PaperSweep& s) {
+      return !s.levels.empty() && s.levels.front().parameter == parameter;
+    });
     if (sweep == sweeps.end()) continue;
     std::vector<LevelMark> marks;
-    std::vector<std::string> of_panel;
-    for (const NoiseLevelRow& row : *sweep) {
-      if (row.estimator != paper().method || row.noise.find(" (spatial ") != std::string::npos) continue;
-      add_distinct(row.body, of_panel);
-      if (of_panel.size() > most_bodies) continue;  // rows are in order of bodies
-      marks.push_back(
-          {parameter, row.body, row.level, row.level, mean_error(row, "Et_m"), mean_error(row, "ER_deg")});
+    std::vector<std::string> ids;
+    for (const std::string& name : bodies) {
+      for (const NoiseLevelRow& row : sweep->levels) {
+        if (row.estimator != paper().method || row.noise.find(" (spatial ") != std::string::npos) continue;
+        const std::string* const of_row = find_in(sweep->paper_names, row.body);
+        if (of_row == nullptr || !std::ranges::count(bodies, *of_row)) {
+          add_distinct(body_title(row.body), not_of_paper);
+        } else if (*of_row == name) {
+          marks.push_back(
+              {parameter, name, row.level, row.level, mean_error(row, "Et_m"), mean_error(row, "ER_deg")});
+          if (name != bodies.front()) add_distinct(fmt::format("{} is {}", name, body_title(row.body)), ids);
+        }
+      }
     }
     if (marks.empty()) continue;
-    most_in_source = std::max(most_in_source, of_panel.size());
-    of_panel.resize(std::min(of_panel.size(), most_bodies));
     double step = marks.back().level;
     for (size_t i = 1; i < marks.size(); ++i)
       if (marks[i].level > marks[i - 1].level) step = std::min(step, marks[i].level - marks[i - 1].level);
-    const auto n = static_cast<double>(of_panel.size());
+    const auto n = static_cast<double>(bodies.size());
     for (LevelMark& mark : marks) {
-      const auto place = static_cast<double>(std::ranges::find(of_panel, mark.body) - of_panel.begin());
+      const auto place = static_cast<double>(std::ranges::find(bodies, mark.body) - bodies.begin());
       mark.bar_x += (place - (n - 1) / 2) * 0.75 * step / n;
     }
-    panels.push_back(panel_of(parameter, marks, of_panel, step, axis_cm));
-    if (of_panel.size() > bodies.size()) bodies = of_panel;
-    sources.push_back(fmt::format("{} on {}", stated.at("title").get<std::string>(),
-                                  data_title(sweep->front().dataset, sweep->front().sequence)));
+    panels.push_back(panel_of(parameter, marks, bodies, step, axis_cm));
+    const NoiseLevelRow& first = sweep->levels.front();
+    sources.push_back(fmt::format("{} on {} (there {})", stated.at("title").get<std::string>(),
+                                  data_title(first.dataset, first.sequence), fmt::join(ids, ", ")));
     std::ranges::move(marks, std::back_inserter(all));
   }
   if (panels.empty()) return {};
@@ -147,7 +150,10 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   fields.add(estimate_fields(Column::text("ER_deg"), "ER_low_deg", "ER_high_deg"), &LevelMark::ER_deg);
   figure.data = table_of("", "", fields, all);
   std::vector<LegendEntry> legend;
-  for (size_t i = 0; i < bodies.size(); ++i) legend.push_back({body_title(bodies[i]), mark_style(i)});
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    if (std::ranges::count(all, bodies[i], &LevelMark::body) > 0)
+      legend.push_back({bodies[i], mark_style(i)});
+  }
   legend.push_back({"paper, E_t", "with lines lc rgb \"#000000\" dt 2 lw 1"});
   legend.push_back({"paper, E_R", "with lines lc rgb \"#909090\" dt 2 lw 1"});
   const PanelLayout layout{.columns = panels.size(),
@@ -161,7 +167,10 @@ std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevel
   figure.caption = fmt::format(
       "Fig. 4: mean error of the joint optimisation against {}. Curves: E_t with 95 % intervals, left "
       "axis; bars: E_R, right axis; dashed: largest errors that the paper states.{}",
-      fmt::join(sources, ", and "), drawn_bodies(bodies.size(), most_in_source));
+      fmt::join(sources, ", and "),
+      not_of_paper.empty()
+          ? ""
+          : fmt::format(" Not in the paper and not drawn: {}.", fmt::join(not_of_paper, ", ")));
   return {figure};
 }
 

@@ -266,6 +266,13 @@ double tic_step(double range, double n) {
   return 10 * decade;
 }
 
+Tics tics_between(double low, double high, double n) {
+  Tics tics{tic_step(high - low, n), 0};
+  for (double k = std::floor(low / tics.step); k <= std::ceil(high / tics.step); ++k)
+    tics.n_characters = std::max(tics.n_characters, gp_number(k * tics.step).size());
+  return tics;
+}
+
 std::string gp_number(double value) { return fmt::format("{:.6g}", value); }
 
 void EqualAxes::include(const Eigen::Vector2d& right_ahead_m) {

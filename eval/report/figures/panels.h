@@ -116,6 +116,20 @@ std::vector<std::string> shortened(const std::vector<std::string>& names, size_t
 /// parts.
 double tic_step(double range, double n);
 
+/// Tics of an axis: the distance between them, and the number of characters of the longest number.
+struct Tics {
+  double step = 0;
+  size_t n_characters = 0;
+
+  /// Returns the space that numbers of more than `n_fitting` characters need in addition.
+  double more_cm(size_t n_fitting) const {
+    constexpr double character_cm = 0.17;
+    return n_characters > n_fitting ? character_cm * static_cast<double>(n_characters - n_fitting) : 0;
+  }
+};
+/// Returns the tics of an axis from `low` to `high` > `low`, at most about n.
+Tics tics_between(double low, double high, double n);
+
 /// Formats a number for a gnuplot script, with 6 significant digits.
 std::string gp_number(double value);
 

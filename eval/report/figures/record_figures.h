@@ -52,7 +52,11 @@ std::vector<Figure> noise_level_figures(const std::vector<NoiseLevelRow>& rows);
 /// Fig. 4 in the paper's form, one diagram for each noise that the paper swept: E_t of the paper's method as
 /// curves on the left axis, E_R as bars on the right axis; dashed lines show the largest errors that the
 /// paper states.
-std::vector<Figure> paper_noise_figures(const std::vector<std::vector<NoiseLevelRow>>& sweeps);
+struct PaperSweep {
+  std::vector<NoiseLevelRow> levels;
+  std::map<std::string, std::string> paper_names;  ///< by body: {"ego", "Ego"}, {"object:4", "Obj3"}
+};
+std::vector<Figure> paper_noise_figures(const std::vector<PaperSweep>& sweeps);
 
 std::vector<Figure> achieved_noise_figures(const std::vector<AchievedNoiseRow>& rows);
 

@@ -167,6 +167,9 @@ void append_table(const NamedTable& named, const std::string& heading, std::stri
     append_part(named, part, named.split_by.empty() ? "" : part_anchor(named.name, i++), html);
   });
   for (const std::string& note : table.notes) html += paragraph(note, "note");
+  if (!table.remarks.empty()) html += "<details>\n<summary>Remarks</summary>\n";
+  for (const std::string& remark : table.remarks) html += paragraph(remark, "note");
+  if (!table.remarks.empty()) html += "</details>\n";
   html += "</section>\n";
 }
 
@@ -378,6 +381,7 @@ std::string latex_of(const NamedTable& named) {
     Table part = shown;
     if (i > 0) part.caption.clear();
     if (i + 1 < n) part.notes.clear();
+    if (i + 1 < n) part.remarks.clear();
     text += to_latex(part, i == 0 ? named.name : fmt::format("{}_{}", named.name, i + 1));
     ++i;
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "sextant/base/error.h"
 #include "sextant/base/json.h"
@@ -266,6 +267,37 @@ struct VersionMaker {
   }
 };
 
+/// Adds notes on the data of the cells, if rows of the same quantity show systems on different data, although
+/// the paper compares the values of such a row with each other: one note on the rows that are always shown, and
+/// one on the other systems.
+void note_different_data(const std::vector<std::string>& columns, LayoutVersion& version) {
+  std::map<std::string, std::set<std::string>> data_of;           // by quantity, that is, row of the paper
+  std::map<std::string, std::vector<std::string>> shown, folded;  // systems by data
+  std::string quantity;
+  for (const LayoutRow& row : version.rows) {
+    for (const LayoutRow& printed : version.rows)
+      if (!printed.is_added && (row.name + ", ").starts_with(printed.name + ", ")) quantity = printed.name;
+    for (size_t j = 0; j < row.cells.size(); ++j) {
+      if (row.cells[j].empty() || !row.cells[j].front().measured) continue;
+      const LayoutValue& value = row.cells[j].front();
+      const std::string data = fmt::format("{}, {} pairs", value.data, value.measured->n_pairs);
+      const std::string system = row.is_added ? row.name.substr(quantity.size() + 2) : columns[j];
+      data_of[quantity].insert(data);
+      add_distinct(replaced(system, ", ", " "), (!row.is_added || row.in_terminal ? shown : folded)[data]);
+    }
+  }
+  if (std::ranges::none_of(data_of, [](const auto& of) { return of.second.size() > 1; })) return;
+  const auto note = [](const std::string& begin,
+                       const std::map<std::string, std::vector<std::string>>& by_data) {
+    std::vector<std::string> parts;
+    for (const auto& [data, systems] : by_data)
+      parts.push_back(fmt::format("{} on {}", fmt::join(systems, ", "), data));
+    return parts.empty() ? "" : fmt::format("{}: {}", begin, fmt::join(parts, "; "));
+  };
+  add_text(note("Not the same frames", shown), version.notes);
+  version.note_on_folded_rows = note("Other systems", folded);
+}
+
 /// Describes the data and collects the notes of the cells.
 void describe(const Json& kinds, LayoutVersion& version) {
   std::vector<std::string> data, titles, reasons;
@@ -315,6 +347,7 @@ PaperLayout layout_of(const Json& entry, const Json& kinds, const PublishedTable
           layout.versions, [&](const LayoutVersion& other) { return shows_the_same(version, other); });
       if (known || (version.n_measured == 0 && !layout.versions.empty())) continue;
       describe(kinds, version);
+      if (entry.value("compares_columns", false)) note_different_data(layout.columns, version);
       layout.versions.push_back(std::move(version));
     }
   }
@@ -351,6 +384,7 @@ std::string PaperLayout::sentence(const LayoutVersion& version) const {
 
 std::vector<std::string> PaperLayout::notes_of(const LayoutVersion& version) const {
   std::vector<std::string> notes = version.notes;
+  add_text(version.note_on_folded_rows, notes);
   if (version.is_incomplete) notes.push_back("\u2013 run: " + missing);
   return notes;
 }

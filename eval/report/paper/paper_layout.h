@@ -58,8 +58,9 @@ struct LayoutVersion {
   std::vector<LayoutRow> rows{};
   /// Distinct notes: reasons why values are not comparable, and explanations of our own rows
   std::vector<std::string> notes{};
-  size_t n_measured = 0;       ///< measured cells in the rows of the paper
-  bool is_incomplete = false;  ///< true if a value of the paper was not measured
+  std::string note_on_folded_rows{};  ///< explains rows that a terminal does not show
+  size_t n_measured = 0;              ///< measured cells in the rows of the paper
+  bool is_incomplete = false;         ///< true if a value of the paper was not measured
 };
 
 struct HeaderGroup {

@@ -144,7 +144,7 @@ TEST(PaperLayout, BothReadingsOfTheFlowErrorStandInTheTable) {
 
 TEST(PaperLayout, FitsATerminal) {
   std::string all;
-  for (const PaperLayout& layout : layouts()) all += to_text(layout, false) + "\n";
+  for (const PaperLayout& layout : layouts()) all += to_text(layout, false);
   all += text_legend();
   EXPECT_LE(std::ranges::count(all, '\n'), 70);
   std::istringstream lines(all);

@@ -21,13 +21,13 @@ for (const table of document.querySelectorAll("table")) {
     });
   });
 }
-// A table of more than 20 rows gets a selection for each text column with 2 to 20 different values; only the rows with the
-// selected values are shown.
+// A table of more than 20 rows gets a selection for each text column with 2 to 20 different values, apart from the columns
+// that are shown on request only; only the rows with the selected values are shown.
 for (const table of document.querySelectorAll("table")) {
   const rows = [...table.tBodies[0].rows];
   if (rows.length <= 20) continue;
   const choices = [];
-  for (const heading of table.querySelectorAll("th:not(.number)")) {
+  for (const heading of table.querySelectorAll("th:not(.number, .second)")) {
     const column = heading.cellIndex;
     const values = new Set(rows.map(row => row.cells[column].textContent));
     if (values.size < 2 || values.size > 20) continue;
