@@ -1,6 +1,5 @@
-#include <charconv>
-
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/sweep.h"
@@ -96,15 +95,9 @@ void run_merge(const MergeFlags& flags) {
 
 std::pair<uint64_t, uint64_t> shard_of(const std::string& text) {
   const std::vector<std::string> parts = split(text, '/');
-  uint64_t numbers[2] = {0, 0};
-  for (size_t i = 0; i < 2; ++i) {
-    const std::string part = parts.size() == 2 ? parts[i] : "";
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[i]);
-    if (part.empty() || error != std::errc() || end != part.data() + part.size()) {
-      fail("--shard {}: expected I/N, for example 1/4", text);
-    }
-  }
-  return {numbers[0], numbers[1]};
+  const auto number = whole_number<uint64_t>(parts.front()), n = whole_number<uint64_t>(parts.back());
+  if (parts.size() != 2 || !number || !n) fail("--shard {}: expected I/N, for example 1/4", text);
+  return {*number, *n};
 }
 
 void set_common(const std::string& cache, const CommonFlags& flags, SweepConfig& config) {

@@ -457,13 +457,7 @@ std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
 }
 
 std::string ranges_text(const std::vector<int>& frames, size_t most) {
-  std::vector<std::string> groups;
-  for (size_t i = 0; i < frames.size();) {
-    size_t j = i;
-    while (j + 1 < frames.size() && frames[j + 1] == frames[j] + 1) ++j;
-    groups.push_back(i == j ? std::to_string(frames[i]) : fmt::format("{}-{}", frames[i], frames[j]));
-    i = j + 1;
-  }
+  std::vector<std::string> groups = ranges_of(frames);
   if (groups.size() <= most) return fmt::format("{}", fmt::join(groups, ", "));
   const size_t more = groups.size() - most;
   groups.resize(most);

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -159,12 +158,6 @@ std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>
 
 }  // namespace
 
-std::string lower_case(std::string_view text) {
-  std::string lower;
-  for (const char c : text) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return lower;
-}
-
 NumberFile::NumberFile(const std::string& path, char separator, const ReadRules& rules)
     : lines_(path, rules.kind.value_or(data_file), rules.whole_lines), separator_(separator) {}
 
@@ -208,11 +201,7 @@ bool NumberFile::next() {
 }
 
 std::optional<int64_t> NumberFile::integer(size_t i) const {
-  const std::string_view field = trimmed(fields_.at(i));
-  int64_t value = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  const bool is_whole = error == std::errc() && end == field.data() + field.size();
-  return is_whole ? std::optional(value) : std::nullopt;
+  return whole_number<int64_t>(trimmed(fields_.at(i)));
 }
 
 int NumberFile::whole(size_t i, const char* what) const {
