@@ -4,16 +4,15 @@
 #include <string_view>
 
 #include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {
 
 TrackPoint track_point(int frame, const std::optional<SE3>& estimate, const std::optional<SE3>& truth) {
   TrackPoint point{.frame = frame};
-  if (estimate) point.estimate_m = estimate->translation();
-  if (estimate) point.estimate_rotation = estimate->rotation();
-  if (truth) point.truth_m = truth->translation();
-  if (truth) point.truth_rotation = truth->rotation();
+  if (estimate) point.set_estimate(*estimate);
+  if (truth) point.set_truth(*truth);
   return point;
 }
 
