@@ -94,6 +94,9 @@ inline constexpr std::string_view python_prefix = "python:";
 
 /// Creates an estimator. A file named after a prefix (external:CONFIG.json) is looked up in the working
 /// folder, then in `beside`. Throws Error on an unknown option, an unknown name (with the nearest one) or an
+/// Function that is called with each pair of a case before it is processed, and with null after it.
+using OnPair = std::function<void(const CaseContext& context, const FramePair* pair)>;
+
 /// unknown prefix (with examples of the known ones).
 std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name,
                                                          const Json& options = Json::object(),
@@ -102,7 +105,8 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
 /// Creates a case estimator that runs `estimator`, which estimates single bodies, inside the pipeline.
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
                                                              std::shared_ptr<const Estimator> estimator,
-                                                             std::optional<Fingerprint> fingerprint = {});
+                                                             std::optional<Fingerprint> fingerprint = {},
+                                                             OnPair on_pair = {});
 
 /// Returns estimators(), followed by the added ones.
 std::vector<EstimatorEntry> all_estimators();
