@@ -14,7 +14,6 @@ struct SweepFlags : CommonFlags {
   std::string shard = "0/1";
   bool dry_run = false;
   bool packs_only = false;
-  bool no_packs = false;
   SweepConfig config;
 };
 
@@ -24,7 +23,6 @@ void run_sweep(SweepFlags& flags) {
   config.plan = parse_plan(read_file(flags.plan, json_file), flags.plan, flags.data_root);
   config.out = flags.out;
   set_common(flags.cache, flags, config);
-  config.use_packs = !flags.no_packs;
   std::tie(config.shard, config.n_shards) = shard_of(flags.shard);
   if (flags.dry_run) {
     const SweepSize size = size_of_sweep(config);
@@ -144,7 +142,6 @@ void add_sweep_command(CLI::App& app) {
       "Keep finished cases of another version of an external or Python estimator, instead of running them "
       "again");
   command.add_flag("--force", flags.config.force, "Start over: first remove the sweep that --out holds");
-  command.add_flag("--no-packs", flags.no_packs, "Decode the source again for every case, for comparison");
   add_jobs_flag(command, flags);
   add_data_flag(command, flags);
   command.add_flag("--quiet", flags.quiet, "No progress and no summary");
