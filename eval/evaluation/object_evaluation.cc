@@ -62,6 +62,17 @@ const std::vector<const MetricDefinition*>& table_metrics() {
   return metrics;
 }
 
+/// Returns the steps with an estimate or truth.
+std::set<ObjectFrame> known_steps(const ObjectLog& log) {
+  std::set<ObjectFrame> keys;
+  for (const auto& [key, motion] : log.motions) keys.insert(key);
+  for (const auto& [key, motion] : log.lost_truth) keys.insert(key);
+  for (const auto& [key, pose] : log.true_poses) {
+    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key)) keys.insert(key);
+  }
+  return keys;
+}
+
 void add_row(Table& table, const std::string& estimator, const std::string& body, const RecordRefs& records,
              const MetricPreset& preset) {
   RecordRefs estimated = records;
@@ -85,16 +96,8 @@ void add_row(Table& table, const std::string& estimator, const std::string& body
 
 std::vector<Record> object_records(const ObjectLog& log, const std::string& dataset,
                                    const std::string& sequence, double rate_hz, uint64_t run) {
-  std::set<ObjectFrame> keys;
-  std::set<int> logged;
-  for (const auto& [key, motion] : log.motions) {
-    keys.insert(key);
-    logged.insert(key.first);
-  }
-  for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key)) keys.insert(key);
-  }
-  for (const auto& [key, motion] : log.lost_truth) keys.insert(key);
+  std::set<ObjectFrame> keys = known_steps(log);
+  const std::set<int> logged = ids_of(log.motions);
   std::set<int> with_truth;
   for (const ObjectFrame& key : keys) {
     const auto motion = log.motions.find(key);
@@ -438,13 +441,8 @@ std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
 }
 
 std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
-  std::map<int, std::set<int>> known;  // steps with an estimate or truth
-  for (const auto& [key, motion] : log.motions) known[key.first].insert(key.second);
-  for (const auto& [key, motion] : log.lost_truth) known[key.first].insert(key.second);
-  for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key))
-      known[key.first].insert(key.second);
-  }
+  std::map<int, std::set<int>> known;
+  for (const auto& [id, frame] : known_steps(log)) known[id].insert(frame);
   std::map<int, std::vector<int>> out;
   for (const auto& [id, steps] : known) {
     for (int k = *steps.begin(); k <= *steps.rbegin(); ++k) {
