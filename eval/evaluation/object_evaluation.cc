@@ -193,7 +193,7 @@ TrajectoryPair common_paths(const Poses& estimate, const Poses& reference, int i
     const auto truth = find_pose(reference, key);
     if (!truth) continue;
     for (auto [series, of_side] : {std::pair(&paths.estimate, &pose), std::pair(&paths.reference, &*truth)}) {
-      series->add(of_side->rotation().toRotationMatrix(), of_side->translation());
+      series->add(*of_side);
       series->frames.push_back(key.second);
     }
   }
@@ -355,7 +355,7 @@ std::map<ObjectFrame, SE3> camera_poses(const Trajectory& camera) {
 PoseSeries object_series(const std::map<ObjectFrame, SE3>& poses, int id) {
   PoseSeries series;
   for (const auto& [key, pose] : entries_of(poses, id)) {
-    series.add(pose.rotation().toRotationMatrix(), pose.translation());
+    series.add(pose);
     series.frames.push_back(key.second);
   }
   return series;

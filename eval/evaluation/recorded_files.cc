@@ -244,9 +244,8 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
 }
 
 std::vector<double> distances_of(const PoseSeries& poses, const std::vector<int>& rows) {
-  std::vector<double> path(poses.size(), 0.0), out;
-  for (size_t i = 1; i < poses.size(); ++i)
-    path[i] = path[i - 1] + (poses.positions_m[i] - poses.positions_m[i - 1]).norm();
+  const std::vector<double> path = path_lengths_m(poses);
+  std::vector<double> out;
   for (const int row : rows) out.push_back(path[static_cast<size_t>(row)]);
   return out;
 }
@@ -392,7 +391,7 @@ EgoReference source_reference(const std::string& source, const std::string& data
     const auto time = info.times_s.find(frame);
     reference.poses.frames.push_back(frame);
     reference.poses.stamps_s.push_back(time != info.times_s.end() ? time->second : frame / info.rate_hz);
-    reference.poses.add(pose.rotation().toRotationMatrix(), pose.translation());
+    reference.poses.add(pose);
   }
   if (reference.poses.empty()) fail("{}: has no true camera poses to compare with", source);
   if (!std::is_sorted(reference.poses.stamps_s.begin(), reference.poses.stamps_s.end()))

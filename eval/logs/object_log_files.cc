@@ -57,7 +57,7 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
     file.whole_numbers = file.whole_numbers && row.key == std::trunc(row.key);
     file.rows.push_back(row);
     if (!has_covariance) return;
-    covered.add(row.pose.rotation().toRotationMatrix(), row.pose.translation());
+    covered.add(row.pose);
     covered.lines.push_back(static_cast<int>(row.line));
     add_covariance(covered, lines.values().subspan(8), folder.request().rules.covariance, lines.path(),
                    lines.line());
