@@ -251,11 +251,11 @@ std::vector<double> distances_of(const PoseSeries& poses, const std::vector<int>
 }
 
 std::string title_of(const EgoResult& result, const EgoOptions& options) {
-  std::string title = fmt::format("{} w.r.t. {} ({})", options.rpe ? "RPE" : "APE",
+  std::string title = fmt::format("{} w.r.t. {} ({})", options.rpe() ? "RPE" : "APE",
                                   to_string(options.relation), unit_of(options.relation));
-  if (options.rpe) {
-    title += fmt::format("\nfor delta = {} using {} pairs", options.rpe->text(),
-                         options.rpe->all_pairs ? "all" : "consecutive");
+  if (options.rpe()) {
+    title += fmt::format("\nfor delta = {} using {} pairs", options.rpe()->text(),
+                         options.rpe()->all_pairs ? "all" : "consecutive");
   }
   return title +
          fmt::format("\n(alignment: {}, {} poses)", to_string(options.alignment), result.estimate.size());
@@ -416,7 +416,7 @@ void write_evo_result(const std::filesystem::path& path, const EgoResult& result
       {"title", title_of(result, options)},
       {"ref_name", reference_name},
       {"est_name", result.name},
-      {"label", fmt::format("{} ({})", options.rpe ? "RPE" : "APE", unit_of(options.relation))}};
+      {"label", fmt::format("{} ({})", options.rpe() ? "RPE" : "APE", unit_of(options.relation))}};
   zip.add("info.json", json_line(info));
   zip.add("stats.json", json_line(to_json(result.statistics)));
   zip.add("error_array.npy", encode_npy(result.errors));

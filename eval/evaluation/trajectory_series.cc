@@ -129,7 +129,7 @@ ViewAxes view_axes(ViewPlane plane, const std::vector<Eigen::Vector3d>& position
 }
 
 std::string error_title(const EgoOptions& options) {
-  std::string title = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
+  std::string title = fmt::format("{} {} [{}]", options.rpe() ? "RPE" : "APE", to_string(options.relation),
                                   unit_of(options.relation));
   std::ranges::replace(title, '_', ' ');
   return title;
