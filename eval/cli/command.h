@@ -10,12 +10,16 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace CLI {
 class App;
 }
 
 namespace sextant {
+
+struct OptionHelp;
+struct Table;
 
 /// Exit codes of every command.
 enum ExitCode { exit_ok = 0, exit_bad_input = 2, exit_internal = 70, exit_interrupted = 130 };
@@ -35,6 +39,9 @@ void print_message(std::string_view kind, const std::string& text);
 
 /// Returns the words with which a user calls a command, e.g. "sextant evaluate ego".
 std::string words_of(const CLI::App& command);
+
+/// Adds a row per option: key, default, unit and meaning.
+void add_rows(const std::vector<OptionHelp>& options, Table& table);
 
 void add_run_command(CLI::App& app);
 void add_rescore_command(CLI::App& app);

@@ -44,10 +44,7 @@ void print_policy(const Policy& policy, bool json) {
   Table table;
   table.title = "Policy of sextant compare";
   table.columns = {Column::text("key"), Column::text("value"), Column::text("unit"), Column::text("meaning")};
-  for (const OptionHelp& option : describe_options(policy)) {
-    table.add_row(
-        {option.key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
-  }
+  add_rows(describe_options(policy), table);
   fmt::print("{}", screen_text(table));
 }
 

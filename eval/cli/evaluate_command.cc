@@ -54,24 +54,20 @@ EgoOptions options_of(const EgoFlags& flags) {
   if (!flags.covariance.empty())
     options.covariance = from_name<CovarianceConvention>(flags.covariance, "--covariance");
   if (!flags.rpe.empty()) {
-    std::vector<PairSelection> lengths;
-    for (const std::string& length : split(flags.rpe, ',')) {
-      lengths.push_back(PairSelection::parse(length));
-      lengths.back().all_pairs = flags.all_pairs;
-      lengths.back().relative_tolerance = flags.delta_tolerance;
+    for (const std::string& text : split(flags.rpe, ',')) {
+      PairSelection& length = options.rpe_lengths.emplace_back(PairSelection::parse(text));
+      length.all_pairs = flags.all_pairs;
+      length.relative_tolerance = flags.delta_tolerance;
     }
-    options.rpe = lengths.front();
-    if (lengths.size() > 1) options.rpe_lengths = std::move(lengths);
   } else if (flags.all_pairs || options.pairs_from_reference) {
     fail(
         "--all-pairs and --pairs-from-reference select pairs of relative errors: "
         "give --rpe too, e.g. --rpe 1f");
   }
-  const bool tolerates = flags.all_pairs && options.rpe &&
-                         (options.rpe->unit != DeltaUnit::frames ||
-                          std::ranges::any_of(options.rpe_lengths, [](const PairSelection& length) {
-                            return length.unit != DeltaUnit::frames;
-                          }));
+  const bool tolerates =
+      flags.all_pairs && std::ranges::any_of(options.rpe_lengths, [](const PairSelection& length) {
+        return length.unit != DeltaUnit::frames;
+      });
   if (flags.delta_tolerance != PairSelection{}.relative_tolerance && !tolerates) {
     fail(
         "--delta-tolerance selects among all pairs by m, deg, rad or s: give --all-pairs and a --rpe in one "

@@ -275,13 +275,6 @@ void explain_words(const ExplainFlags& flags) {
                                "    "));
 }
 
-void add_rows(const std::vector<OptionHelp>& options, Table& table) {
-  for (const OptionHelp& option : options) {
-    table.add_row(
-        {option.key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
-  }
-}
-
 Table options_table(const std::string& estimator) {
   Table table;
   table.columns = {Column::text("key"), Column::text("default"), Column::text("unit"),
@@ -316,6 +309,13 @@ void list_options(const OptionsFlags& flags) {
 }
 
 }  // namespace
+
+void add_rows(const std::vector<OptionHelp>& options, Table& table) {
+  for (const OptionHelp& option : options) {
+    table.add_row(
+        {option.key, option.default_value, option.unit.empty() ? Cell() : Cell(option.unit), option.meaning});
+  }
+}
 
 void add_man_command(CLI::App& app) {
   auto [command, flags] = add_command<ManFlags>(

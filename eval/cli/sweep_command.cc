@@ -1,6 +1,5 @@
-#include <charconv>
-
 #include "sextant/base/error.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/cli/command.h"
 #include "sextant/eval/cli/flags.h"
 #include "sextant/eval/experiment/sweep.h"
@@ -15,7 +14,6 @@ struct SweepFlags : CommonFlags {
   std::string shard = "0/1";
   bool dry_run = false;
   bool packs_only = false;
-  bool no_packs = false;
   SweepConfig config;
 };
 
@@ -25,7 +23,6 @@ void run_sweep(SweepFlags& flags) {
   config.plan = parse_plan(read_file(flags.plan, json_file), flags.plan, flags.data_root);
   config.out = flags.out;
   set_common(flags.cache, flags, config);
-  config.use_packs = !flags.no_packs;
   std::tie(config.shard, config.n_shards) = shard_of(flags.shard);
   if (flags.dry_run) {
     const SweepSize size = size_of_sweep(config);
@@ -96,15 +93,9 @@ void run_merge(const MergeFlags& flags) {
 
 std::pair<uint64_t, uint64_t> shard_of(const std::string& text) {
   const std::vector<std::string> parts = split(text, '/');
-  uint64_t numbers[2] = {0, 0};
-  for (size_t i = 0; i < 2; ++i) {
-    const std::string part = parts.size() == 2 ? parts[i] : "";
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[i]);
-    if (part.empty() || error != std::errc() || end != part.data() + part.size()) {
-      fail("--shard {}: expected I/N, for example 1/4", text);
-    }
-  }
-  return {numbers[0], numbers[1]};
+  const auto number = whole_number<uint64_t>(parts.front()), n = whole_number<uint64_t>(parts.back());
+  if (parts.size() != 2 || !number || !n) fail("--shard {}: expected I/N, for example 1/4", text);
+  return {*number, *n};
 }
 
 void set_common(const std::string& cache, const CommonFlags& flags, SweepConfig& config) {
@@ -151,7 +142,6 @@ void add_sweep_command(CLI::App& app) {
       "Keep finished cases of another version of an external or Python estimator, instead of running them "
       "again");
   command.add_flag("--force", flags.config.force, "Start over: first remove the sweep that --out holds");
-  command.add_flag("--no-packs", flags.no_packs, "Decode the source again for every case, for comparison");
   add_jobs_flag(command, flags);
   add_data_flag(command, flags);
   command.add_flag("--quiet", flags.quiet, "No progress and no summary");

@@ -165,6 +165,8 @@ std::map<int, MotionSample> cameras_of(const std::vector<MotionSample>& samples)
 
 std::vector<ObjectExplanation> explain_motions(const MotionData& data) {
   std::vector<Hypothesis<MotionData>> table = motion_hypotheses(data.declared);
+  if (!data.quaternions)
+    std::erase_if(table, [](const auto& h) { return h.code.starts_with("quaternion_"); });
   const std::optional<Hypothesis<MotionData>> ids = exchanged_ids_hypothesis(data);
   // Without any reference the motions are compared with objects at rest.
   if (data.samples.empty())

@@ -114,6 +114,7 @@ struct MotionData {
   /// T_world_world' from the world of the estimated camera to that of the true camera, which makes their
   /// poses equal in the first frame that both have; empty if they agree or either is not known
   std::optional<SE3> T_true_estimated = std::nullopt;
+  bool quaternions = true;  ///< as PoseData::quaternions
 };
 
 /// Converts `motion` from the frame `from` to the frame `to`; empty if a pose that this needs is not known.

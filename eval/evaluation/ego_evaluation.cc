@@ -133,6 +133,7 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
 
 void put_errors(EgoResult& r, const EgoOptions& options) {
   const PoseSeries& paired = options.pairs_from_reference ? r.reference : r.estimate;
+  if (options.rpe_lengths.size() < 2) return;
   for (const PairSelection& length : options.rpe_lengths) {
     ErrorsOverLength over{length, {}, {}};
     try {
@@ -179,14 +180,14 @@ double roll_standard_error_deg(const EgoResult& r, int n_to_align) {
   return residual_m / (std::sqrt(static_cast<double>(n)) * extent_m) * 180 / std::numbers::pi;
 }
 
-void warn_of_alignment(const EgoResult& r, const EgoOptions& options, std::vector<DataWarning>& warnings) {
-  const bool scaled = options.alignment == Alignment::sim3 || options.alignment == Alignment::scale;
+void warn_of_alignment(const EgoResult& r, const EgoOptions& options, const AlignmentChoice& choice,
+                       std::vector<DataWarning>& warnings) {
   const bool is_explained = has_any(warnings, {"lag", "unit", "degrees", "steps", "inverse", "lost_poses",
                                                "no_offset", "clock_rate", "reversed"});
   // The scale of a standstill is that of the noise.
   constexpr double least_extent_m = 0.1;
   const bool moves = rms_extent_m(r.reference) >= least_extent_m;
-  if (!scaled && !is_explained && moves && r.umeyama_scale &&
+  if (!choice.scales() && !is_explained && moves && r.umeyama_scale &&
       std::abs(std::log(*r.umeyama_scale)) > std::log(1.1)) {
     const bool is_line = !umeyama(r.estimate.positions_m, r.reference.positions_m, true);
     warnings.push_back(
@@ -201,9 +202,8 @@ void warn_of_alignment(const EgoResult& r, const EgoOptions& options, std::vecto
                         "alignment, and errors of rotation mean nothing"});
     return;
   }
-  const bool rotates = options.alignment == Alignment::se3 || options.alignment == Alignment::sim3;
-  const bool enters_errors = !options.rpe && needs_rotations(options.relation, false);
-  if (!rotates || !enters_errors) return;
+  const bool enters_errors = !options.rpe() && needs_rotations(options.relation, false);
+  if (!choice.turns_world() || !enters_errors) return;
   constexpr double largest_deg = 0.5;
   const double error_deg = roll_standard_error_deg(r, options.n_to_align);
   if (error_deg <= largest_deg) return;
@@ -396,10 +396,10 @@ EgoResult evaluate_ego(const EgoReference& reference, TrajectoryFile estimate, c
   } catch (const Error& error) {
     fail("{}: {}", name, error.what());
   }
-  warn_of_alignment(r, options, r.warnings);
-  if (options.rpe) {
-    r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe);
-    warn_of_longer_pairs(r, *options.rpe);
+  warn_of_alignment(r, options, choice, r.warnings);
+  if (options.rpe()) {
+    r.pairs = select_pairs(options.pairs_from_reference ? r.reference : r.estimate, *options.rpe());
+    warn_of_longer_pairs(r, *options.rpe());
     if (options.relation == PoseRelation::point_distance_error_ratio) drop_still_pairs(r);
     r.errors = relative_errors(r.estimate, r.reference, r.pairs, options.relation);
   } else {

@@ -33,10 +33,8 @@ struct EgoOptions {
   Alignment alignment = Alignment::none;
   int n_to_align = 0;  ///< number of poses that the alignment is estimated from; 0: all
   PoseRelation relation = PoseRelation::trans_part;
-  std::optional<PairSelection> rpe;  ///< pairs of the relative errors; empty: absolute errors
-  /// All lengths if several were given, of which `rpe` is the first; otherwise empty
-  std::vector<PairSelection> rpe_lengths;
-  double max_speed_m_s = 100;  ///< largest speed of the reference; a faster step is an error
+  std::vector<PairSelection> rpe_lengths;  ///< pairs of the relative errors; empty: absolute errors
+  double max_speed_m_s = 100;              ///< largest speed of the reference; a faster step is an error
   /// Convention of the estimates' covariances; empty: determined by the number of values in a line
   std::optional<CovarianceConvention> covariance;
   bool pairs_from_reference = false;  ///< selects pairs on the reference, not on the estimate
@@ -48,6 +46,9 @@ struct EgoOptions {
   /// Interpolates the reference at the estimate's stamps, over gaps up to this; empty: no interpolation
   std::optional<double> interpolate_max_gap_s;
   bool estimate_offset = false;  ///< estimates an offset and adds it to association.offset_s
+
+  /// Returns the pairs of the first length; null for absolute errors.
+  const PairSelection* rpe() const { return rpe_lengths.empty() ? nullptr : &rpe_lengths.front(); }
 };
 
 /// A reference trajectory, from a file or from a source.
@@ -97,7 +98,7 @@ struct EgoResult : TrajectoryPair {
   std::vector<PosePair> pairs;          ///< the pairs of the relative errors, one per error
   std::vector<double> errors;           ///< one per matched pose, or per pair
   ErrorStatistics statistics;
-  std::vector<ErrorsOverLength> by_length;  ///< one for each of EgoOptions::rpe_lengths
+  std::vector<ErrorsOverLength> by_length;  ///< one for each of EgoOptions::rpe_lengths if there are several
   std::optional<TrajectoryConsistency> consistency;
   PerFrameErrors per_frame;  ///< empty if no consecutive frames match
   KittiOdometryErrors kitti;
@@ -123,7 +124,7 @@ std::vector<RunErrors> run_errors(const std::vector<EgoResult>& runs);
 /// Returns what is independent: absolute errors accumulate along a path, relative errors depend on their
 /// neighbours only.
 inline IndependentUnit unit_of_errors(const EgoOptions& options) {
-  return options.rpe ? IndependentUnit::blocks : IndependentUnit::runs;
+  return options.rpe() ? IndependentUnit::blocks : IndependentUnit::runs;
 }
 
 /// Evaluates one estimate. Throws Error if fewer poses match than fewest_matched() (3, and 10 % of the

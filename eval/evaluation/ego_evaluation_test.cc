@@ -205,7 +205,7 @@ TEST(EgoEvaluation, PairsWithoutDistanceHaveNoRatio) {
   PoseSeries reference = drive(50, 10);
   for (size_t k = 20; k < 24; ++k) reference.positions_m[k] = reference.positions_m[19];
   EgoOptions options;
-  options.rpe = PairSelection{};
+  options.rpe_lengths = {PairSelection{}};
   options.relation = PoseRelation::point_distance_error_ratio;
   TrajectoryFile file;
   file.poses = drive(50, 10);
@@ -225,7 +225,7 @@ TEST(EgoEvaluation, PairsOverMissingPosesAreNamedAndComparedWithEqualOnes) {
     if (i % 7 != 3) kept.push_back(i);
   some.keep(kept);
   EgoOptions options;
-  options.rpe = PairSelection{};
+  options.rpe_lengths = {PairSelection{}};
   const auto run = [&](const PoseSeries& poses, const char* name) {
     TrajectoryFile file;
     file.poses = poses;

@@ -63,7 +63,7 @@ void put_frame(Json& json, const PoseFrame& frame, const std::string& prefix) {
 }
 
 void put_metric(Json& json, const EgoOptions& options) {
-  json["metric"] = options.rpe ? "rpe" : "ape";
+  json["metric"] = options.rpe() ? "rpe" : "ape";
   json["relation"] = std::string(to_string(options.relation));
   json["unit"] = std::string(unit_of(options.relation));
   json["align"] = std::string(to_string(options.alignment));
@@ -71,9 +71,9 @@ void put_metric(Json& json, const EgoOptions& options) {
   if (options.n_to_align > 0) json["n_to_align"] = options.n_to_align;
   put_frame(json, options.estimate_frame, "");
   put_frame(json, options.reference_frame, "ref_");
-  if (options.rpe) {
-    json["delta"] = options.rpe->text();
-    json["all_pairs"] = options.rpe->all_pairs;
+  if (options.rpe()) {
+    json["delta"] = options.rpe()->text();
+    json["all_pairs"] = options.rpe()->all_pairs;
   }
 }
 

@@ -7,6 +7,7 @@
 #include "sextant/eval/evaluation/run_statistics.h"
 #include "sextant/eval/records/output.h"
 #include "sextant/eval/records/provenance.h"
+#include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/figures/panels.h"
 #include "sextant/eval/report/run_summary.h"
 
@@ -68,7 +69,7 @@ Fields<ErrorRow> error_fields(const std::vector<EgoResult>& runs, const EgoOptio
   }
   Fields<ErrorRow> fields = {{Column::text("estimate"), &ErrorRow::name}};
   fields.add(matched, &ErrorRow::run);
-  if (!steps || options.rpe) fields.add(Column::count("n"), &ErrorRow::n);
+  if (!steps || options.rpe()) fields.add(Column::count("n"), &ErrorRow::n);
   fields.add(statistics_fields(), [](const ErrorRow& row) { return &row.statistics; });
   if (!steps) fields.add(Column::number("sse", 6), [](const ErrorRow& row) { return row.statistics.sse; });
   return fields.add(of_steps, &ErrorRow::run);
@@ -133,10 +134,10 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
       }
     }
   }
-  const bool all_pairs = options.rpe && options.rpe->all_pairs;
+  const bool all_pairs = options.rpe() && options.rpe()->all_pairs;
   Table table =
-      table_of(fmt::format("{} {} [{}]{}{}", options.rpe ? "RPE" : "APE", to_string(options.relation),
-                           unit_of(options.relation), options.rpe ? " over " + options.rpe->text() : "",
+      table_of(fmt::format("{} {} [{}]{}{}", options.rpe() ? "RPE" : "APE", to_string(options.relation),
+                           unit_of(options.relation), options.rpe() ? " over " + options.rpe()->text() : "",
                            all_pairs ? ", all pairs" : ""),
                fmt::format("reference {} ({} poses), alignment {}", reference.side.name,
                            reference.poses.size(), to_string(options.alignment)),
@@ -161,7 +162,7 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
 }
 
 Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& options) {
-  if (options.rpe_lengths.empty()) return {};
+  if (options.rpe_lengths.size() < 2) return {};
   struct Row {
     std::string name;
     const ErrorsOverLength* over;
@@ -174,14 +175,18 @@ Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& opt
                         {Column::text("length"), [](const Row& row) { return row.over->length.text(); }},
                         {Column::count("n"), [](const Row& row) { return row.over->errors.size(); }}};
   fields.add(statistics_fields(), [](const Row& row) { return row.over->statistics; });
-  Table table = table_of(fmt::format("RPE {} [{}] over several lengths{}", to_string(options.relation),
-                                     unit_of(options.relation), options.rpe->all_pairs ? ", all pairs" : ""),
-                         "", fields, rows);
+  Table table =
+      table_of(fmt::format("RPE {} [{}] over several lengths{}", to_string(options.relation),
+                           unit_of(options.relation), options.rpe()->all_pairs ? ", all pairs" : ""),
+               "", fields, rows);
   if (std::ranges::any_of(rows, [](const Row& row) { return !row.over->statistics; }))
     table.notes.push_back("-: no pair of poses is that far apart.");
   return table;
 }
 
+namespace {
+
+/// RMSE of the relative errors over the length, one line per run.
 Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& options) {
   Figure figure;
   figure.name = "rpe_lengths";
@@ -220,6 +225,8 @@ Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& o
   set_panels({.panel_height_cm = 5.8}, legend, {panel}, figure);
   return figure;
 }
+
+}  // namespace
 
 Table ego_consistency_table(const std::vector<EgoResult>& runs) {
   Fields<TrajectoryConsistency> of_run = {{Column::count("n"), &TrajectoryConsistency::n},

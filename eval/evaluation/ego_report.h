@@ -7,7 +7,6 @@
 #include "sextant/eval/evaluation/ego_evaluation.h"
 #include "sextant/eval/evaluation/trajectory_series.h"
 #include "sextant/eval/report/document.h"
-#include "sextant/eval/report/figure.h"
 #include "sextant/eval/report/table.h"
 
 namespace sextant {
@@ -18,8 +17,6 @@ Table ego_error_table(const std::vector<EgoResult>& runs, const EgoReference& re
                       const EgoOptions& options, bool steps = false);
 /// Relative errors over each of several lengths; without rows if a single length was requested.
 Table ego_length_table(const std::vector<EgoResult>& runs, const EgoOptions& options);
-/// RMSE and median of the relative errors over the length, one line per run.
-Figure ego_length_figure(const std::vector<EgoResult>& runs, const EgoOptions& options);
 /// NEES of the runs that have covariances; without rows if none has.
 Table ego_consistency_table(const std::vector<EgoResult>& runs);
 /// Table of the errors per frame and of the KITTI odometry errors, one row per run.

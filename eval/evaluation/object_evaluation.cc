@@ -62,6 +62,17 @@ const std::vector<const MetricDefinition*>& table_metrics() {
   return metrics;
 }
 
+/// Returns the steps with an estimate or truth.
+std::set<ObjectFrame> known_steps(const ObjectLog& log) {
+  std::set<ObjectFrame> keys;
+  for (const auto& [key, motion] : log.motions) keys.insert(key);
+  for (const auto& [key, motion] : log.lost_truth) keys.insert(key);
+  for (const auto& [key, pose] : log.true_poses) {
+    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key)) keys.insert(key);
+  }
+  return keys;
+}
+
 void add_row(Table& table, const std::string& estimator, const std::string& body, const RecordRefs& records,
              const MetricPreset& preset) {
   RecordRefs estimated = records;
@@ -85,16 +96,8 @@ void add_row(Table& table, const std::string& estimator, const std::string& body
 
 std::vector<Record> object_records(const ObjectLog& log, const std::string& dataset,
                                    const std::string& sequence, double rate_hz, uint64_t run) {
-  std::set<ObjectFrame> keys;
-  std::set<int> logged;
-  for (const auto& [key, motion] : log.motions) {
-    keys.insert(key);
-    logged.insert(key.first);
-  }
-  for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key)) keys.insert(key);
-  }
-  for (const auto& [key, motion] : log.lost_truth) keys.insert(key);
+  std::set<ObjectFrame> keys = known_steps(log);
+  const std::set<int> logged = ids_of(log.motions);
   std::set<int> with_truth;
   for (const ObjectFrame& key : keys) {
     const auto motion = log.motions.find(key);
@@ -190,7 +193,7 @@ TrajectoryPair common_paths(const Poses& estimate, const Poses& reference, int i
     const auto truth = find_pose(reference, key);
     if (!truth) continue;
     for (auto [series, of_side] : {std::pair(&paths.estimate, &pose), std::pair(&paths.reference, &*truth)}) {
-      series->add(of_side->rotation().toRotationMatrix(), of_side->translation());
+      series->add(*of_side);
       series->frames.push_back(key.second);
     }
   }
@@ -355,7 +358,7 @@ std::map<ObjectFrame, SE3> camera_poses(const Trajectory& camera) {
 PoseSeries object_series(const std::map<ObjectFrame, SE3>& poses, int id) {
   PoseSeries series;
   for (const auto& [key, pose] : entries_of(poses, id)) {
-    series.add(pose.rotation().toRotationMatrix(), pose.translation());
+    series.add(pose);
     series.frames.push_back(key.second);
   }
   return series;
@@ -441,13 +444,8 @@ std::map<int, std::vector<int>> identity_steps(const ObjectLog& log) {
 }
 
 std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
-  std::map<int, std::set<int>> known;  // steps with an estimate or truth
-  for (const auto& [key, motion] : log.motions) known[key.first].insert(key.second);
-  for (const auto& [key, motion] : log.lost_truth) known[key.first].insert(key.second);
-  for (const auto& [key, pose] : log.true_poses) {
-    if (log.true_poses.contains(previous(key)) && !log.resting.contains(key))
-      known[key.first].insert(key.second);
-  }
+  std::map<int, std::set<int>> known;
+  for (const auto& [id, frame] : known_steps(log)) known[id].insert(frame);
   std::map<int, std::vector<int>> out;
   for (const auto& [id, steps] : known) {
     for (int k = *steps.begin(); k <= *steps.rbegin(); ++k) {
@@ -460,13 +458,7 @@ std::map<int, std::vector<int>> missing_steps(const ObjectLog& log) {
 }
 
 std::string ranges_text(const std::vector<int>& frames, size_t most) {
-  std::vector<std::string> groups;
-  for (size_t i = 0; i < frames.size();) {
-    size_t j = i;
-    while (j + 1 < frames.size() && frames[j + 1] == frames[j] + 1) ++j;
-    groups.push_back(i == j ? std::to_string(frames[i]) : fmt::format("{}-{}", frames[i], frames[j]));
-    i = j + 1;
-  }
+  std::vector<std::string> groups = ranges_of(frames);
   if (groups.size() <= most) return fmt::format("{}", fmt::join(groups, ", "));
   const size_t more = groups.size() - most;
   groups.resize(most);

@@ -188,7 +188,7 @@ TEST(ObjectPaths, EqualThoseOfTheSavedFilesAsTrajectories) {
     EgoOptions options;
     options.alignment = Alignment::se3;
     EXPECT_NEAR(evaluate_ego_files(paths, options).runs[0].statistics.rmse, errors.ape->Et_m, 1e-9);
-    options.rpe = PairSelection{};
+    options.rpe_lengths = {PairSelection{}};
     EXPECT_NEAR(evaluate_ego_files(paths, options).runs[0].statistics.rmse, errors.rpe->Et_m, 1e-9);
     options.relation = PoseRelation::angle_deg;
     EXPECT_NEAR(evaluate_ego_files(paths, options).runs[0].statistics.rmse, errors.rpe->ER_deg, 1e-9);

@@ -43,16 +43,8 @@ std::vector<const ObjectTracks*> first_runs(const std::vector<ObjectTracks>& tra
 BodyTrack track_of(const std::string& body, const std::map<int, SE3>& estimate,
                    const std::map<int, SE3>& truth) {
   std::map<int, TrackPoint> points;
-  for (const auto& [frame, pose] : estimate) {
-    TrackPoint& point = points[frame];
-    point.estimate_m = pose.translation();
-    point.estimate_rotation = pose.rotation();
-  }
-  for (const auto& [frame, pose] : truth) {
-    TrackPoint& point = points[frame];
-    point.truth_m = pose.translation();
-    point.truth_rotation = pose.rotation();
-  }
+  for (const auto& [frame, pose] : estimate) points[frame].set_estimate(pose);
+  for (const auto& [frame, pose] : truth) points[frame].set_truth(pose);
   BodyTrack track{body, {}};
   for (auto& [frame, point] : points) {
     point.frame = frame;

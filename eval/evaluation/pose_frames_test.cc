@@ -10,7 +10,7 @@ namespace {
 
 PoseSeries one(const SE3& T) {
   PoseSeries s;
-  s.add(T.rotation().toRotationMatrix(), T.translation());
+  s.add(T);
   return s;
 }
 

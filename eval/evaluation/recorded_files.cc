@@ -246,19 +246,18 @@ void note_steps(ObjectLog& log, IdentityMotions identity) {
 }
 
 std::vector<double> distances_of(const PoseSeries& poses, const std::vector<int>& rows) {
-  std::vector<double> path(poses.size(), 0.0), out;
-  for (size_t i = 1; i < poses.size(); ++i)
-    path[i] = path[i - 1] + (poses.positions_m[i] - poses.positions_m[i - 1]).norm();
+  const std::vector<double> path = path_lengths_m(poses);
+  std::vector<double> out;
   for (const int row : rows) out.push_back(path[static_cast<size_t>(row)]);
   return out;
 }
 
 std::string title_of(const EgoResult& result, const EgoOptions& options) {
-  std::string title = fmt::format("{} w.r.t. {} ({})", options.rpe ? "RPE" : "APE",
+  std::string title = fmt::format("{} w.r.t. {} ({})", options.rpe() ? "RPE" : "APE",
                                   to_string(options.relation), unit_of(options.relation));
-  if (options.rpe) {
-    title += fmt::format("\nfor delta = {} using {} pairs", options.rpe->text(),
-                         options.rpe->all_pairs ? "all" : "consecutive");
+  if (options.rpe()) {
+    title += fmt::format("\nfor delta = {} using {} pairs", options.rpe()->text(),
+                         options.rpe()->all_pairs ? "all" : "consecutive");
   }
   return title +
          fmt::format("\n(alignment: {}, {} poses)", to_string(options.alignment), result.estimate.size());
@@ -394,7 +393,7 @@ EgoReference source_reference(const std::string& source, const std::string& data
     const auto time = info.times_s.find(frame);
     reference.poses.frames.push_back(frame);
     reference.poses.stamps_s.push_back(time != info.times_s.end() ? time->second : frame / info.rate_hz);
-    reference.poses.add(pose.rotation().toRotationMatrix(), pose.translation());
+    reference.poses.add(pose);
   }
   if (reference.poses.empty()) fail("{}: has no true camera poses to compare with", source);
   if (!std::is_sorted(reference.poses.stamps_s.begin(), reference.poses.stamps_s.end()))
@@ -419,7 +418,7 @@ void write_evo_result(const std::filesystem::path& path, const EgoResult& result
       {"title", title_of(result, options)},
       {"ref_name", reference_name},
       {"est_name", result.name},
-      {"label", fmt::format("{} ({})", options.rpe ? "RPE" : "APE", unit_of(options.relation))}};
+      {"label", fmt::format("{} ({})", options.rpe() ? "RPE" : "APE", unit_of(options.relation))}};
   zip.add("info.json", json_line(info));
   zip.add("stats.json", json_line(to_json(result.statistics)));
   zip.add("error_array.npy", encode_npy(result.errors));

@@ -53,7 +53,7 @@ TEST(RunStatistics, PoolsErrorsAndComparesSystems) {
             "errors along one path depend on each other: give several runs of each system");
   EXPECT_THAT(to_text(ego_comparison_table(runs, {})), HasSubstr("No p of good and same: errors along one"));
   EgoOptions relative;
-  relative.rpe = PairSelection{};
+  relative.rpe_lengths = {PairSelection{}};
   EXPECT_TRUE(ego_json(runs, reference, relative)["comparisons"][0].contains("p"));
 }
 

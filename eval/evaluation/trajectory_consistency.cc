@@ -106,10 +106,10 @@ void add(const LogCovariances& covariances, const std::map<ObjectFrame, SE3>& es
     for (const auto& [key, covariance] : entries_of(covariances.entries, id)) {
       const auto own = find_pose(estimates, key), truth = find_pose(truths, key);
       if (!own || !truth) continue;
-      estimate.add(own->rotation().toRotationMatrix(), own->translation());
+      estimate.add(*own);
       estimate.covariances.push_back(covariance.P);
       estimate.lines.push_back(covariance.line);
-      reference.add(truth->rotation().toRotationMatrix(), truth->translation());
+      reference.add(*truth);
     }
     if (const auto nees = trajectory_consistency(estimate, reference, path))
       out.push_back({system, run, id, *nees});

@@ -53,11 +53,8 @@ TrajectoryCurve curve_of_reference(const PoseSeries& poses, double begin_s, cons
   for (double& t : curve.time) t -= begin_s;
   curve.frame = frames_of(poses);
   curve.position_m = poses.positions_m;
-  double path_m = 0;
-  for (size_t i = 0; i < poses.size(); ++i) {
-    if (i > 0) path_m += (poses.positions_m[i] - poses.positions_m[i - 1]).norm();
-    curve.path_m.push_back(path_m);
-    if (!poses.has_rotations()) continue;
+  curve.path_m = path_lengths_m(poses);
+  for (size_t i = 0; i < poses.size() && poses.has_rotations(); ++i) {
     Eigen::Vector3d angles = angles_deg(poses.rotations[i], axes);
     for (int k = 0; k < 3 && i > 0; ++k) angles[k] = nearest_turn(curve.angles_deg.back()[k], angles[k]);
     curve.angles_deg.push_back(angles);
@@ -134,7 +131,7 @@ ViewAxes view_axes(ViewPlane plane, const std::vector<Eigen::Vector3d>& position
 }
 
 std::string error_title(const EgoOptions& options) {
-  std::string title = fmt::format("{} {} [{}]", options.rpe ? "RPE" : "APE", to_string(options.relation),
+  std::string title = fmt::format("{} {} [{}]", options.rpe() ? "RPE" : "APE", to_string(options.relation),
                                   unit_of(options.relation));
   std::ranges::replace(title, '_', ' ');
   return title;

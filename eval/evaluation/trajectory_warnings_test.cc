@@ -360,7 +360,8 @@ TEST(TrajectoryWarnings, ANearlyStraightPathLeavesErrorsOfRotationUncertain) {
   EXPECT_THAT(found, ElementsAre(text("--align origin or yaw")));
   EXPECT_THAT(warnings(0.005, {.alignment = Alignment::se3, .relation = trans_part}), IsEmpty());
   EXPECT_THAT(warnings(0.005, {.alignment = Alignment::origin, .relation = angle_deg}), IsEmpty());
-  const EgoOptions relative{.alignment = Alignment::se3, .relation = angle_deg, .rpe = PairSelection{}};
+  const EgoOptions relative{
+      .alignment = Alignment::se3, .relation = angle_deg, .rpe_lengths = {PairSelection{}}};
   EXPECT_THAT(warnings(0.005, relative), IsEmpty()) << "a common rotation leaves relative errors unchanged";
 }
 

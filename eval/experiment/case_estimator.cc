@@ -28,23 +28,34 @@ Additions& additions() {
 
 class PipelinePairEstimator final : public PairEstimator {
  public:
-  PipelinePairEstimator(const PipelineOptions& options, std::shared_ptr<const Estimator> estimator)
-      : pipeline_(options, std::move(estimator)) {}
-  FrameResult process(const FramePair& pair) override { return pipeline_.process(pair); }
+  PipelinePairEstimator(const CaseContext& context, std::shared_ptr<const Estimator> estimator,
+                        const OnPair& on_pair)
+      : context_(context), pipeline_(context.pipeline, std::move(estimator)), on_pair_(on_pair) {}
+  FrameResult process(const FramePair& pair) override {
+    if (on_pair_) on_pair_(context_, &pair);
+    FrameResult result = pipeline_.process(pair);
+    if (on_pair_) on_pair_(context_, nullptr);
+    return result;
+  }
 
  private:
+  const CaseContext& context_;
   FrameEstimator pipeline_;
+  OnPair on_pair_;
 };
 
 /// An Estimator of single bodies inside the pipeline.
 class PipelineEstimator final : public CaseEstimator {
  public:
   PipelineEstimator(std::string name, std::shared_ptr<const Estimator> estimator,
-                    std::optional<Fingerprint> fingerprint)
-      : name_(std::move(name)), estimator_(std::move(estimator)), fingerprint_(std::move(fingerprint)) {}
+                    std::optional<Fingerprint> fingerprint, OnPair on_pair)
+      : name_(std::move(name)),
+        estimator_(std::move(estimator)),
+        fingerprint_(std::move(fingerprint)),
+        on_pair_(std::move(on_pair)) {}
   std::vector<NamedEstimator> begin(const CaseContext& context) const override {
     std::vector<NamedEstimator> alone;
-    alone.push_back({"", std::make_unique<PipelinePairEstimator>(context.pipeline, estimator_)});
+    alone.push_back({"", std::make_unique<PipelinePairEstimator>(context, estimator_, on_pair_)});
     return alone;
   }
   Json options() const override { return estimator_->options(); }
@@ -58,6 +69,7 @@ class PipelineEstimator final : public CaseEstimator {
   std::string name_;
   std::shared_ptr<const Estimator> estimator_;
   std::optional<Fingerprint> fingerprint_;
+  OnPair on_pair_;
 };
 
 /// Returns the fingerprint of an estimator that a program has added, which is the SHA-256 of the program's
@@ -98,8 +110,10 @@ bool is_of_a_kind(const std::string& name) { return name.find(':') != std::strin
 
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
                                                              std::shared_ptr<const Estimator> estimator,
-                                                             std::optional<Fingerprint> fingerprint) {
-  return std::make_shared<PipelineEstimator>(std::move(name), std::move(estimator), std::move(fingerprint));
+                                                             std::optional<Fingerprint> fingerprint,
+                                                             OnPair on_pair) {
+  return std::make_shared<PipelineEstimator>(std::move(name), std::move(estimator), std::move(fingerprint),
+                                             std::move(on_pair));
 }
 
 std::vector<EstimatorEntry> all_estimators() {

@@ -20,7 +20,7 @@
 #include "sextant/datasets/dataset.h"
 #include "sextant/estimator/pipeline.h"
 #include "sextant/estimator/registry.h"
-#include "sextant/eval/diagnosis/motion_readings.h"
+#include "sextant/eval/experiment/case_motions.h"
 #include "sextant/eval/records/provenance.h"
 #include "sextant/eval/records/record.h"
 #include "sextant/noise/noise.h"
@@ -49,13 +49,8 @@ class PairEstimator {
   virtual void add_costs(int /*frame*/, Record& /*ego*/) const {}
   /// Returns the problems that occurred, one line each for the user. The statuses of records show them, too.
   virtual std::vector<std::string> problems() const { return {}; }
-  /// Returns T_world_camera as recorded by an external system in its own world frame, for diagnose_case();
-  /// null if only motions are known.
-  virtual const Trajectory* recorded_camera() const { return nullptr; }
-  /// Returns false if the file of the recorded camera contains matrices.
-  virtual bool camera_has_quaternions() const { return true; }
-  /// Returns the frame in which the motions of objects were declared, for diagnose_case().
-  virtual MotionFrame declared_frame() const { return MotionFrame::world; }
+  /// Returns the form of an external system's results, for diagnose_case().
+  virtual RecordedForm recorded() const { return {}; }
 };
 
 /// One result of a case. Its name in records is the label of the estimator, followed by ".NAME" if `name` is
@@ -99,10 +94,14 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
                                                          const Json& options = Json::object(),
                                                          const std::filesystem::path& beside = {});
 
+/// Function that is called with each pair of a case before it is processed, and with null after it.
+using OnPair = std::function<void(const CaseContext& context, const FramePair* pair)>;
+
 /// Creates a case estimator that runs `estimator`, which estimates single bodies, inside the pipeline.
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,
                                                              std::shared_ptr<const Estimator> estimator,
-                                                             std::optional<Fingerprint> fingerprint = {});
+                                                             std::optional<Fingerprint> fingerprint = {},
+                                                             OnPair on_pair = {});
 
 /// Returns estimators(), followed by the added ones.
 std::vector<EstimatorEntry> all_estimators();

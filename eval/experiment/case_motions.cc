@@ -4,16 +4,15 @@
 #include <string_view>
 
 #include "sextant/eval/diagnosis/pose_readings.h"
+#include "sextant/eval/records/record.h"
 
 namespace sextant {
 namespace {
 
 TrackPoint track_point(int frame, const std::optional<SE3>& estimate, const std::optional<SE3>& truth) {
   TrackPoint point{.frame = frame};
-  if (estimate) point.estimate_m = estimate->translation();
-  if (estimate) point.estimate_rotation = estimate->rotation();
-  if (truth) point.truth_m = truth->translation();
-  if (truth) point.truth_rotation = truth->rotation();
+  if (estimate) point.set_estimate(*estimate);
+  if (truth) point.set_truth(*truth);
   return point;
 }
 
@@ -61,8 +60,8 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 }
 
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
-                                       const std::string& estimator, const Trajectory* recorded_camera,
-                                       MotionFrame declared, bool quaternions) {
+                                       const std::string& estimator, const RecordedForm& recorded) {
+  const MotionFrame declared = recorded.declared;
   std::vector<std::string> out;
   const auto add_lines = [&](const std::vector<ObjectExplanation>& found, const char* what) {
     for (const ObjectExplanation& explanation : found) {
@@ -78,8 +77,8 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
     }
   };
   PoseData cameras{SharedFrame::body, {}, {}, {}};
-  cameras.quaternions = quaternions;
-  const Trajectory& estimated = recorded_camera != nullptr ? *recorded_camera : motions.estimated;
+  cameras.quaternions = recorded.camera_has_quaternions;
+  const Trajectory& estimated = recorded.camera != nullptr ? *recorded.camera : motions.estimated;
   for (const auto& [frame, pose] : estimated.poses()) cameras.given.emplace(ObjectFrame(0, frame), pose);
   for (const auto& [frame, pose] : truth.camera.poses())
     cameras.reference.emplace(ObjectFrame(0, frame), pose);
@@ -100,6 +99,7 @@ std::vector<std::string> diagnose_case(const CaseMotions& motions, const Sequenc
     return change_frame(after->inverse() * H * *before, MotionFrame::camera, declared, at);
   };
   MotionData data{declared, {}, {}};
+  data.quaternions = recorded.motions_have_quaternions;
   size_t n_identical = 0, n_moving = 0;  // motions that are the identity while the object moves
   for (const auto& [frame, objects] : truth.objects) {
     const auto before = estimated.pose(frame), after = estimated.pose(frame + 1);

@@ -30,14 +30,21 @@ std::vector<BodyTrack> body_tracks(const CaseMotions& motions, const SequenceTru
 // centimetres, inverse motions, or another frame than the declared one (eval/diagnosis). The estimator never
 // sees the truth or these messages.
 
-/// Returns one line for each diagnosis, beginning with `estimator`. `recorded_camera`: the recorded poses
-/// from which the camera's motions were computed, or null; another order of quaternion components can be
-/// detected in poses only. Motions of objects are checked as they were logged: in the frame `declared` and in
-/// the world of the recorded camera. They are checked only if nothing is found for the camera. `quaternions`:
-/// false if the camera was recorded as matrices, which another order of components does not explain.
+/// Form in which an external system recorded its results. Another order of quaternion components is no
+/// explanation of results that were recorded as matrices.
+struct RecordedForm {
+  const Trajectory* camera =
+      nullptr;  ///< T_world_camera in its own world frame; null: only motions are known
+  bool camera_has_quaternions = true;
+  MotionFrame declared = MotionFrame::world;  ///< frame of the motions of objects
+  bool motions_have_quaternions = true;
+};
+
+/// Returns one line for each diagnosis, beginning with `estimator`. Another order of quaternion components of
+/// the camera can be detected in recorded poses only. Motions of objects are checked as they were logged: in
+/// the declared frame and in the world of the recorded camera. They are checked only if nothing is found for
+/// the camera.
 std::vector<std::string> diagnose_case(const CaseMotions& motions, const SequenceTruth& truth,
-                                       const std::string& estimator,
-                                       const Trajectory* recorded_camera = nullptr,
-                                       MotionFrame declared = MotionFrame::world, bool quaternions = true);
+                                       const std::string& estimator, const RecordedForm& recorded = {});
 
 }  // namespace sextant

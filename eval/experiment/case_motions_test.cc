@@ -15,6 +15,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 SE3 shift(double x, double z) { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(x, 0, z)}; }
 
@@ -83,6 +84,17 @@ TEST(CaseDiagnosis, PlantedMistakesAreNamedAndCorrectResultsAreNot) {
     for (auto& [k, H] : motions) H = H.inverse();
   }
   EXPECT_THAT(diagnose_case(plant, truth, "e"), ElementsAre(HasSubstr("look inverted")));
+
+  plant = right;  // quaternions written w x y z, read as x y z w
+  for (auto& [id, motions] : plant.objects) {
+    for (auto& [k, H] : motions) {
+      const Eigen::Quaterniond& q = H.rotation();
+      H = SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), H.translation());
+    }
+  }
+  EXPECT_THAT(diagnose_case(plant, truth, "e"), Contains(HasSubstr("quaternions look written w first")));
+  EXPECT_THAT(diagnose_case(plant, truth, "e", {.motions_have_quaternions = false}),
+              Not(Contains(HasSubstr("quaternions"))));
 }
 
 TEST(CaseDiagnosis, IdentityForWhatWasNeverEstimatedIsNamed) {

@@ -158,11 +158,9 @@ class CaseRunner {
     for (const Result& result : results_) {
       std::ranges::move(result.estimator->problems(), std::back_inserter(out_.problems));
       if (settings_.estimator->is_third_party())
-        std::ranges::move(
-            diagnose_case(result.motions, sequence_.truth(), result.identity.estimator,
-                          result.estimator->recorded_camera(), result.estimator->declared_frame(),
-                          result.estimator->camera_has_quaternions()),
-            std::back_inserter(out_.problems));
+        std::ranges::move(diagnose_case(result.motions, sequence_.truth(), result.identity.estimator,
+                                        result.estimator->recorded()),
+                          std::back_inserter(out_.problems));
     }
     out_.motions = results_.empty() ? std::move(start_) : std::move(results_.front().motions);
     return std::move(out_);

@@ -1,5 +1,7 @@
 #include "sextant/eval/experiment/sweep.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -7,6 +9,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/file_lock.h"
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/experiment/case_results.h"
 #include "sextant/eval/experiment/sweep_folder.h"
 #include "sextant/eval/records/case_summary.h"
@@ -80,26 +83,13 @@ std::optional<double> SweepStatus::remaining_s() const {
 }
 
 std::string SweepStatus::to_submit(const std::set<uint64_t>& except) const {
-  std::string text;
-  uint64_t first = 0, last = 0;
-  const auto end_range = [&] {
-    if (first == 0) return;
-    if (!text.empty()) text += ',';
-    text += first == last ? fmt::format("{}", first) : fmt::format("{}-{}", first, last);
-  };
+  std::vector<uint64_t> numbers;
   for (const ShardStatus& shard : shards) {
     const bool open =
         shard.state == ShardStatus::State::missing || shard.state == ShardStatus::State::stopped;
-    if (!open || except.contains(shard.number)) continue;
-    if (first != 0 && shard.number == last + 1) {
-      last = shard.number;
-      continue;
-    }
-    end_range();
-    first = last = shard.number;
+    if (open && !except.contains(shard.number)) numbers.push_back(shard.number);
   }
-  end_range();
-  return text;
+  return fmt::format("{}", fmt::join(ranges_of(numbers), ","));
 }
 
 SweepStatus sweep_status(const fs::path& folder, uint64_t n_shards) {

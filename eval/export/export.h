@@ -13,10 +13,12 @@
 // The file is written under a temporary name and renamed. Memory use does not grow with the number of records
 // (npz: 64 kB per column).
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -69,6 +71,7 @@ class RecordColumns {
  private:
   std::filesystem::path file_;
   std::vector<RecordColumn> columns_;
+  std::array<std::set<Interned>, 4> names_;  ///< numbers of each NumberMap, one column each
   uint64_t n_rows_ = 0;
 };
 

@@ -55,6 +55,16 @@ TEST_F(Export, CsvQuotesUntrustedTexts) {
       "--\",,,none,0,18446744073709551615,0,object:2,gated,area,0,0,,,0.5\n");
 }
 
+TEST_F(Export, ColumnsAreTheFieldsOfARecord) {
+  std::vector<std::string> names = {"schema"};
+  const RecordColumns records(folder());
+  for (const RecordColumn& column : records.columns()) {
+    if (!column.name.starts_with("errors_")) names.push_back(column.name);
+  }
+  names.insert(names.end(), {"errors", "values", "bound", "time_ms"});
+  EXPECT_EQ(names, record_field_names());
+}
+
 TEST_F(Export, SqliteHoldsTheSame) {
   sqlite3* base = nullptr;
   ASSERT_EQ(sqlite3_open(exported(ExportFormat::sqlite).c_str(), &base), SQLITE_OK);

@@ -1,12 +1,12 @@
 #include "sextant/eval/external/external_case.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/logs/number_file.h"
 #include "sextant/eval/logs/object_association.h"
 #include "sextant/eval/logs/trajectory_files.h"
@@ -177,25 +177,9 @@ constexpr int64_t largest_id = 1'000'000'000;  // the sum of two fits into an in
 /// Returns the number in `text` if it is in the range of ids; nullopt if it is not a number.
 std::optional<int64_t> id_in(const std::string& text) {
   const size_t sign = text.starts_with('-') ? 1 : 0;
-  const bool is_number =
-      text.size() > sign && text.find_first_not_of("0123456789", sign) == std::string::npos;
-  if (!is_number) return std::nullopt;
-  int64_t id = 0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), id);
-  if (error != std::errc()) id = sign == 1 ? -2 * largest_id : 2 * largest_id;
-  return std::clamp(id, -2 * largest_id, 2 * largest_id);
-}
-
-MotionFrame motion_frame(ObjectsFrame frame) {
-  switch (frame) {
-    case ObjectsFrame::world:
-      return MotionFrame::world;
-    case ObjectsFrame::camera:
-      return MotionFrame::camera;
-    case ObjectsFrame::body:
-      return MotionFrame::body;
-  }
-  return MotionFrame::world;
+  if (!is_digits(std::string_view(text).substr(sign))) return std::nullopt;
+  const int64_t beyond = (sign == 1 ? -2 : 2) * largest_id;
+  return std::clamp(whole_number<int64_t>(text).value_or(beyond), -2 * largest_id, 2 * largest_id);
 }
 
 /// Returns true if rows without frame numbers end before the last frame although the program ended normally:
@@ -231,7 +215,7 @@ class Reader {
     }
     const std::string path = found.front().path.string();
     const TrajectoryFile file = read_trajectory(path, set_.camera.format, files_.rules(pose_file));
-    out_.camera_has_quaternions = file.format != "kitti" && file.format != "vdo" && file.format != "vdo_xml";
+    out_.camera_has_quaternions = file.has_quaternions;
     for (const auto& [frame, pose] : by_frame(file, folder_.numbers, path, out_))
       out_.camera.set(frame, set_.camera.inverse ? pose.inverse() : pose);
     if (is_unnumbered(file) && misses_rows(file.poses.size(), folder_))
@@ -240,7 +224,8 @@ class Reader {
 
   void read_objects() {
     const ExternalObjects& objects = set_.objects;
-    if (objects.format == ObjectsFormat::motions) out_.declared_frame = motion_frame(objects.frame);
+    if (objects.format == ObjectsFormat::motions)
+      out_.declared_frame = from_name<MotionFrame>(to_string(objects.frame), "frame");
     if (objects.format == ObjectsFormat::motions || objects.format == ObjectsFormat::poses) {
       for (const Match& file : files_.matches(objects.files)) read_object(file);
     } else if (objects.format != ObjectsFormat::none) {
@@ -291,11 +276,12 @@ class Reader {
 
   void read_object(const std::string& path, int id) {
     const TrajectoryFile read = read_trajectory(path, "auto", files_.rules(pose_file));
+    if (!read.has_quaternions) out_.motions_have_quaternions = false;
     const std::map<int, SE3> poses = by_frame(read, folder_.numbers, path, out_);
     if (set_.objects.format == ObjectsFormat::motions) {
       if (is_unnumbered(read))
         fail("{}: expected a frame number or time stamp in each line of a file of motions", path);
-      for (const auto& [frame, motion] : poses) add(id, frame, motion, set_.objects.frame);
+      for (const auto& [frame, motion] : poses) add(id, frame, motion, out_.declared_frame);
       return;
     }
     // Objects often appear after the first frame, so that rows without numbers may belong to any frames.
@@ -307,7 +293,7 @@ class Reader {
     }
     for (const auto& [frame, pose] : poses) {
       const auto before = poses.find(frame - 1);
-      if (before != poses.end()) add(id, frame, pose * before->second.inverse(), ObjectsFrame::world);
+      if (before != poses.end()) add(id, frame, pose * before->second.inverse(), MotionFrame::world);
     }
   }
 
@@ -322,26 +308,26 @@ class Reader {
       fail("{}: holds logs of {} modules: expected logs of one module", folder, logs.size());
     out_.notes.insert(out_.notes.end(), logs.front().warnings.begin(), logs.front().warnings.end());
     out_.declared_frame = logs.front().frame;
+    out_.motions_have_quaternions = set_.objects.format != ObjectsFormat::vdo;
     for (const auto& [key, motion] : logs.front().motions) {
       const std::optional<int> id = mask_id(key.first, folder);
       if (!id) continue;
-      add(*id, folder_.numbers.of_number(key.second), motion.estimate,
-          logs.front().frame == MotionFrame::world ? ObjectsFrame::world : ObjectsFrame::body);
+      add(*id, folder_.numbers.of_number(key.second), motion.estimate, out_.declared_frame);
     }
   }
 
   /// Converts a motion to current camera coordinates; it is left out if a required pose is unknown.
-  void add(int id, int frame, const SE3& motion, ObjectsFrame coordinates) {
-    if (coordinates == ObjectsFrame::body &&
+  void add(int id, int frame, const SE3& motion, MotionFrame coordinates) {
+    if (coordinates == MotionFrame::body &&
         set_.objects.ids == ObjectsIds::overlap) {  // the matching body is not known yet
       in_body_.emplace(ObjectFrame(id, frame), motion);
       return;
     }
     std::optional<SE3> X;
-    if (coordinates == ObjectsFrame::camera) X = motion;
+    if (coordinates == MotionFrame::camera) X = motion;
     const std::optional<SE3> before = out_.camera.pose(frame - 1), after = out_.camera.pose(frame);
-    if (coordinates == ObjectsFrame::world && before && after) X = after->inverse() * motion * *before;
-    if (coordinates == ObjectsFrame::body) X = from_body(id, frame, motion);
+    if (coordinates == MotionFrame::world && before && after) X = after->inverse() * motion * *before;
+    if (coordinates == MotionFrame::body) X = from_body(id, frame, motion);
     if (X) out_.motions.emplace(ObjectFrame(id, frame), *X);
     if (!X && out_.camera_unreadable && set_.objects.ids != ObjectsIds::overlap) out_.unreadable.insert(id);
   }

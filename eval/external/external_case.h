@@ -121,6 +121,7 @@ struct ExternalResults {
   /// current camera.
   std::map<ObjectFrame, SE3> motions;
   MotionFrame declared_frame = MotionFrame::world;  ///< frame in which the program wrote the motions
+  bool motions_have_quaternions = true;  ///< false: a file of an object, or the log, contains matrices
   bool camera_unreadable = false;
   bool objects_unreadable = false;    ///< all of them
   std::set<int> unreadable;           ///< objects whose file, or whose camera poses, could not be read

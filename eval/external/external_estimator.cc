@@ -124,9 +124,10 @@ class ExternalPairEstimator final : public PairEstimator {
   }
 
   std::vector<std::string> problems() const override { return problems_; }
-  const Trajectory* recorded_camera() const override { return &results_.camera; }
-  bool camera_has_quaternions() const override { return results_.camera_has_quaternions; }
-  MotionFrame declared_frame() const override { return results_.declared_frame; }
+  RecordedForm recorded() const override {
+    return {&results_.camera, results_.camera_has_quaternions, results_.declared_frame,
+            results_.motions_have_quaternions};
+  }
 
  private:
   bool is_unreadable(int id) const { return results_.objects_unreadable || results_.unreadable.contains(id); }

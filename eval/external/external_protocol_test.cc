@@ -8,6 +8,7 @@
 #include "sextant/base/error.h"
 #include "sextant/datasets/codec/dense_maps.h"
 #include "sextant/eval/experiment/run.h"
+#include "sextant/eval/external/external_case.h"
 #include "sextant/eval/external/external_estimator.h"
 #include "sextant/eval/external/external_testing.h"
 #include "sextant/eval/records/output.h"
@@ -94,6 +95,32 @@ TEST_F(ExternalProtocolTest, StrayFilesAreSkipped) {
   EXPECT_EQ(statuses("object:1"), ok4);
   EXPECT_THAT(log(), HasSubstr("note: " + (case_folder() / "output" / "obj_centre.txt").string() +
                                ": 'centre' in place of the * of 'obj_*.txt' is not a number: skipped"));
+}
+
+TEST_F(ExternalProtocolTest, FilesOfMatricesHaveNoQuaternions) {
+  const std::string matrix = "1 0 0 0 0 1 0 0 0 0 1 0", last_row = " 0 0 0 1";
+  const auto two_lines = [](const std::string& second, const std::string& values) {
+    return fmt::format("0 {}\n{} {}\n", values, second, values);
+  };
+  const std::string tum = two_lines("0.1", "0 0 0 0 0 0 1"), kitti = two_lines("1", matrix),
+                    vdo = two_lines("1", matrix + last_row);
+  fs::create_directory(file("results"));
+  const auto read = [&](const std::string& camera, const std::string& first, const std::string& second) {
+    write_file(file("results") / "camera.txt", camera);
+    write_file(file("results") / "obj_1.txt", first);
+    write_file(file("results") / "obj_2.txt", second);
+    ExternalResultSet set;
+    set.objects.format = ObjectsFormat::motions;
+    const ExternalResults results = read_external_results(
+        set, {.path = file("results"), .numbers = {.first = 0, .last = 1, .rate_hz = 10}}, {});
+    EXPECT_THAT(results.problems, ElementsAre());
+    EXPECT_EQ(results.motions.size(), 2U);
+    return std::pair(results.camera_has_quaternions, results.motions_have_quaternions);
+  };
+  EXPECT_EQ(read(tum, tum, tum), std::pair(true, true));
+  EXPECT_EQ(read(kitti, tum, tum), std::pair(false, true));
+  EXPECT_EQ(read(vdo, tum, kitti), std::pair(false, false));
+  EXPECT_EQ(read(tum, vdo, vdo), std::pair(true, false));
 }
 
 TEST_F(ExternalProtocolTest, ADamagedFileAffectsOnlyItsObject) {

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -35,27 +34,56 @@ struct Name {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-/// Splits names at commas, or at blanks if there is no comma; a bracket belongs to the name before it.
+/// Returns the number of characters up to the comma that ends the first field of a CSV line. A field that
+/// begins with a double quote ends behind the closing one, if there is one; "" inside it is a quote.
+size_t field_bytes(std::string_view line) {
+  size_t from = line.find_first_not_of(" \t");
+  if (from != std::string_view::npos && line[from] == '"') {
+    size_t end = line.find('"', from + 1);
+    while (end != std::string_view::npos && line.substr(end + 1).starts_with('"'))
+      end = line.find('"', end + 2);
+    if (end != std::string_view::npos) return std::min(line.find(',', end), line.size());
+  }
+  return std::min(line.find(','), line.size());
+}
+
+/// Calls use(field) as for_each_field() does, but commas inside double quotes are no separators.
+template <typename Use>
+void for_each_cell(std::string_view line, char separator, const Use& use) {
+  if (separator != ',' || line.find('"') == std::string_view::npos)
+    return for_each_field(line, separator, use);
+  for (size_t end; (end = field_bytes(line)) < line.size(); line.remove_prefix(end + 1))
+    use(trimmed(line.substr(0, end)));
+  use(trimmed(line));
+}
+
+/// Splits names at commas outside of double quotes, or at blanks if there is no comma; a bracket belongs to
+/// the name before it.
 std::vector<Name> names_of(std::string_view header) {
   while (!header.empty() && (header.front() == '#' || header.front() == '%' || is_blank(header.front())))
     header.remove_prefix(1);
   while (!header.empty() && (is_blank(header.back()) || header.back() == ',')) header.remove_suffix(1);
   const bool commas = header.find(',') != std::string_view::npos;
+  const bool quotes_close = std::ranges::count(header, '"') % 2 == 0;
   std::vector<Name> names;
   std::string word;
   bool open = false, ended = true;  // inside brackets; the next letter begins a name
+  bool quoted = false;
+  char before = '\0';
   const auto end_word = [&] {
     if (!word.empty()) names.back().words.push_back(std::move(word));
     word.clear();
   };
   for (const char c : lower_case(header)) {
+    if (c == '"') quoted = quotes_close && !quoted && (ended || before == '"');
+    before = c;
     if (open) {
       if (c == ']' || c == ')') {
         open = false;
       } else if (!is_blank(c)) {
         names.back().unit.push_back(c);
       }
-    } else if (c == ',' || (!commas && is_blank(c))) {
+    } else if ((c == ',' && !quoted) || (!commas && is_blank(c))) {
       if (!names.empty()) end_word();
       if (c == ',' && ended) names.emplace_back();
       ended = true;
@@ -63,7 +91,7 @@ std::vector<Name> names_of(std::string_view header) {
       if (names.empty()) names.emplace_back();
       end_word();
       open = true;
-    } else if (is_blank(c) || c == '_' || c == '.' || c == '-' || c == '/' || c == '"') {
+    } else if (is_blank(c) || c == '_' || c == '.' || c == '-' || c == '/' || c == '"' || c == ',') {
       if (!names.empty()) end_word();
       if (!ended && !is_blank(c) && c != '"') names.back().text.push_back(c);
     } else {
@@ -159,12 +187,6 @@ std::optional<std::array<size_t, 12>> covariance_columns(const std::vector<Name>
 
 }  // namespace
 
-std::string lower_case(std::string_view text) {
-  std::string lower;
-  for (const char c : text) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return lower;
-}
-
 NumberFile::NumberFile(const std::string& path, char separator, const ReadRules& rules)
     : lines_(path, rules.kind.value_or(data_file), rules.whole_lines), separator_(separator) {}
 
@@ -190,7 +212,7 @@ bool NumberFile::next() {
     if (separator_ == either) separator_ = line.find(',') != std::string_view::npos ? ',' : ' ';
     const bool is_ended = line.back() == separator_;  // some writers end each line with a separator
     if (is_ended) line.remove_suffix(1);
-    for_each_field(line, separator_, [this](std::string_view field) {
+    for_each_cell(line, separator_, [this](std::string_view field) {
       const std::optional<double> value = allows_text_ ? number_in(field) : parse(field, values_.size());
       values_.push_back(value.value_or(std::numeric_limits<double>::quiet_NaN()));
       fields_.push_back(field);
@@ -208,11 +230,7 @@ bool NumberFile::next() {
 }
 
 std::optional<int64_t> NumberFile::integer(size_t i) const {
-  const std::string_view field = trimmed(fields_.at(i));
-  int64_t value = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  const bool is_whole = error == std::errc() && end == field.data() + field.size();
-  return is_whole ? std::optional(value) : std::nullopt;
+  return whole_number<int64_t>(trimmed(fields_.at(i)));
 }
 
 int NumberFile::whole(size_t i, const char* what) const {

@@ -23,9 +23,6 @@
 
 namespace sextant {
 
-/// Returns `text` with the letters A to Z in lower case.
-std::string lower_case(std::string_view text);
-
 // ---- Conventions of recorded covariances, with R = R_world_body:
 //
 //   convention  order               position error in   rotation error

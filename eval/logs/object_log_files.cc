@@ -57,7 +57,7 @@ PlainFile read_rows(const LogFolder& folder, const std::string& name, ObjectLog&
     file.whole_numbers = file.whole_numbers && row.key == std::trunc(row.key);
     file.rows.push_back(row);
     if (!has_covariance) return;
-    covered.add(row.pose.rotation().toRotationMatrix(), row.pose.translation());
+    covered.add(row.pose);
     covered.lines.push_back(static_cast<int>(row.line));
     add_covariance(covered, lines.values().subspan(8), folder.request().rules.covariance, lines.path(),
                    lines.line());
@@ -268,14 +268,7 @@ std::vector<ObjectLog> read_plain(const LogFolder& folder) {
     if (const auto H = world_step(log.true_poses, key)) truth.emplace(key, *H);
   }
   for (const auto& [key, motion] : motions) log.motions[key].estimate = motion;
-  for (const auto& [key, motion] : truth) {
-    const auto known = log.motions.find(key);
-    if (known != log.motions.end()) {
-      known->second.truth = motion;
-    } else {
-      log.lost_truth.emplace(key, motion);
-    }
-  }
+  for (const auto& [key, motion] : truth) log.add_truth(key, motion);
   for_each_frame(files[n_objects], rate_hz,
                  [&](int frame, const Row& row) { log.camera.set(frame, row.pose); });
   for_each_frame(files[n_objects + 1], rate_hz, [&](int frame, const Row& row) {

@@ -192,14 +192,11 @@ std::vector<ObjectLog> read_vdo(const LogFolder& folder, LogStage wanted) {
   }
   if (!truth.motions.empty()) {
     for (const auto& [key, motion] : read_vdo_motions(folder, truth.motions, log, &log.motion_lines)) {
-      const auto known = log.motions.find(key);
       if (is_identity(motion)) {
         log.warnings.push_back(log.motion_lines.at(key) +
                                ": the truth is exactly the identity: treated as missing");
-      } else if (known != log.motions.end()) {
-        known->second.truth = motion;
       } else {
-        log.lost_truth.emplace(key, motion);
+        log.add_truth(key, motion);
       }
     }
   }
@@ -256,6 +253,15 @@ std::vector<ObjectLog> read_object_logs(const std::string& folder, const ObjectL
   }
   for (ObjectLog& log : logs) warn_of_copies(log);
   return logs;
+}
+
+void ObjectLog::add_truth(ObjectFrame key, const SE3& motion) {
+  const auto known = motions.find(key);
+  if (known != motions.end()) {
+    known->second.truth = motion;
+  } else {
+    lost_truth.emplace(key, motion);
+  }
 }
 
 std::string LogLines::at(ObjectFrame key) const {

@@ -83,6 +83,9 @@ struct ObjectLog {
   bool truth_of_source = false;                     ///< take_truth() has replaced the log's own truth
   bool holds_poses_only = false;                    ///< the motions are computed from `poses`
   std::vector<std::string> warnings;
+
+  /// Adds a true motion to the estimate of its step or, without one, to `lost_truth`.
+  void add_truth(ObjectFrame key, const SE3& motion);
 };
 
 enum class LogFormat { dynosam, vdo, motions, poses };

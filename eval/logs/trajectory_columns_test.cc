@@ -48,6 +48,18 @@ TEST(PoseColumns, AnyOrderAndOtherColumns) {
   EXPECT_EQ(c->seconds_per_unit, 1e-6);
 }
 
+TEST(PoseColumns, CommasInsideQuotesSeparateNoNames) {
+  const auto c =
+      columns("\"label, \"\"free\"\", text\",\"t [s]\",x,\"y\",z,qx,qy,qz,qw,\"\",\"remark, last\"", 11);
+  ASSERT_TRUE(c);
+  EXPECT_EQ(c->time, 1);
+  EXPECT_EQ(c->seconds_per_unit, 1);
+  EXPECT_EQ(c->position, (std::array<size_t, 3>{2, 3, 4}));
+  EXPECT_EQ(c->quaternion, (std::array<size_t, 4>{5, 6, 7, 8}));
+  EXPECT_TRUE(columns("t [s],x,y,z,qx,qy,qz,qw,5\" lens", 9))
+      << "a quote inside a name begins no quoted name";
+}
+
 TEST(PoseColumns, RotationsUnderOtherNamesAreListed) {
   EXPECT_EQ(columns("t [s],x,y,z,roll,pitch,yaw", 7)->unread_rotation, "roll, pitch, yaw");
   EXPECT_EQ(columns("t [s],x,y,z,q0,q1,q2,q3")->unread_rotation, "q0, q1, q2, q3");

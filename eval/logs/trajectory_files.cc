@@ -310,13 +310,13 @@ const std::vector<TrajectoryFormat>& table() {
       {"tum", "t tx ty tz qx qy qz qw, with blanks or commas", read_as<tum>},
       {"tum_ns", "as tum with t in ns, as ORB-SLAM3 writes it", read_as<tum_ns>},
       {"positions", "t x y z without rotations, as of GNSS or a prism", read_as<positions>},
-      {"kitti", "12 values of [R|t], or a frame number and these", read_kitti},
+      {"kitti", "12 values of [R|t], or a frame number and these", read_kitti, false},
       {"euroc", "t[ns],px,py,pz,qw,qx,qy,qz[,...]", read_as<euroc>},
       {"table", "columns in any order, by the names in the header", read_as<table_format>},
       {"tartanair", "tx ty tz qx qy qz qw without a time, as pose_left.txt", read_tartanair},
-      {"vdo", "frame number and 16 values of a 4x4 pose", read_vdo},
+      {"vdo", "frame number and 16 values of a 4x4 pose", read_vdo, false},
       {"dynosam", "DynOSAM camera_pose_log.csv, with its truth", read_dynosam},
-      {"vdo_xml", "VDO-SLAM front end, boost XML, with its truth", read_vdo_xml},
+      {"vdo_xml", "VDO-SLAM front end, boost XML, with its truth", read_vdo_xml, false},
       {"bag", "ROS 1 bag, FILE:/TOPIC", read_recording<read_bag>},
       {"mcap", "MCAP, FILE:/TOPIC", read_recording<read_mcap>},
       {"rosbag2", "rosbag2 of SQLite (.db3), FILE:/TOPIC", read_recording<read_rosbag2>},
@@ -408,8 +408,10 @@ TrajectoryFile read_trajectory(const std::string& path, const std::string& forma
   const std::string name =
       format.empty() || format == "auto" ? detect_trajectory_format(path, rules) : format;
   try {
-    TrajectoryFile file = find_entry(trajectory_formats(), name, "trajectory format").read(path, rules);
+    const TrajectoryFormat& entry = find_entry(trajectory_formats(), name, "trajectory format");
+    TrajectoryFile file = entry.read(path, rules);
     file.format = name;
+    file.has_quaternions = entry.has_quaternions;
     return file;
   } catch (const std::bad_alloc&) {
     fail("{}: does not fit into memory (104 bytes per pose): cut the recording into parts", path);

@@ -48,12 +48,14 @@ struct TrajectoryFile {
   std::vector<std::string> warnings;  ///< repairs
   std::string comments;  ///< comments and header of a text file, or topic of a recording, in lower case
   std::string format;    ///< name in the table
+  bool has_quaternions = true;  ///< as that of the format
 };
 
 struct TrajectoryFormat {
   std::string name;
   std::string description;
   std::function<TrajectoryFile(const std::string& path, const ReadRules& rules)> read;
+  bool has_quaternions = true;  ///< false: rotations are written as matrices
 };
 
 std::span<const TrajectoryFormat> trajectory_formats();

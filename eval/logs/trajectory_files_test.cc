@@ -279,6 +279,21 @@ TEST_F(TrajectoryFiles, ColumnsThatAreNotReadMayContainText) {
   EXPECT_THAT(error("5,1,2,3,0,0,0,1,OK\n", "tum"), HasSubstr("got 'OK'")) << "no header";
 }
 
+TEST_F(TrajectoryFiles, CommasInsideQuotesAreNoSeparators) {
+  const std::string first = "\"label, free\",\"t [s]\",x,y,z,qx,qy,qz,qw\n",
+                    last = "t [s],x,y,z,qx,qy,qz,qw,note\n";
+  for (const std::string& text : {first + "\"a, b\",1,2,3,4,0,0,0,1\n \"c \"\"d\"\", e\" ,2,2,3,5,0,0,0,1\n",
+                                  last + "1,2,3,4,0,0,0,1,\"a, b\"\n2,2,3,5,0,0,0,1,\"one \"\"two\"\"\"\n"}) {
+    SCOPED_TRACE(text);
+    const TrajectoryFile file = read(text);
+    EXPECT_THAT(file.poses.stamps_s, ElementsAre(1, 2));
+    EXPECT_EQ(file.poses.positions_m[1], Eigen::Vector3d(2, 3, 5));
+  }
+  // A quote that is not closed or stands inside a cell has no meaning.
+  const std::string header = "t [s],x,y,z,qx,qy,qz,qw,note,n\n";
+  EXPECT_EQ(read(header + "1,2,3,4,0,0,0,1,\"a,5\n2,2,3,5,0,0,0,1,6\" lens,5\n").poses.size(), 2U);
+}
+
 TEST_F(TrajectoryFiles, HeadersThatDoNotNameEachColumnOnceAreExplained) {
   EXPECT_THAT(error("frame,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,1\n", "auto"),
               AllOf(HasSubstr("its header names no column of time; known are names like time"),

@@ -163,7 +163,7 @@ PoseSeries TransformTree::path(const std::string& frames, const std::string& whe
   }
   PoseSeries series;
   series.stamps_s = times;
-  for (const SE3& pose : product) series.add(pose.rotation().toRotationMatrix(), pose.translation());
+  for (const SE3& pose : product) series.add(pose);
   if (times.size() < n_times) {
     log.note(
         fmt::format("{} of {} stamps lie outside the time range of the other moving transforms: left out",

@@ -53,8 +53,8 @@ py::tuple evaluate(const py::tuple& estimate, const py::tuple& reference, const 
                      .relation = from_name<PoseRelation>(relation, "relation")};
   if (up) options.up = Eigen::Vector3d((*up)[0], (*up)[1], (*up)[2]).normalized();
   if (delta) {
-    options.rpe = selection_of(*delta);
-    options.rpe->all_pairs = all_pairs;
+    options.rpe_lengths = {selection_of(*delta)};
+    options.rpe_lengths.front().all_pairs = all_pairs;
   }
   options.association.max_difference_s = max_difference_s;
   options.association.offset_s = offset_s;

@@ -74,8 +74,7 @@ py::tuple arguments_of(const Problem& problem, const StartingPoint& start) {
 
 /// The case and the pair that this thread is solving, for messages.
 struct Place {
-  std::string source;
-  uint64_t seed = 0;
+  const CaseContext* context = nullptr;
   const FramePair* pair = nullptr;
 
   /// Returns "synthetic s18, seed 0, frame 3, object:2". A body is recognised by its first point, because a
@@ -90,50 +89,13 @@ struct Place {
     };
     for (const ObjectObservation& object : pair->objects)
       if (points.size() > 0 && has(object.points)) body = object_body(object.instance);
-    return fmt::format("{}, seed {}, frame {}, {}", source, seed, pair->curr, body);
+    const SequenceInfo& info = context->sequence.info();
+    return fmt::format("{} {}, seed {}, frame {}, {}", info.dataset, info.sequence, context->seed, pair->curr,
+                       body);
   }
 };
 
 thread_local Place place;
-
-class PlacedPairEstimator final : public PairEstimator {
- public:
-  PlacedPairEstimator(std::string source, uint64_t seed, std::unique_ptr<PairEstimator> estimator)
-      : source_(std::move(source)), seed_(seed), estimator_(std::move(estimator)) {}
-  FrameResult process(const FramePair& pair) override {
-    place = {source_, seed_, &pair};
-    FrameResult result = estimator_->process(pair);
-    place = {};
-    return result;
-  }
-
- private:
-  std::string source_;
-  uint64_t seed_;
-  std::unique_ptr<PairEstimator> estimator_;
-};
-
-/// An estimator of cases whose messages name the place.
-class PlacedEstimator final : public CaseEstimator {
- public:
-  explicit PlacedEstimator(std::shared_ptr<const CaseEstimator> estimator)
-      : estimator_(std::move(estimator)) {}
-  std::vector<NamedEstimator> begin(const CaseContext& context) const override {
-    std::vector<NamedEstimator> pair_estimators = estimator_->begin(context);
-    const SequenceInfo& info = context.sequence.info();
-    for (NamedEstimator& each : pair_estimators)
-      each.estimator = std::make_unique<PlacedPairEstimator>(info.dataset + " " + info.sequence, context.seed,
-                                                             std::move(each.estimator));
-    return pair_estimators;
-  }
-  Json options() const override { return estimator_->options(); }
-  std::string label() const override { return estimator_->label(); }
-  bool is_third_party() const override { return estimator_->is_third_party(); }
-  std::optional<Fingerprint> fingerprint() const override { return estimator_->fingerprint(); }
-
- private:
-  std::shared_ptr<const CaseEstimator> estimator_;
-};
 
 class PythonEstimator final : public Estimator {
  public:
@@ -198,8 +160,11 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
   if (!options.empty())
     fail("estimator 'python:{}': takes no options: bind them to the function (functools.partial)", name);
   Fingerprint fingerprint = function.fingerprint;
-  return std::make_shared<PlacedEstimator>(pipeline_case_estimator(
-      name, std::make_shared<PythonEstimator>(name, std::move(function)), std::move(fingerprint)));
+  return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)),
+                                 std::move(fingerprint),
+                                 [](const CaseContext& context, const FramePair* pair) {
+                                   place = {&context, pair};
+                                 });
 }
 
 /// Throws Error if a folder contains the results of another version of the function.

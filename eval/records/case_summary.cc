@@ -12,11 +12,6 @@
 namespace sextant {
 namespace {
 
-const double* find_in(const Record::Numbers& numbers, const std::string& key) {
-  const auto it = numbers.find(key);
-  return it == numbers.end() ? nullptr : &it->second;
-}
-
 void add_record(const Record& record, BodySums& body) {
   ++body.statuses[{record.status, record.gate}];
   if (!has_truth(record)) return;

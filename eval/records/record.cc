@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -221,9 +220,7 @@ bool is_body(std::string_view text) {
   if (text == "ego") return true;
   if (!text.starts_with(prefix)) return false;
   text.remove_prefix(prefix.size());
-  int id = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
-  return is_digits(text) && error == std::errc() && end == text.data() + text.size();
+  return is_digits(text) && whole_number<int>(text);
 }
 
 bool is_flow_truth(std::string_view text) { return text == "given" || text == "induced"; }

@@ -87,6 +87,13 @@ class NamedNumbers {
   std::vector<value_type> numbers_;
 };
 
+/// Returns the value of a map under `key`; null if there is none.
+template <typename Map>
+const typename Map::mapped_type* find_in(const Map& map, const typename Map::key_type& key) {
+  const auto it = map.find(key);
+  return it == map.end() ? nullptr : &it->second;
+}
+
 struct Record {
   using Numbers = NamedNumbers;
 

@@ -48,7 +48,30 @@ std::optional<Eigen::Quaterniond> orientation(const std::vector<std::string>& pa
   return q;
 }
 
+std::optional<SE3> pose(const std::optional<Eigen::Quaterniond>& rotation,
+                        const std::optional<Eigen::Vector3d>& position_m) {
+  return rotation && position_m ? std::optional(SE3::from_parts(*rotation, *position_m)) : std::nullopt;
+}
+
 }  // namespace
+
+void TrackPoint::set_estimate(const SE3& T_world_body) {
+  estimate_m = T_world_body.translation();
+  estimate_rotation = T_world_body.rotation();
+}
+
+void TrackPoint::set_truth(const SE3& T_world_body) {
+  truth_m = T_world_body.translation();
+  truth_rotation = T_world_body.rotation();
+}
+
+std::optional<SE3> TrackPoint::estimate() const { return pose(estimate_rotation, estimate_m); }
+std::optional<SE3> TrackPoint::truth() const { return pose(truth_rotation, truth_m); }
+
+const TrackPoint* BodyTrack::find(int frame) const {
+  const auto point = std::ranges::lower_bound(points, frame, {}, &TrackPoint::frame);
+  return point != points.end() && point->frame == frame ? &*point : nullptr;
+}
 
 std::string tracks_file(const std::string& system, uint64_t run) {
   const auto is_plain = [](char c) {

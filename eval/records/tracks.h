@@ -24,6 +24,8 @@
 
 #include <Eigen/Geometry>
 
+#include "sextant/geometry/se3.h"
+
 namespace sextant {
 
 struct TrackPoint {
@@ -34,11 +36,20 @@ struct TrackPoint {
   /// it.
   std::optional<Eigen::Quaterniond> estimate_rotation{};
   std::optional<Eigen::Quaterniond> truth_rotation{};
+
+  void set_estimate(const SE3& T_world_body);
+  void set_truth(const SE3& T_world_body);
+  /// Return T_world_body; nullopt unless position and orientation are known.
+  std::optional<SE3> estimate() const;
+  std::optional<SE3> truth() const;
 };
 
 struct BodyTrack {
   std::string body;                ///< "ego" or "object:ID", as in records
   std::vector<TrackPoint> points;  ///< ordered by frame
+
+  /// Returns the point of a frame; null if there is none.
+  const TrackPoint* find(int frame) const;
 };
 
 /// Returns the path of the tracks of a system's run below a folder of `evaluate objects --out`. Different

@@ -105,13 +105,6 @@ inline int order_of(const Record& record) { return body_order(record.body); }
 
 // ---- Numbers of records.
 
-/// Returns the value of a map under `key`; null if there is none.
-template <typename Map>
-const typename Map::mapped_type* find_in(const Map& map, const typename Map::key_type& key) {
-  const auto it = map.find(key);
-  return it == map.end() ? nullptr : &it->second;
-}
-
 /// Returns the keys that all of these maps have, in order: the cases in which they can be compared.
 template <typename Map>
 std::vector<typename Map::key_type> common_keys(const std::vector<const Map*>& maps) {

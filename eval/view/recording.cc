@@ -11,6 +11,7 @@
 #include "sextant/base/progress.h"
 #include "sextant/datasets/codec/jpeg.h"
 #include "sextant/eval/logs/mcap_writer.h"
+#include "sextant/eval/records/record.h"
 #include "sextant/eval/report/html/html.h"
 
 namespace sextant {
@@ -88,26 +89,14 @@ Json pose_json(const SE3& T) {
 /// Estimate or truth of a body.
 struct Side {
   const char* name;
-  std::optional<Eigen::Vector3d> TrackPoint::*position_m;
-  std::optional<Eigen::Quaterniond> TrackPoint::*rotation;
+  std::optional<SE3> (TrackPoint::*pose)() const;
   Json colour;
-
-  std::optional<SE3> pose(const TrackPoint& point) const {
-    if (!(point.*position_m) || !(point.*rotation)) return std::nullopt;
-    return SE3::from_parts(*(point.*rotation), *(point.*position_m));
-  }
 };
 
 const std::vector<Side>& sides() {
   static const std::vector<Side> both = {
-      {"estimate",
-       &TrackPoint::estimate_m,
-       &TrackPoint::estimate_rotation,
-       {{"r", 0.90}, {"g", 0.45}, {"b", 0.10}, {"a", 0.5}}},
-      {"truth",
-       &TrackPoint::truth_m,
-       &TrackPoint::truth_rotation,
-       {{"r", 0.25}, {"g", 0.60}, {"b", 0.90}, {"a", 0.4}}},
+      {"estimate", &TrackPoint::estimate, {{"r", 0.90}, {"g", 0.45}, {"b", 0.10}, {"a", 0.5}}},
+      {"truth", &TrackPoint::truth, {{"r", 0.25}, {"g", 0.60}, {"b", 0.90}, {"a", 0.4}}},
   };
   return both;
 }
@@ -151,7 +140,7 @@ class Recording {
       for (const Side& side : sides()) {
         Json poses = Json::array();
         for (const TrackPoint& point : track.points) {
-          if (const auto T = side.pose(point)) poses.push_back(pose_json(*T));
+          if (const auto T = (point.*side.pose)()) poses.push_back(pose_json(*T));
         }
         const uint64_t ns = time_ns(info_.first_frame);
         if (!poses.empty())
@@ -166,9 +155,8 @@ class Recording {
     for (const Side& side : sides()) {
       Json entities = Json::array();
       for (const BodyTrack& track : run_.tracks) {
-        const auto point = std::ranges::lower_bound(track.points, frame, {}, &TrackPoint::frame);
-        if (point == track.points.end() || point->frame != frame) continue;
-        const std::optional<SE3> T = side.pose(*point);
+        const TrackPoint* point = track.find(frame);
+        const std::optional<SE3> T = point == nullptr ? std::nullopt : (point->*side.pose)();
         if (!T) continue;
         add(fmt::format("{}/{}", topic_of(track.body), side.name), "foxglove.PoseInFrame", ns,
             {{"timestamp", time_json(ns)}, {"frame_id", world}, {"pose", pose_json(*T)}});
@@ -217,8 +205,7 @@ class Recording {
   }
 
   std::optional<Eigen::Vector3d> box_size_m(const std::string& body, int frame) const {
-    const ObjectTruth* object =
-        run_.sequence->truth().find(frame, std::stoi(body.substr(body.find(':') + 1)));
+    const ObjectTruth* object = run_.sequence->truth().find(frame, body_order(body));
     return object == nullptr ? std::nullopt : object->size_m;
   }
 

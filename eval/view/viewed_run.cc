@@ -192,7 +192,7 @@ void add_pairs(const Plan& plan, const PlanCase& c, const fs::path& case_folder,
   std::map<int, std::map<int, Eigen::Vector3d>> positions;  // positions of objects by frame
   for (const BodyTrack& track : run.tracks) {
     if (track.body == "ego") continue;
-    const int id = std::stoi(track.body.substr(track.body.find(':') + 1));
+    const int id = body_order(track.body);
     for (const TrackPoint& point : track.points) {
       if (point.estimate_m) positions[point.frame][id] = *point.estimate_m;
     }
@@ -295,27 +295,19 @@ ViewedRun view_run(const fs::path& folder, const CaseChoice& choice, const std::
 }
 
 std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks, int frame) {
-  const auto point_of = [&](const BodyTrack& track) -> const TrackPoint* {
-    const auto it = std::ranges::lower_bound(track.points, frame, {}, &TrackPoint::frame);
-    return it != track.points.end() && it->frame == frame ? &*it : nullptr;
-  };
-  const auto pose = [](const auto& rotation, const auto& position) {
-    return rotation && position ? std::optional(SE3::from_parts(*rotation, *position)) : std::nullopt;
-  };
   std::optional<SE3> T_world_camera;
   std::map<std::string, SE3> T_camera_object;
   for (const BodyTrack& track : tracks) {
-    const TrackPoint* point = point_of(track);
+    const TrackPoint* point = track.find(frame);
     if (point == nullptr || track.body != "ego") continue;
-    T_world_camera = pose(point->estimate_rotation, point->estimate_m);
-    if (!T_world_camera) T_world_camera = pose(point->truth_rotation, point->truth_m);
+    T_world_camera = point->estimate();
+    if (!T_world_camera) T_world_camera = point->truth();
   }
   if (!T_world_camera) return {};
   for (const BodyTrack& track : tracks) {
-    const TrackPoint* point = point_of(track);
+    const TrackPoint* point = track.find(frame);
     if (point == nullptr || track.body == "ego") continue;
-    if (const auto T = pose(point->estimate_rotation, point->estimate_m))
-      T_camera_object.emplace(track.body, T_world_camera->inverse() * *T);
+    if (const auto T = point->estimate()) T_camera_object.emplace(track.body, T_world_camera->inverse() * *T);
   }
   return T_camera_object;
 }

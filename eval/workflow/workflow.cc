@@ -68,17 +68,13 @@ bool contradicts_truth(const BodyTrack& track) {
       is_camera ? LeastMotion{.error = 0.1 * degree} : LeastMotion{.truth = 0.3 * degree};
   std::vector<double> steps, turns, errors_of_steps, errors_of_turns;
   bool moves = false;
-  const auto pose = [](const auto& rotation, const auto& position) {
-    return rotation && position ? std::optional(SE3(*rotation, *position)) : std::nullopt;
-  };
   for (size_t i = 1; i < track.points.size(); ++i) {
     const TrackPoint &before = track.points[i - 1], &at = track.points[i];
-    const auto r0 = pose(before.truth_rotation, before.truth_m), r1 = pose(at.truth_rotation, at.truth_m);
+    const auto r0 = before.truth(), r1 = at.truth();
     if (at.frame != before.frame + 1 || !r0 || !r1) continue;
     const SE3 truth = r0->inverse() * *r1;
     moves = moves || truth.translation().norm() > least_step_m;
-    const auto g0 = pose(before.estimate_rotation, before.estimate_m);
-    const auto g1 = pose(at.estimate_rotation, at.estimate_m);
+    const auto g0 = before.estimate(), g1 = at.estimate();
     if (!g0 || !g1) continue;
     const SE3 error = (g0->inverse() * *g1).inverse() * truth;
     steps.push_back(truth.translation().squaredNorm());

@@ -3,10 +3,12 @@
 // Text helpers for messages, and for untrusted text that is shown on a page or a terminal.
 
 #include <algorithm>
+#include <charconv>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 #include <vector>
 
@@ -39,6 +41,9 @@ void add_distinct(const std::type_identity_t<Item>& item, std::vector<Item>& lis
 /// Returns `text` without leading and trailing blanks, tabs, vertical tabs, form feeds and carriage returns.
 std::string_view trimmed(std::string_view text);
 
+/// Returns `text` with the letters A to Z in lower case.
+std::string lower_case(std::string_view text);
+
 /// Returns true if `text` is not empty and consists of the digits 0 to 9.
 bool is_digits(std::string_view text);
 
@@ -46,6 +51,27 @@ bool is_digits(std::string_view text);
 /// also with a leading '+'; infinity of the same sign on overflow, 0 on underflow, nullopt if it is not a
 /// number.
 std::optional<double> number_in(std::string_view text);
+
+/// Returns the whole number that the whole of `text` spells in digits, with a leading '-' if T is signed;
+/// nullopt if it is none or does not fit into T.
+template <typename T>
+std::optional<T> whole_number(std::string_view text) {
+  static_assert(std::is_integral_v<T>);
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+/// Returns the runs of successive numbers in a list, in its order: "3-5", "9".
+template <typename T>
+std::vector<std::string> ranges_of(const std::vector<T>& numbers) {
+  std::vector<std::string> ranges;
+  for (size_t i = 0, j = 0; i < numbers.size(); i = j + 1) {
+    for (j = i; j + 1 < numbers.size() && numbers[j + 1] == numbers[j] + 1;) ++j;
+    ranges.push_back(std::to_string(numbers[i]) + (i == j ? "" : "-" + std::to_string(numbers[j])));
+  }
+  return ranges;
+}
 
 bool is_utf8(std::string_view text);
 

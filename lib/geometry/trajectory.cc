@@ -52,6 +52,13 @@ void PoseSeries::keep(std::span<const int> indices) {
 
 SE3 PoseSeries::pose(size_t i) const { return {Eigen::Quaterniond(rotations[i]), positions_m[i]}; }
 
+std::vector<double> path_lengths_m(const PoseSeries& series) {
+  std::vector<double> lengths(series.size(), 0.0);
+  for (size_t i = 1; i < series.size(); ++i)
+    lengths[i] = lengths[i - 1] + (series.positions_m[i] - series.positions_m[i - 1]).norm();
+  return lengths;
+}
+
 RelativePose relative_pose(const PoseSeries& series, size_t i, size_t j) {
   const auto R_i_world = series.rotations[i].transpose();
   return {R_i_world * series.rotations[j], R_i_world * (series.positions_m[j] - series.positions_m[i])};

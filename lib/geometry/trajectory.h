@@ -61,6 +61,7 @@ struct PoseSeries {
 
   void reserve(size_t n);
   void add(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& position_m);
+  void add(const SE3& pose) { add(pose.rotation().toRotationMatrix(), pose.translation()); }
   /// Transforms covariance i for a change of pose i = (R_i, p_i) to position s R p_i + t + l and rotation R
   /// R_i, also if a constant rotation of the body axes follows. The lever arm l = `lever_world_m` is constant
   /// in the body frame, but given in the axes of the new world (m). Does nothing if the series has no
@@ -72,6 +73,9 @@ struct PoseSeries {
   void keep(std::span<const int> indices);
   SE3 pose(size_t i) const;
 };
+
+/// Returns the length of the path from the first position to each one, m.
+std::vector<double> path_lengths_m(const PoseSeries& series);
 
 /// Relative pose inverse(T_i) T_j, with the rotation inverted by transposition.
 struct RelativePose {
