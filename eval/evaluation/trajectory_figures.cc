@@ -112,8 +112,8 @@ void set_data_along(const EgoCurves& curves, const CurveColumns& columns, Figure
 }
 
 /// Fills the data of a figure of paths with a scale of `m_per_cm`. The omitted poses are closer to the lines
-/// than 0.1 mm in print, a quarter of a line's width. If errors up to `colour_end` give the colours, the omitted
-/// poses are also less than one colour away.
+/// than 0.1 mm in print, a quarter of a line's width. If errors up to `colour_end` give the colours, they are
+/// also less than one colour away.
 void set_path_data(const EgoCurves& curves, const CurveColumns& columns, double m_per_cm,
                    const std::optional<double>& colour_end, Figure& figure) {
   const double tolerance_m = 0.01 * m_per_cm;

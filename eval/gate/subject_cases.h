@@ -48,7 +48,8 @@ struct SubjectCases : CaseColumns {
   std::vector<bool> have_truth;
   NumberColumns errors;
   NumberColumns truth;  ///< values that depend on the truth only
-  /// `dynamic`: 1 if the body was classified as dynamic, 0 if as static; `nees`: of the estimator's covariance
+  /// `dynamic`: 1 if the body was classified as dynamic, 0 if as static; `nees`: of the estimator's own
+  /// covariance
   NumberColumns values;
   NumberColumns times;            ///< times of the estimator's stages refine, start and total, ms
   uint64_t n_without_errors = 0;  ///< number of records for which lacks_errors() is true

@@ -25,6 +25,26 @@
 namespace sextant {
 namespace {
 
+std::string listed(const std::vector<std::string>& names) {
+  constexpr size_t most = 8;
+  std::string text;
+  for (size_t i = 0; i < std::min(most, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
+}
+
+}  // namespace
+
+size_t place_of(const std::string& wanted, const std::vector<std::string>& names, const std::string& what,
+                const fs::path& folder) {
+  if (names.empty()) fail("{}: its configuration has no {}", folder.string(), what);
+  if (wanted.empty()) return 0;
+  const auto it = std::ranges::find(names, wanted);
+  if (it == names.end()) fail("{}: has no {} '{}': it has {}", folder.string(), what, wanted, listed(names));
+  return static_cast<size_t>(it - names.begin());
+}
+
+namespace {
+
 /// Converts the configuration of a run to a plan with one estimator and one level; that of a sweep is already
 /// a plan.
 Json plan_of(const Json& configuration, const std::string& where) {
@@ -44,24 +64,6 @@ Json plan_of(const Json& configuration, const std::string& where) {
   plan["options"] = {{"extraction", json_object(options, "extraction", where)},
                      {"pipeline", json_object(options, "pipeline", where)}};
   return plan;
-}
-
-std::string listed(const std::vector<std::string>& names) {
-  constexpr size_t most = 8;
-  std::string text;
-  for (size_t i = 0; i < std::min(most, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
-  return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
-}
-
-/// Returns the index of `wanted` in `names`; 0 if `wanted` is empty. Throws Error that lists the names if it
-/// is none of them.
-size_t place_of(const std::string& wanted, const std::vector<std::string>& names, const std::string& what,
-                const fs::path& folder) {
-  if (names.empty()) fail("{}: its configuration has no {}", folder.string(), what);
-  if (wanted.empty()) return 0;
-  const auto it = std::ranges::find(names, wanted);
-  if (it == names.end()) fail("{}: has no {} '{}': it has {}", folder.string(), what, wanted, listed(names));
-  return static_cast<size_t>(it - names.begin());
 }
 
 /// Reduces `plan` to the requested source, so that the other sources need not exist. Returns its index.
@@ -310,86 +312,6 @@ std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks,
     if (const auto T = point->estimate()) T_camera_object.emplace(track.body, T_world_camera->inverse() * *T);
   }
   return T_camera_object;
-}
-
-bool is_of_logs(const fs::path& folder) {
-  std::error_code ignored;
-  return fs::exists(folder / "records.jsonl", ignored) && !fs::exists(folder / "run.json", ignored);
-}
-
-namespace {
-
-/// The frames of logs whose source is not known: no channel, no truth.
-class SequenceOfLogs : public Sequence {
- public:
-  explicit SequenceOfLogs(SequenceInfo info) : info_(std::move(info)) {}
-  const SequenceInfo& info() const override { return info_; }
-  const SequenceTruth& truth() const override { return truth_; }
-  Frame read(int /*frame*/, Channels /*channels*/) const override { return {}; }
-  void check_files() const override {}
-
- private:
-  SequenceInfo info_;
-  SequenceTruth truth_;
-};
-
-std::shared_ptr<const Sequence> sequence_of_logs(const std::vector<Record>& records,
-                                                 const std::vector<BodyTrack>& tracks) {
-  SequenceInfo info;
-  info.dataset = records.front().dataset;
-  info.sequence = records.front().sequence;
-  info.rate_hz = 10;  // for the playback only: logs without a source do not state a rate
-  info.first_frame = records.front().frame - 1;
-  info.last_frame = records.front().frame;
-  const auto include = [&](int first, int last) {
-    info.first_frame = std::min(info.first_frame, first);
-    info.last_frame = std::max(info.last_frame, last);
-  };
-  for (const Record& record : records) include(record.frame - 1, record.frame);
-  for (const BodyTrack& track : tracks) {
-    for (const TrackPoint& point : track.points) include(point.frame, point.frame);
-  }
-  return std::make_shared<SequenceOfLogs>(std::move(info));
-}
-
-}  // namespace
-
-ViewedRun view_records(const fs::path& folder, const CaseChoice& choice, const std::string& source,
-                       std::shared_ptr<const Sequence> sequence) {
-  ViewedRun run;
-  run.folder = folder.string();
-  std::vector<Record> all = read_records(folder / "records.jsonl");
-  if (all.empty())
-    fail("{}: has no records: expected the results of `sextant evaluate objects --out`",
-         (folder / "records.jsonl").string());
-  std::vector<std::string> estimators, seeds;
-  for (const Record& record : all) {
-    add_distinct(record.estimator.str(), estimators);
-    add_distinct(std::to_string(record.seed), seeds);
-  }
-  run.estimator = estimators[place_of(choice.estimator, estimators, "estimator", folder)];
-  run.seed =
-      std::stoull(seeds[place_of(choice.seed ? std::to_string(*choice.seed) : "", seeds, "seed", folder)]);
-  run.n_cases = estimators.size() * seeds.size();
-  const std::string tracks = (folder / tracks_file(run.estimator, run.seed)).string();
-  if (fs::exists(tracks)) run.tracks = parse_tracks(read_file(tracks), tracks);
-  std::erase_if(all, [&](const Record& r) { return r.estimator != run.estimator || r.seed != run.seed; });
-  if (all.empty()) fail("{}: has no record of {} with seed {}", folder.string(), run.estimator, run.seed);
-  run.source =
-      sequence ? source : fmt::format("{} {}", all.front().dataset.str(), all.front().sequence.str());
-  run.sequence = sequence ? std::move(sequence) : sequence_of_logs(all, run.tracks);
-  const SequenceInfo& info = run.sequence->info();
-  for (Record& record : all) {
-    if (record.frame >= info.first_frame && record.frame <= info.last_frame)
-      run.records.push_back(std::move(record));
-  }
-  if (run.records.empty())
-    fail("{}: no record of {} is of a frame of {} ({}-{})", folder.string(), run.estimator, run.source,
-         info.first_frame, info.last_frame);
-  run.notes.emplace_back(run.tracks.empty()
-                             ? "Made from records alone: there are no points, covariances or paths."
-                             : "Made from logs: there are no points and covariances.");
-  return run;
 }
 
 ViewedRun view_folder(const fs::path& folder, const CaseChoice& choice, const std::string& images,

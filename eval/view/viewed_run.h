@@ -120,6 +120,11 @@ struct ViewedRun {
 /// or, if there is none, to the true one. Empty if the tracks have no orientations.
 std::map<std::string, SE3> estimated_poses(const std::vector<BodyTrack>& tracks, int frame);
 
+/// Returns the index of `wanted` in `names`; 0 if `wanted` is empty. Throws Error that lists the names if it
+/// is none of them.
+size_t place_of(const std::string& wanted, const std::vector<std::string>& names, const std::string& what,
+                const std::filesystem::path& folder);
+
 /// Reads a run. Throws Error if the folder is not one of `sextant run`, `sextant sweep` or `sextant merge`,
 /// if it has no such case (the message lists the sources, estimators, levels or seeds that it has), or if its
 /// source cannot be opened.
@@ -131,7 +136,7 @@ bool is_of_logs(const std::filesystem::path& folder);
 
 /// Reads records and paths of other programs (`sextant evaluate objects --out`). `sequence`, opened from
 /// `source`, gives images and truth; null if it is not known. Takes the first system and run unless `choice`
-/// selects another.
+/// selects another. Throws Error if the true camera of the logs is not that of the sequence.
 ViewedRun view_records(const std::filesystem::path& folder, const CaseChoice& choice,
                        const std::string& source, std::shared_ptr<const Sequence> sequence);
 

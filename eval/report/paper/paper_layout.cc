@@ -268,8 +268,8 @@ struct VersionMaker {
 };
 
 /// Adds notes on the data of the cells, if rows of the same quantity show systems on different data, although
-/// the paper compares the values of such a row with each other: one note on the rows that are always shown, and
-/// one on the other systems.
+/// the paper compares the values of such a row with each other: one note on the rows that are always shown,
+/// and one on the other systems.
 void note_different_data(const std::vector<std::string>& columns, LayoutVersion& version) {
   std::map<std::string, std::set<std::string>> data_of;           // by quantity, that is, row of the paper
   std::map<std::string, std::vector<std::string>> shown, folded;  // systems by data
