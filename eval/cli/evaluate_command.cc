@@ -326,6 +326,8 @@ void add_evaluate_objects_command(CLI::App& evaluate_app) {
   add_option_flags(command, flags);
   add_value(command, "--save-tum", flags.files.tum, "DIR",
             "Write obj_<id>.tum and obj_<id>_gt.tum per object");
+  add_value(command, "--save-zip", flags.files.zip, "DIR",
+            "Write the APE of each object with true poses as evo does, obj_<id>.zip (evo_res reads them)");
   add_value(command, "--out", flags.out, "DIR", "Write report.html, tables, figures and records.jsonl here");
   command.add_flag("--json", flags.json, "Print as JSON");
   command.add_flag("--quiet", flags.quiet, "Print nothing but errors");

@@ -53,6 +53,8 @@ constexpr Place places[] = {
      "evaluate objects IN/logs --format dynosam --truth vdo:IN/a --quiet --out OUT"},
     {"sextant evaluate objects", "--save-tum",
      "evaluate objects IN/logs --format dynosam --truth vdo:IN/a --quiet --save-tum OUT"},
+    {"sextant evaluate objects", "--save-zip",
+     "evaluate objects IN/logs --format dynosam --truth vdo:IN/a --quiet --save-zip OUT"},
     {"sextant view", "--out", "view IN/run --jobs 1 --quiet --out OUT"},
     {"sextant view", "--out", "view IN/run --jobs 1 --quiet --out OUT/page.html", false},
     {"sextant overlay", "--out", "overlay vdo:IN/a --frame 2 --out OUT/o.png", false},

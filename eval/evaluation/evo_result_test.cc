@@ -7,6 +7,7 @@
 #include "sextant/base/error.h"
 #include "sextant/base/options.h"
 #include "sextant/base/testing.h"
+#include "sextant/eval/evaluation/object_drive_testing.h"
 
 namespace sextant {
 namespace {
@@ -60,6 +61,32 @@ TEST(EvoResult, HoldsWhatEvoReads) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1)
       << "a temporary is left";
   EXPECT_THROW(write_evo_result("/nowhere/at/all.zip", result, options, "ref.txt"), Error);
+}
+
+TEST(EvoResult, EveryObjectWithTruePosesHasOne) {
+  const Drive drive;
+  const TempFolder logs, saved;
+  std::string motions, poses;
+  for (const auto& [key, L] : drive.L) {
+    const SE3 shifted(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0.01 * (key.second % 3), 0, 0));
+    poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(shifted * L), csv(L));
+  }
+  for (const auto& [key, H] : drive.estimate)
+    motions += fmt::format("{},{},{},{}\n", key.second, key.first, csv(H), csv(drive.truth(key)));
+  logs.write("m_object_motion_log.csv", motions);
+  logs.write("m_object_pose_log.csv", poses);
+  ObjectFiles files;
+  files.folders = {logs.path()};
+  files.format = LogFormat::dynosam;
+  files.zip = saved.path();
+  const std::vector<ObjectPathErrors> paths = evaluate_object_files(files).paths;
+  ASSERT_EQ(paths.size(), 2U);
+  for (const ObjectPathErrors& errors : paths) {
+    const auto zip = saved.path() / "m" / fmt::format("obj_{}.zip", errors.object);
+    EXPECT_GT(errors.ape->Et_m, 1e-4);
+    EXPECT_EQ(Json::parse(member(zip, "stats.json"))["rmse"], errors.ape->Et_m);
+    EXPECT_FALSE(member(zip, "timestamps.npy").empty());
+  }
 }
 
 }  // namespace

@@ -208,14 +208,19 @@ std::optional<PathError> relative(const TrajectoryPair& paths, const std::vector
   return PathError{pairs.size(), rmse(PoseRelation::trans_part), rmse(PoseRelation::angle_deg)};
 }
 
-std::optional<PathError> absolute(TrajectoryPair paths) {
+/// Aligns the estimated path rigidly; nullopt if the positions do not determine an alignment.
+std::optional<AlignmentResult> align_path(TrajectoryPair& paths) {
   constexpr size_t fewest = 3;
   if (paths.estimate.size() < fewest) return std::nullopt;
   try {
-    align(paths.estimate, paths.reference, Alignment::se3);
+    return align(paths.estimate, paths.reference, Alignment::se3);
   } catch (const Error&) {
     return std::nullopt;
   }
+}
+
+std::optional<PathError> absolute(TrajectoryPair paths) {
+  if (!align_path(paths)) return std::nullopt;
   const auto rmse = [&](PoseRelation relation) {
     return error_statistics(absolute_errors(paths.estimate, paths.reference, relation)).rmse;
   };
@@ -270,6 +275,23 @@ std::vector<ObjectPathErrors> object_path_errors(const ObjectLog& log, uint64_t 
                             relative(by_motions, steps_of(by_motions.estimate, true)),
                             per_axis(logged)};
     if (errors.rpe || errors.chained_rpe) out.push_back(std::move(errors));
+  }
+  return out;
+}
+
+std::vector<EgoResult> aligned_object_paths(const ObjectLog& log, double rate_hz) {
+  std::vector<EgoResult> out;
+  for (const int id : ids_of(log.poses)) {
+    EgoResult path;
+    static_cast<TrajectoryPair&>(path) = common_paths(log.poses, log.true_poses, id);
+    const auto alignment = align_path(path);
+    if (!alignment) continue;
+    path.name = fmt::format("obj_{}", id);
+    path.alignment = *alignment;
+    path.errors = absolute_errors(path.estimate, path.reference, PoseRelation::trans_part);
+    path.statistics = error_statistics(path.errors);
+    for (const int frame : path.estimate.frames) path.estimate.stamps_s.push_back(frame / rate_hz);
+    out.push_back(std::move(path));
   }
   return out;
 }

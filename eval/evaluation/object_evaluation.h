@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "sextant/eval/evaluation/ego_evaluation.h"
 #include "sextant/eval/evaluation/run_statistics.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/eval/records/record.h"
@@ -83,6 +84,11 @@ struct ObjectPathErrors {
 
 /// Returns the errors of each object that has true poses, and poses or motions to chain.
 std::vector<ObjectPathErrors> object_path_errors(const ObjectLog& log, uint64_t run = 0);
+
+/// Returns the logged path of each object, named obj_<id>, after a rigid alignment to its true path, with the
+/// distances of the positions as errors; objects whose positions do not determine an alignment are left out.
+/// The time of a pose is frame / rate.
+std::vector<EgoResult> aligned_object_paths(const ObjectLog& log, double rate_hz);
 
 /// Table of APE and RPE with one row per system, run and object.
 Table object_path_table(const std::vector<ObjectPathErrors>& errors);

@@ -146,22 +146,36 @@ std::string tum_of(const std::map<ObjectFrame, SE3>& poses, int id, double rate_
   return encode_tum(series);
 }
 
-/// Writes <DIR>/<system>, and <DIR>/<system>_2 ... for further runs of a system; `taken` holds the names used
-/// by earlier logs.
+/// Writes <DIR>/<system>, and <DIR>/<system>_2 ... for further runs of a system, below the folders for TUM
+/// files and for evo's result files; `taken` holds the names used by earlier logs.
 void write_objects(ObjectLog& log, uint64_t run_of_system, double rate_hz, const ObjectFiles& files,
                    std::vector<std::string>& taken) {
   if (log.poses.empty()) log.poses = chained_poses(log);
   if (log.poses.empty()) {
     log.warnings.push_back(fmt::format(
-        "--save-tum: the log of {} holds motions of objects, but no pose to start from: give --truth",
+        "--save-tum, --save-zip: the log of {} holds motions of objects, but no pose to start from: give "
+        "--truth",
         log.estimator));
   }
   const std::string end_of_name = run_of_system > 1 ? fmt::format("_{}", run_of_system) : "";
   taken.push_back(safe_file_name(log.estimator + end_of_name));
   taken = distinct_names(std::move(taken));
+  std::set<std::string> written;
+  if (!files.zip.empty()) {
+    const FolderLock lock(files.zip);
+    const fs::path folder = make_folder_below(files.zip, taken.back());
+    EgoOptions options;
+    options.alignment = Alignment::se3;
+    for (const EgoResult& path : aligned_object_paths(log, rate_hz)) {
+      const std::string name = path.name + ".zip";
+      write_evo_result(folder / name, path, options, path.name + "_gt");
+      written.insert(name);
+    }
+    remove_stale_files(folder, R"(obj_\d+\.zip)", written);
+  }
+  if (files.tum.empty()) return;
   const FolderLock lock(files.tum);
   const fs::path folder = make_folder_below(files.tum, taken.back());
-  std::set<std::string> written;
   for (const auto& [poses, end] : {std::pair(&log.poses, ""), std::pair(&log.true_poses, "_gt")}) {
     for (auto it = poses->begin(); it != poses->end();
          it = poses->upper_bound({it->first.first, std::numeric_limits<int>::max()})) {
@@ -336,7 +350,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   if (!files.truth.empty()) source = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;
   std::map<std::string, uint64_t> runs;
-  std::vector<std::string> folders;  // folders for --save-tum
+  std::vector<std::string> folders;  // below those of --save-tum and --save-zip
   std::vector<Estimate> estimates;
   for (const std::string& text : files.folders) estimates.push_back(parse_estimate(text));
   std::vector<std::vector<ObjectLog>> logs;
@@ -366,7 +380,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
       std::ranges::move(object_path_errors(log, run), std::back_inserter(scores.paths));
       std::ranges::move(object_consistency(log, run), std::back_inserter(scores.consistency));
       scores.tracks.push_back(object_tracks(log, run));
-      if (!files.tum.empty()) write_objects(log, run + 1, rate.hz, files, folders);
+      if (!files.tum.empty() || !files.zip.empty()) write_objects(log, run + 1, rate.hz, files, folders);
       for (const DataWarning& diagnosis : found) scores.warnings.push_back(diagnosis.text);
       std::ranges::move(found, std::back_inserter(scores.diagnoses));
       std::ranges::move(log.warnings, std::back_inserter(scores.warnings));

@@ -64,6 +64,8 @@ struct ObjectFiles {
   std::optional<double>
       rate_hz;      ///< frame rate, for velocities; empty: from the truth, the log's time stamps, or 10 Hz
   std::string tum;  ///< folder for obj_<id>.tum and obj_<id>_gt.tum; empty: none
+  std::string
+      zip;  ///< folder for obj_<id>.zip, evo's result file of each object with true poses; empty: none
   std::string data_root;                 ///< root folder of a SOURCE
   Json source_options = Json::object();  ///< {"source": {..}}, options of a SOURCE
 };

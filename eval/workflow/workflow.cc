@@ -218,7 +218,7 @@ EgoScores evaluate_ego_into(const EgoFiles& files, const EgoOptions& options, co
 
 ObjectScores evaluate_objects_into(const ObjectFiles& files, std::span<const MetricPreset> presets,
                                    const std::string& out) {
-  const auto lock = lock_folder(out), lock_tum = lock_folder(files.tum);
+  const auto lock = lock_folder(out), lock_tum = lock_folder(files.tum), lock_zip = lock_folder(files.zip);
   ObjectScores scores = evaluate_object_files(files);
   if (!out.empty()) {
     OutputFiles report = report_folder(object_document(scores, presets), {});
