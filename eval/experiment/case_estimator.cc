@@ -30,16 +30,20 @@ class PipelinePairEstimator final : public PairEstimator {
  public:
   PipelinePairEstimator(const CaseContext& context, std::shared_ptr<const Estimator> estimator,
                         const OnPair& on_pair)
-      : context_(context), pipeline_(context.pipeline, std::move(estimator)), on_pair_(on_pair) {}
+      : info_(context.sequence.info()),
+        seed_(context.seed),
+        pipeline_(context.pipeline, std::move(estimator)),
+        on_pair_(on_pair) {}
   FrameResult process(const FramePair& pair) override {
-    if (on_pair_) on_pair_(context_, &pair);
+    if (on_pair_) on_pair_(info_, seed_, &pair);
     FrameResult result = pipeline_.process(pair);
-    if (on_pair_) on_pair_(context_, nullptr);
+    if (on_pair_) on_pair_(info_, seed_, nullptr);
     return result;
   }
 
  private:
-  const CaseContext& context_;
+  const SequenceInfo& info_;
+  uint64_t seed_;
   FrameEstimator pipeline_;
   OnPair on_pair_;
 };

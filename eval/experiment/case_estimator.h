@@ -64,7 +64,7 @@ class CaseEstimator {
  public:
   virtual ~CaseEstimator() = default;
   /// Begins a case; returns one estimator of its pairs, or several with names. Safe to call from several
-  /// threads. The context must outlive these estimators.
+  /// threads. What the context refers to must outlive these estimators.
   virtual std::vector<NamedEstimator> begin(const CaseContext& context) const = 0;
   /// Returns all options with their values, for provenance.
   virtual Json options() const = 0;
@@ -95,7 +95,7 @@ std::shared_ptr<const CaseEstimator> make_case_estimator(const std::string& name
                                                          const std::filesystem::path& beside = {});
 
 /// Function that is called with each pair of a case before it is processed, and with null after it.
-using OnPair = std::function<void(const CaseContext& context, const FramePair* pair)>;
+using OnPair = std::function<void(const SequenceInfo& info, uint64_t seed, const FramePair* pair)>;
 
 /// Creates a case estimator that runs `estimator`, which estimates single bodies, inside the pipeline.
 std::shared_ptr<const CaseEstimator> pipeline_case_estimator(std::string name,

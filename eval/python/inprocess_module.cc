@@ -74,7 +74,8 @@ py::tuple arguments_of(const Problem& problem, const StartingPoint& start) {
 
 /// The case and the pair that this thread is solving, for messages.
 struct Place {
-  const CaseContext* context = nullptr;
+  const SequenceInfo* info = nullptr;
+  uint64_t seed = 0;
   const FramePair* pair = nullptr;
 
   /// Returns "synthetic s18, seed 0, frame 3, object:2". A body is recognised by its first point, because a
@@ -89,9 +90,7 @@ struct Place {
     };
     for (const ObjectObservation& object : pair->objects)
       if (points.size() > 0 && has(object.points)) body = object_body(object.instance);
-    const SequenceInfo& info = context->sequence.info();
-    return fmt::format("{} {}, seed {}, frame {}, {}", info.dataset, info.sequence, context->seed, pair->curr,
-                       body);
+    return fmt::format("{} {}, seed {}, frame {}, {}", info->dataset, info->sequence, seed, pair->curr, body);
   }
 };
 
@@ -162,8 +161,8 @@ std::shared_ptr<const CaseEstimator> open_function(const std::string& name, cons
   Fingerprint fingerprint = function.fingerprint;
   return pipeline_case_estimator(name, std::make_shared<PythonEstimator>(name, std::move(function)),
                                  std::move(fingerprint),
-                                 [](const CaseContext& context, const FramePair* pair) {
-                                   place = {&context, pair};
+                                 [](const SequenceInfo& info, uint64_t seed, const FramePair* pair) {
+                                   place = {&info, seed, pair};
                                  });
 }
 
