@@ -39,6 +39,7 @@ void add_distinct(const std::type_identity_t<Item>& item, std::vector<Item>& lis
 /// Returns `text` without leading and trailing blanks, tabs, vertical tabs, form feeds and carriage returns.
 std::string_view trimmed(std::string_view text);
 
+constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /// Returns true if `text` is not empty and consists of the digits 0 to 9.
 bool is_digits(std::string_view text);
 
