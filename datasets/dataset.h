@@ -47,6 +47,14 @@ struct SourceSpec {
   std::string option_group() const { return "source." + adapter; }
 };
 
+/// Returns the options of a source. Throws Error like read_options().
+template <internal::OptionStruct Options>
+Options options_of(const SourceSpec& source) {
+  Options options;
+  read_options(source.options, options, source.option_group());
+  return options;
+}
+
 /// Errors of the ground truth's own camera steps, RMS over the sequence, lateral and in rotation, if a data
 /// set allows to compute them (KITTI: kitti_oxts.h). The longitudinal error is
 /// SequenceTruth::camera_step_floor_m.

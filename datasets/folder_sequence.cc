@@ -110,7 +110,6 @@ void FolderSequence::open_channels(const FolderFiles& files) {
   channel_inputs_.inputs = &inputs();
   channel_inputs_.width = info_.width;
   channel_inputs_.height = info_.height;
-  channel_inputs_.first_frame = info_.first_frame;
   channel_inputs_.last_frame = info_.last_frame;
   channel_inputs_.camera = info_.camera;
   FolderChannel<float> depth = files.depth;
@@ -122,9 +121,9 @@ void FolderSequence::open_channels(const FolderFiles& files) {
   });
   if (!files.backward_flow.files.empty()) {
     // Backward flow is missing in the first frame, as flow is in the last.
-    const int last_frame = std::exchange(channel_inputs_.last_frame, channel_inputs_.first_frame);
+    channel_inputs_.last_frame = info_.first_frame;
     backward_flow_ = open("backward flow", files.backward_flow, make_flow_source);
-    channel_inputs_.last_frame = last_frame;
+    channel_inputs_.last_frame = info_.last_frame;
     info_.provenance.back().insert(0, "backward ");
   }
   info_.channels = {.gray = left_.has_value(),

@@ -48,6 +48,14 @@ struct ChannelOptions {
                   (std::string, masks, "auto", "", mask_option_help()))
 };
 
+/// Options of an adapter whose files state no frame rate.
+struct RatedChannelOptions : ChannelOptions {
+  SEXTANT_OPTIONS_OF(ChannelOptions, (double, rate_hz, 10, "Hz", "frame rate"))
+  void check() const {
+    check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
+  }
+};
+
 /// Declaration of one channel of a data set.
 template <typename T>
 struct FolderChannel {

@@ -66,12 +66,11 @@ FolderFiles declare(const fs::path& training, const std::string& sequence,
 
 void KittiTrackingOptions::check() const {
   KittiTruthOptions::check();
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
+  RatedChannelOptions::check();
 }
 
 std::unique_ptr<Sequence> open_kitti_tracking(const SourceSpec& source) {
-  KittiTrackingOptions options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<KittiTrackingOptions>(source);
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();
   KittiTruth truth = read_kitti_truth(source.path, source.sequence, options, sequence->inputs());
@@ -250,7 +249,7 @@ class KittiWriter {
         info_(sequence.info()),
         options_(options),
         final_(request.out / "training"),
-        training_((request.stage.empty() ? request.out : request.stage) / "training"),
+        training_(request.folder() / "training"),
         name_(request.sequence.empty() ? fmt::format("{:04}", default_number(info_.sequence))
                                        : request.sequence) {}
 

@@ -33,14 +33,10 @@
 
 namespace sextant {
 
-struct KittiTrackingOptions : KittiTruthOptions, ChannelOptions {
-  double rate_hz = 10;
-
-  template <typename V>
-  void visit(V& v) {
+struct KittiTrackingOptions : KittiTruthOptions, RatedChannelOptions {
+  void visit(auto& v) {
     KittiTruthOptions::visit(v);
-    ChannelOptions::visit(v);
-    v("rate_hz", rate_hz, "Hz", "frame rate");
+    RatedChannelOptions::visit(v);
   }
   void check() const;
 };

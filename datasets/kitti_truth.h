@@ -52,33 +52,24 @@ enum class KittiPair { colour, grey };
 constexpr Names<2> names_of(KittiPair) { return {"colour", "grey"}; }
 
 struct KittiTruthOptions {
-  KittiPoses ground_truth = KittiPoses::rectified;
-  KittiVelocity velocity = KittiVelocity::raw;
-  KittiHeading heading = KittiHeading::yaw;
-  double velocity_lag_s = 0.05;
-  KittiPair bf_preset = KittiPair::colour;
-  double bf = 0;
-
-  template <typename V>
-  void visit(V& v) {
-    v("ground_truth", ground_truth, "",
-      "camera poses: rectified = of the camera of image_02; authors = without "
-      "rectification and offset, as in the pose_gt.txt of the paper's authors");
-    v("velocity", velocity, "",
-      "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed; "
-      "velocity_vector = lengths and directions from the measured velocity; velocity_heading = that "
-      "velocity, rotated into the heading of the car");
-    v("heading", heading, "",
-      "yaw = the attitude as measured; course = its heading rotated slowly into the direction of the "
-      "velocity");
-    v("velocity_lag_s", velocity_lag_s, "s",
-      "how much older a sample's velocity is than its position, for heading = course and velocity = "
-      "velocity_heading");
-    v("bf_preset", bf_preset, "",
-      "focal length times baseline: colour = of image_02 and "
-      "image_03; grey = of the grey pair (the authors' choice)");
-    v("bf", bf, "px m", "focal length times baseline; 0 = by bf_preset");
-  }
+  SEXTANT_OPTIONS(
+      (KittiPoses, ground_truth, KittiPoses::rectified, "",
+       "camera poses: rectified = of the camera of image_02; authors = without "
+       "rectification and offset, as in the pose_gt.txt of the paper's authors"),
+      (KittiVelocity, velocity, KittiVelocity::raw, "",
+       "raw = steps between GPS/IMU positions; velocity_corrected = their lengths from the measured speed; "
+       "velocity_vector = lengths and directions from the measured velocity; velocity_heading = that "
+       "velocity, rotated into the heading of the car"),
+      (KittiHeading, heading, KittiHeading::yaw, "",
+       "yaw = the attitude as measured; course = its heading rotated slowly into the direction of the "
+       "velocity"),
+      (double, velocity_lag_s, 0.05, "s",
+       "how much older a sample's velocity is than its position, for heading = course and velocity = "
+       "velocity_heading"),
+      (KittiPair, bf_preset, KittiPair::colour, "",
+       "focal length times baseline: colour = of image_02 and "
+       "image_03; grey = of the grey pair (the authors' choice)"),
+      (double, bf, 0, "px m", "focal length times baseline; 0 = by bf_preset"))
   void check() const;
 };
 

@@ -15,6 +15,7 @@
 #include "sextant/base/names.h"
 #include "sextant/base/new_file.h"
 #include "sextant/base/progress.h"
+#include "sextant/base/text.h"
 #include "sextant/datasets/kitti_tracking.h"
 #include "sextant/datasets/vdo_folder.h"
 #include "sextant/datasets/vkitti_layout.h"
@@ -205,7 +206,6 @@ std::span<const Layout> layouts() {
 const Layout& find_layout(const std::string& name) { return find_entry(layouts(), name, "layout"); }
 
 int default_number(const std::string& sequence) {
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   const auto first = std::ranges::find_if(sequence, is_digit);
   int number = 0;
   for (auto it = first; it != sequence.end() && is_digit(*it) && number < 1'000'000; ++it) {

@@ -24,6 +24,8 @@ struct LayoutRequest {
   std::function<void()> between_frames;
   int jobs = 1;        ///< number of threads; the files do not depend on it
   bool quiet = false;  ///< no progress line
+
+  const std::filesystem::path& folder() const { return stage.empty() ? out : stage; }
 };
 
 struct Layout {

@@ -284,8 +284,7 @@ void SyntheticOptions::check() const {
 }
 
 std::unique_ptr<Sequence> open_synthetic(const SourceSpec& source) {
-  SyntheticOptions options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<SyntheticOptions>(source);
   if (!source.sequence.empty()) {
     fail("source '{}': a synthetic source has no '#': expected synthetic:scenario[@first-last]", source.text);
   }
@@ -339,8 +338,7 @@ void ReplayKittiOptions::check() const {
 }
 
 std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source) {
-  ReplayVkitti1Options options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<ReplayVkitti1Options>(source);
   const VkittiName name = parse_vkitti1_name(source.sequence);
   return open_rendered(
       [&](InputLog& inputs) {
@@ -358,8 +356,7 @@ std::unique_ptr<Sequence> open_replay_vkitti1(const SourceSpec& source) {
 }
 
 std::unique_ptr<Sequence> open_replay_kitti(const SourceSpec& source) {
-  ReplayKittiOptions options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<ReplayKittiOptions>(source);
   return open_rendered(
       [&](InputLog& inputs) {
         KittiTruth text = read_kitti_truth(source.path, source.sequence, options, inputs);

@@ -126,8 +126,7 @@ Image<float> carry_depth_along_flow(const Image<float>& next_depth_m, const Imag
 }
 
 std::unique_ptr<Sequence> open_sceneflow2015(const SourceSpec& source) {
-  SceneFlow2015Options options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<SceneFlow2015Options>(source);
   const fs::path root = find_root(source.path);
   const std::string pair = find_pair(root, source.sequence);
   const fs::path calibration = find_calibration(root, pair);

@@ -100,13 +100,8 @@ class StaticMasks final : public MaskSource {
 
 }  // namespace
 
-void TartanairOptions::check() const {
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
-}
-
 std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source) {
-  TartanairOptions options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<TartanairOptions>(source);
   const fs::path folder = find_trajectory(source);
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();

@@ -26,10 +26,7 @@ inline constexpr int tartanair_size_px = 640;
 inline constexpr double tartanair_focal_px = 320;
 inline constexpr double tartanair_baseline_m = 0.25;
 
-struct TartanairOptions : ChannelOptions {
-  SEXTANT_OPTIONS_OF(ChannelOptions, (double, rate_hz, 10, "Hz", "frame rate"))
-  void check() const;
-};
+using TartanairOptions = RatedChannelOptions;
 
 /// Throws Error on a folder, file or frame range that is missing, or a file that is not as described.
 std::unique_ptr<Sequence> open_tartanair(const SourceSpec& source);

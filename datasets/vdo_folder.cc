@@ -245,8 +245,7 @@ void VdoFolderOptions::check() const {
 }
 
 std::unique_ptr<Sequence> open_vdo_folder(const SourceSpec& source) {
-  VdoFolderOptions options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<VdoFolderOptions>(source);
   const fs::path dir = source.path;
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();
@@ -379,7 +378,7 @@ std::string write_vdo_layout(const Sequence& sequence, const LayoutRequest& requ
            (final_folder / name).string());
     }
   }
-  const fs::path folder = (request.stage.empty() ? request.out : request.stage) / request.sequence;
+  const fs::path folder = request.folder() / request.sequence;
   fs::create_directories(folder);
   write_layout_frames(sequence, request, {.folders = folders(folder, info.camera.bf)});
   write_file(folder / "camera.yaml", encode_yaml_camera({info.camera, info.rate_hz}));

@@ -248,13 +248,12 @@ VkittiName parse_sequence(const SourceSpec& source) {
 }  // namespace
 
 void Vkitti1Options::check() const {
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
+  RatedChannelOptions::check();
   check_option(std::isfinite(bf) && bf > 0, "bf", bf, "finite and > 0");
 }
 
 std::unique_ptr<Sequence> open_vkitti1(const SourceSpec& source) {
-  Vkitti1Options options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<Vkitti1Options>(source);
   const VkittiName name = parse_sequence(source);
   require_vkitti1_sequence(source.path, name.group, name.variation);
   auto sequence = std::make_unique<FolderSequence>(source);

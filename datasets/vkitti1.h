@@ -79,9 +79,9 @@ void require_vkitti1_sequence(const std::filesystem::path& root, const std::stri
 inline constexpr double vkitti1_focal_px = 725.0;
 inline constexpr double vkitti_baseline_m = 0.532725;
 
-struct Vkitti1Options : ChannelOptions {
+struct Vkitti1Options : RatedChannelOptions {
   SEXTANT_OPTIONS_OF(
-      ChannelOptions, (double, rate_hz, 10, "Hz", "frame rate"),
+      RatedChannelOptions,
       (double, bf, vkitti1_focal_px* vkitti_baseline_m, "px m",
        "focal length times baseline, for models of stereo depth noise only: there is no second camera"))
   void check() const;

@@ -263,13 +263,12 @@ void choose_camera(const Vkitti2Truth& text, SequenceInfo& info) {
 }  // namespace
 
 void Vkitti2Options::check() const {
-  check_option(std::isfinite(rate_hz) && rate_hz > 0, "rate_hz", rate_hz, "finite and > 0");
+  RatedChannelOptions::check();
   check_option(camera == 0 || camera == 1, "camera", camera, "0 or 1");
 }
 
 std::unique_ptr<Sequence> open_vkitti2(const SourceSpec& source) {
-  Vkitti2Options options;
-  read_options(source.options, options, source.option_group());
+  const auto options = options_of<Vkitti2Options>(source);
   const Place place(source);
   auto sequence = std::make_unique<FolderSequence>(source);
   SequenceInfo& info = sequence->info();

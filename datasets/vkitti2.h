@@ -53,8 +53,8 @@ Vkitti2Truth read_vkitti2_truth(const std::filesystem::path& folder, int camera,
 // extrinsic.txt, with a warning, if it differs by more than 2 mm. Source:
 // europe.naverlabs.com/proxy-virtual-worlds-vkitti-2
 
-struct Vkitti2Options : ChannelOptions {
-  SEXTANT_OPTIONS_OF(ChannelOptions, (double, rate_hz, 10, "Hz", "frame rate"),
+struct Vkitti2Options : RatedChannelOptions {
+  SEXTANT_OPTIONS_OF(RatedChannelOptions,
                      (int, camera, 0, "", "0 = left, with camera 1 as its right one; 1 = right camera only"))
   void check() const;
 };

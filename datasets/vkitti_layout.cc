@@ -387,7 +387,7 @@ class Vkitti2Writer {
         name_.variation.find('/') != std::string::npos) {
       fail("sequence '{}': expected a scene and a variation, such as Scene18/clone", name);
     }
-    folder_ = (request.stage.empty() ? request.out : request.stage) / name_.group / name_.variation;
+    folder_ = request.folder() / name_.group / name_.variation;
     if (fs::exists(request.out / name_.group / name_.variation)) {
       fail("{}: {} exists already: remove it, or choose another folder or sequence", request.out.string(),
            name_.text());

@@ -214,8 +214,6 @@ Pattern pattern_of(const std::string& files) {
   return {fs::path(files).parent_path(), prefix.substr(0, prefix.size() - 1)};
 }
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 /// Returns the position of the number in a name; the length of the name if there is none.
 size_t number_in(const std::string& name, const std::string& prefix) {
   if (!name.starts_with(prefix)) return name.size();

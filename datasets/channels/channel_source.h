@@ -48,8 +48,7 @@ struct ChannelInputs {
   int width = 0;                               ///< px; the size of every channel is checked against it
   int height = 0;
   std::string size_from = "the images";  ///< the file with this size, for messages
-  int first_frame = 0;
-  int last_frame = 0;  ///< the frame whose flow may be missing
+  int last_frame = 0;                    ///< the frame whose flow may be missing
   StereoCamera camera;
 };
 

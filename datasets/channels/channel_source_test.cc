@@ -43,7 +43,6 @@ class Channel : public testing::Test {
             .inputs = &log_,
             .width = frame_width,
             .height = frame_height,
-            .first_frame = 0,
             .last_frame = 2,
             .camera = {{200, 200, 160, 48}, 196}};
   }
@@ -191,7 +190,6 @@ TEST_F(Channel, OnlyTheFilesOfAPrefix) {
   for (const char* name : {"000007_10.flo", "000007_11.flo", "000008_10.flo"})
     folder_.write(fmt::format("pairs/{}", name), encode_flo(some_flow()));
   ChannelInputs of_pair = inputs();
-  of_pair.first_frame = 10;
   of_pair.last_frame = 12;
   const auto source = make_flow_source("flo:" + (folder_ / "pairs/000007_*"), of_pair);
   EXPECT_TRUE(source->has(10) && source->has(11));

@@ -22,12 +22,8 @@ Image<Rgb> image(int frame) {
 class Networks : public testing::Test {
  protected:
   ChannelInputs inputs() {
-    return {.left = image,
-            .inputs = &log_,
-            .width = network_width,
-            .height = network_height,
-            .first_frame = 0,
-            .last_frame = 3};
+    return {
+        .left = image, .inputs = &log_, .width = network_width, .height = network_height, .last_frame = 3};
   }
   std::string file(const OnnxModel& model) { return "onnx:" + folder_.write("net.onnx", model.bytes()); }
 

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "sextant/base/text.h"
+
 namespace sextant {
 namespace {
 
@@ -196,7 +198,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "four_ids stores its lanes in memory order");
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // Parses four ids of one digit, each followed by a blank ("0 0 1 1 "), at once. A digit d and the blank are
 // the bytes 0x3d 0x20; xor with 0x30 0x20 turns them into d 0, which is the pixel d as a little-endian

@@ -347,7 +347,8 @@ Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name) 
   return image;
 }
 
-Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name) {
+Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name) {
+  if (png_header(bytes, name).bit_depth == 16) return decode_png16(bytes, name);
   Chunks chunks = open<uint8_t>(
       bytes, name,
       [](const PngHeader& h) {
@@ -355,7 +356,7 @@ Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name)
       },
       "palette indices or 8-bit gray");
   RawRows rows(chunks, name);
-  Image<uint8_t> image(chunks.header.width, chunks.header.height);
+  Image<uint16_t> image(chunks.header.width, chunks.header.height);
   rows.for_each([&](int y, const uint8_t* row) {
     for (int x = 0; x < image.width(); ++x) image(x, y) = index_at(row, x, chunks.header.bit_depth);
   });
@@ -369,12 +370,6 @@ Image<uint8_t> rgb_to_gray(const Image<Rgb>& image) {
     gray.data()[i] = luminance(c.r, c.g, c.b);
   }
   return gray;
-}
-
-Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name) {
-  if (png_header(bytes, name).bit_depth == 16) return decode_png16(bytes, name);
-  const Image<uint8_t> ids = decode_png_index(bytes, name);
-  return image_of(ids.width(), ids.height(), [&](int x, int y) -> uint16_t { return ids(x, y); });
 }
 
 namespace {

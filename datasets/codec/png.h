@@ -55,9 +55,9 @@ Image<Rgb> decode_png_rgb(std::string_view bytes, const std::string& name);
 /// Decodes up to 8 bits as luminance, without alpha: gray unchanged (1/2/4 bits scaled to 0..255), colour
 /// through rgb_to_gray().
 Image<uint8_t> decode_png_gray(std::string_view bytes, const std::string& name);
-/// Decodes the stored numbers of a palette or gray image of up to 8 bits, without looking them up (label
+/// Decodes the stored numbers of a palette or gray image of up to 16 bits, without looking them up (label
 /// images).
-Image<uint8_t> decode_png_index(std::string_view bytes, const std::string& name);
+Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name);
 
 /// Returns the BT.601 luminance (9798 R + 19235 G + 3735 B + 2^14) >> 15, the same integers as OpenCV's
 /// COLOR_RGB2GRAY.
@@ -73,8 +73,5 @@ std::string encode_png(const Image<uint16_t>& image, const PngEncoding& encoding
 std::string encode_png(const Image<Rgb>& image, const PngEncoding& encoding = {});
 std::string encode_png(const Image<Rgb16>& image, const PngEncoding& encoding = {});
 std::string encode_png(const Image<Rgba>& image, const PngEncoding& encoding = {});
-
-/// Decodes the stored numbers of an image of ids with up to 16 bits.
-Image<uint16_t> decode_png_ids(std::string_view bytes, const std::string& name);
 
 }  // namespace sextant

@@ -108,7 +108,7 @@ TEST(Png, ReadsFewBitsPerPixel) {
   const std::string png = opencv_encode(bits, {cv::IMWRITE_PNG_BILEVEL, 1});
   ASSERT_EQ(png_header(png, "").bit_depth, 1);
   EXPECT_TRUE(equal(decode_png_gray(png, ""), bits));
-  EXPECT_EQ(decode_png_index(png, "")(0, 0), 1);
+  EXPECT_EQ(decode_png_ids(png, "")(0, 0), 1);
   EXPECT_EQ(decode_png_rgb(png, "")(0, 0), (Rgb{255, 255, 255}));
 }
 
@@ -120,7 +120,7 @@ TEST(Png, ReadsPalettes) {
       0,   0,   0,  255, 45, 74,  205, 138, 0,   0,   0, 13, 73, 68, 65, 84, 120, 1,  1,   2,  0,  253, 255,
       0,   132, 0,  134, 0,  133, 54,  138, 239, 229, 0, 0,  0,  0,  73, 69, 78,  68, 174, 66, 96, 130};
   const std::string bytes(reinterpret_cast<const char*>(png), sizeof png);
-  const Image<uint8_t> index = decode_png_index(bytes, "");
+  const Image<uint16_t> index = decode_png_ids(bytes, "");
   EXPECT_EQ(index(0, 0), 2);
   EXPECT_EQ(index(1, 0), 0);
   EXPECT_EQ(index(2, 0), 1);

@@ -136,9 +136,8 @@ Vector3d usual_size_m(const std::string& type) {
 }
 
 Eigen::Vector3f paint_of(int id) {
-  static const std::vector<Eigen::Vector3f> colours = {
-      {0.62F, 0.10F, 0.09F}, {0.52F, 0.54F, 0.56F}, {0.13F, 0.22F, 0.48F}, {0.80F, 0.80F, 0.79F},
-      {0.10F, 0.10F, 0.11F}, {0.16F, 0.33F, 0.24F}, {0.75F, 0.62F, 0.16F}, {0.35F, 0.33F, 0.30F}};
+  static const std::vector<Eigen::Vector3f> colours = {red,   silver, blue,   white,
+                                                       black, green,  yellow, {0.35F, 0.33F, 0.30F}};
   return colours[hash3(5, 9, static_cast<uint32_t>(id)) % colours.size()];
 }
 

@@ -76,9 +76,6 @@ class Painter final : private Shader::Sink {
   }
 
  private:
-  struct Pixel {
-    int x, y;
-  };
   /// A pixel on an edge, and the surfaces at its samples.
   struct Edge {
     Pixel pixel;

@@ -16,8 +16,7 @@ namespace {
 constexpr double paper_crossing_m = 30;
 
 StreetPlan crossroads(uint32_t seed) {
-  StreetPlan plan{.z_to_m = 120, .crossing_z_m = paper_crossing_m, .seed = seed};
-  return plan;
+  return {.z_to_m = 120, .crossing_z_m = paper_crossing_m, .seed = seed};
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ void test_blocks(const std::map<ErrorStep, double>& differences, size_t n_overla
         n_overlapping, fewest);
   } else {
     const std::vector<double> means = stretch_means(of_frames, n_blocks);
-    out.p = mean(means) * *out.difference < 0 ? 1 : sign_flip_test(means).p;
+    out.p = mean(means) * *out.difference < 0 ? 1 : sign_flip_test(means);
   }
 }
 

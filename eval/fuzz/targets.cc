@@ -204,7 +204,6 @@ void read_png(Bytes png) {
   each(decode_png_rgb);
   each([](Bytes b, const std::string& name) { depth_from_tartanair(decode_png_rgba(b, name)); });
   each(decode_png_gray);
-  each(decode_png_index);
   each(decode_png_ids);
   each([](Bytes b, const std::string& name) { mask_from_mots(decode_png16(b, name), name); });
   if (taken < 2) fail("no PNG");

@@ -48,7 +48,7 @@ struct MeasuredError {
 /// Computes the change of the mean error over these samples, with ratio_of_means(). A mean below
 /// max(rules.absolute, 1e-12) is replaced by this value. `alpha` is the level of `detectable`.
 RatioChange change_of(std::span<const PairedSample* const> samples, const MetricPolicy& rules, double alpha) {
-  return ratio_of_means(samples, std::max(rules.absolute, 1e-12), {.alpha = alpha});
+  return ratio_of_means(samples, std::max(rules.absolute, 1e-12), alpha);
 }
 
 /// With fewer seeds the signed-rank test cannot reach p = 0.05.

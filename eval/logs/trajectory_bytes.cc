@@ -142,20 +142,10 @@ std::string Decompressor::decompress(std::string_view kind, std::string_view byt
 }
 
 MemoryFile::MemoryFile(std::string_view bytes) : file_(::memfd_create("bytes", MFD_CLOEXEC)) {
-  if (file_ < 0) fail("cannot create a file in memory: {}", std::strerror(errno));
-  for (size_t done = 0; done < bytes.size();) {
-    const ssize_t n = ::write(file_, bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) {
-      ::close(file_);
-      fail("cannot write a file in memory: {}", std::strerror(errno));
-    }
-    done += static_cast<size_t>(n);
-  }
+  if (!file_) fail("cannot create a file in memory: {}", std::strerror(errno));
+  if (!write_all(file_.get(), bytes)) fail("cannot write a file in memory: {}", std::strerror(errno));
 }
 
-MemoryFile::~MemoryFile() { ::close(file_); }
-
-std::string MemoryFile::path() const { return fmt::format("/proc/self/fd/{}", file_); }
+std::string MemoryFile::path() const { return fmt::format("/proc/self/fd/{}", file_.get()); }
 
 }  // namespace sextant

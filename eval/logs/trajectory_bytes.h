@@ -12,6 +12,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 
@@ -90,13 +91,10 @@ class Decompressor {
 class MemoryFile {
  public:
   explicit MemoryFile(std::string_view bytes);
-  ~MemoryFile();
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
   std::string path() const;
 
  private:
-  int file_ = -1;
+  Descriptor file_;
 };
 
 }  // namespace sextant

@@ -89,13 +89,11 @@ Journal::Journal(std::filesystem::path path, Owners owners, const Fits& fits)
   }
   if (!lock_)
     fail("{}: {} is writing this sweep; wait for it, or choose another folder", path_.string(), holder);
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND | O_NOFOLLOW, 0644);
-  if (file_ < 0) fail("{}: cannot open: {}", path_.string(), std::strerror(errno));
+  file_ = Descriptor(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_APPEND | O_NOFOLLOW, 0644));
+  if (!file_) fail("{}: cannot open: {}", path_.string(), std::strerror(errno));
   sync_folder(path_.parent_path());
   find_blocks(fits);
 }
-
-Journal::~Journal() { ::close(file_); }
 
 std::string Journal::sum(const std::string& owner, uint64_t number, const Json& noise,
                          std::string_view content) {
@@ -125,7 +123,7 @@ void Journal::find_blocks(const Fits& fits) {
     at = offset + content->size() + (header->n_bytes ? 1 : 0);
   }
   end_ = at;
-  if (at < size && ::ftruncate(file_, static_cast<off_t>(at)) != 0) {
+  if (at < size && ::ftruncate(file_.get(), static_cast<off_t>(at)) != 0) {
     fail("{}: cannot cut off its unfinished end: {}", path_.string(), std::strerror(errno));
   }
 }
@@ -148,20 +146,20 @@ void Journal::append_block(uint64_t number, Json entry, const Block& known, std:
   const auto give_up = [&] {
     const int reason = errno;
     // the next resume will find the end again
-    if (::ftruncate(file_, static_cast<off_t>(end_)) != 0) end_ = 0;
+    if (::ftruncate(file_.get(), static_cast<off_t>(end_)) != 0) end_ = 0;
     fail(
         "{}: cannot write: {}; {} cases are safe: free some disk space and run the same "
         "command again",
         path_.string(), std::strerror(reason), blocks_.size());
   };
-  if (!write_all(file_, block) || ::fdatasync(file_) != 0) give_up();
+  if (!write_all(file_.get(), block) || ::fdatasync(file_.get()) != 0) give_up();
   Block& added = blocks_[number] = known;
   added.offset = end_ + header.size();
   end_ += block.size();
 }
 
 void Journal::clear() {
-  if (::ftruncate(file_, 0) != 0) fail("{}: cannot empty it: {}", path_.string(), std::strerror(errno));
+  if (::ftruncate(file_.get(), 0) != 0) fail("{}: cannot empty it: {}", path_.string(), std::strerror(errno));
   blocks_.clear();
   end_ = 0;
 }
@@ -170,8 +168,8 @@ std::string Journal::content(const Block& block) const {
   std::string bytes(block.bytes, '\0');
   size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t n =
-        ::pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(block.offset + done));
+    const ssize_t n = ::pread(file_.get(), bytes.data() + done, bytes.size() - done,
+                              static_cast<off_t>(block.offset + done));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0)
       fail("{}: cannot read: {}", path_.string(), n < 0 ? std::strerror(errno) : "it was cut off meanwhile");

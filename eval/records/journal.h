@@ -21,6 +21,7 @@
 
 #include "sextant/base/file_lock.h"
 #include "sextant/base/json.h"
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 
@@ -56,7 +57,6 @@ class Journal {
   Journal(std::filesystem::path path, const std::string& owner, const Fits& fits)
       : Journal(
             std::move(path), [owner](uint64_t) { return std::vector{owner}; }, fits) {}
-  ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
@@ -81,7 +81,7 @@ class Journal {
   std::filesystem::path path_;
   Owners owners_;
   std::optional<FileLock> lock_;
-  int file_ = -1;
+  Descriptor file_;
   std::mutex mutex_;
   size_t end_ = 0;
   std::map<uint64_t, Block> blocks_;

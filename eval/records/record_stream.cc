@@ -7,6 +7,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/base/files.h"
+#include "sextant/base/text.h"
 #include "sextant/eval/records/case_summary.h"
 #include "sextant/eval/records/record.h"
 
@@ -105,8 +106,6 @@ void for_each_record(const std::filesystem::path& path, const RecordVisitor& vis
 
 namespace internal {
 namespace {
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /// Scans the rest of a line; the first mismatch makes it `bad` permanently.
 class Scanner {

@@ -228,19 +228,18 @@ int commands(const std::string& script) {
 
 pid_t start(const std::string& script, const std::filesystem::path& folder) {
   std::vector<std::string> words = {"gnuplot", "--default-settings", "-"};
-  const int input = commands(script);
+  const Descriptor input(commands(script));
   std::vector<std::string> settings = environment();
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addchdir_np(&files, folder.c_str());
-  posix_spawn_file_actions_adddup2(&files, input, 0);
+  posix_spawn_file_actions_adddup2(&files, input.get(), 0);
   posix_spawn_file_actions_addopen(&files, 1, log_name, O_WRONLY | O_CREAT | O_TRUNC, 0644);
   posix_spawn_file_actions_adddup2(&files, 1, 2);
   pid_t id = -1;
   const int error =
       posix_spawnp(&id, "gnuplot", &files, nullptr, pointers(words).data(), pointers(settings).data());
   posix_spawn_file_actions_destroy(&files);
-  ::close(input);
   if (error == ENOENT)
     fail("gnuplot is not installed: figures need it (Debian package gnuplot-nox; scripts/setup installs it)");
   if (error != 0) fail("cannot start gnuplot in {}: {}", folder.string(), std::strerror(error));

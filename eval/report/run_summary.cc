@@ -10,6 +10,7 @@
 
 #include "sextant/base/error.h"
 #include "sextant/eval/report/table.h"
+#include "sextant/stats/summary.h"
 
 namespace sextant {
 
@@ -97,7 +98,8 @@ std::optional<double> summary_number(const RecordRefs& estimated, const MetricDe
   const std::string& key = estimated.front()->is_ego() ? metric.name : preset.object_key(metric.name);
   const std::vector<double> numbers = numbers_of(over, metric.map, key);
   if (numbers.empty()) return std::nullopt;
-  return aggregate(preset.aggregates(metric.name) ? preset.aggregate : Aggregate::mean, numbers);
+  return preset.aggregates(metric.name) && preset.aggregate == Aggregate::rmse ? rmse(numbers)
+                                                                               : mean(numbers);
 }
 
 std::string other_statuses(const RecordRefs& records) {

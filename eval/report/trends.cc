@@ -47,7 +47,7 @@ ErrorTrend trend_of(const ClusterLevels& clusters, const BootstrapOptions& optio
   trend.n_steps = static_cast<int>(means.size()) - 1;
   for (size_t l = 1; l < means.size(); ++l) trend.n_rises += means[l] > means[l - 1] ? 1 : 0;
   trend.slope = noise_slope(sums, options);
-  if (blocks.size() >= 2) trend.p = page_trend_test(blocks).p;
+  if (blocks.size() >= 2) trend.p = page_trend_test(blocks);
   return trend;
 }
 

@@ -49,14 +49,13 @@ bool make_lock_file(const fs::path& lock_file) {
 }  // namespace
 
 std::optional<FileLock> FileLock::take(const fs::path& file, std::string* holder, Flock flock) {
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-  if (descriptor < 0 && errno == ELOOP)
+  FileLock lock(Descriptor(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644)));
+  if (!lock.descriptor_ && errno == ELOOP)
     fail("{}: is a link, expected a regular file: remove the link", file.string());
-  if (descriptor < 0) fail("{}: cannot open: {}", file.string(), std::strerror(errno));
-  FileLock lock(descriptor, {});
+  if (!lock.descriptor_) fail("{}: cannot open: {}", file.string(), std::strerror(errno));
   int result = 0;
   do {
-    result = flock(descriptor, LOCK_EX | LOCK_NB);
+    result = flock(lock.descriptor_.get(), LOCK_EX | LOCK_NB);
   } while (result != 0 && errno == EINTR);
   if (result == 0) return lock;
   if (errno == EWOULDBLOCK) {
@@ -92,14 +91,13 @@ std::optional<FileLock> FileLock::take(const fs::path& file, std::string* holder
 FileLock::FileLock(FileLock&& other) noexcept { *this = std::move(other); }
 
 FileLock& FileLock::operator=(FileLock&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
+  descriptor_ = std::move(other.descriptor_);
   lock_file_.swap(other.lock_file_);
   return *this;
 }
 
 FileLock::~FileLock() {
   if (!lock_file_.empty()) ::unlink(lock_file_.c_str());
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 namespace {

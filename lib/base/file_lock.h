@@ -14,6 +14,8 @@
 #include <optional>
 #include <string>
 
+#include "sextant/base/new_file.h"
+
 namespace sextant {
 
 class FileLock {
@@ -30,10 +32,9 @@ class FileLock {
   FileLock& operator=(FileLock&& other) noexcept;
 
  private:
-  FileLock(int descriptor, std::filesystem::path lock_file)
-      : descriptor_(descriptor), lock_file_(std::move(lock_file)) {}
+  explicit FileLock(Descriptor descriptor) : descriptor_(std::move(descriptor)) {}
 
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::filesystem::path lock_file_;  ///< the lock file on file systems without flock(); otherwise empty
 };
 

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "sextant/base/error.h"
@@ -22,6 +23,12 @@ std::string size_text(uint64_t bytes, int digits) {
   const bool large = bytes >= 50'000'000;
   return fmt::format("{:.{}f} {}", static_cast<double>(bytes) / (large ? 1e9 : 1e6), digits,
                      large ? "GB" : "MB");
+}
+
+std::string hexadecimal(std::span<const unsigned char> bytes) {
+  std::string text;
+  for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
+  return text;
 }
 
 struct LastOpened {
@@ -43,11 +50,11 @@ std::string last_opened_file() {
 
 FileReader::FileReader(const std::filesystem::path& path, const FileKind& kind) : path_(path.string()) {
   // O_NONBLOCK: opening a pipe would otherwise block until it has a writer.
-  file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file_ < 0) fail("{}: cannot open: {}", path_, std::strerror(errno));
+  file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file_) fail("{}: cannot open: {}", path_, std::strerror(errno));
   struct stat info {};
   std::string problem;
-  if (::fstat(file_, &info) != 0) {
+  if (::fstat(file_.get(), &info) != 0) {
     problem = fmt::format("cannot stat: {}", std::strerror(errno));
   } else if (S_ISDIR(info.st_mode)) {
     problem = "is a folder, expected a file";
@@ -62,19 +69,14 @@ FileReader::FileReader(const std::filesystem::path& path, const FileKind& kind) 
     last_opened().path = path_;
     return;
   }
-  ::close(file_);
   fail("{}: {}", path_, problem);
-}
-
-FileReader::~FileReader() {
-  if (file_ >= 0) ::close(file_);
 }
 
 size_t FileReader::read(char* to, size_t n, uint64_t at) const {
   check_interrupt();
   size_t done = 0;
   while (done < n) {
-    const ssize_t got = ::pread(file_, to + done, n - done, static_cast<off_t>(at + done));
+    const ssize_t got = ::pread(file_.get(), to + done, n - done, static_cast<off_t>(at + done));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail("{}: cannot read: {}", path_, std::strerror(errno));
     if (got == 0) break;
@@ -96,13 +98,10 @@ void write_file(const std::filesystem::path& path, std::string_view bytes) {
   file.commit();
 }
 
-StreamedFile::StreamedFile(std::filesystem::path path) : path_(std::move(path)) {
-  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
-  if (file_ < 0) fail("{}: cannot create: {}", path_.string(), std::strerror(errno));
-}
-
-StreamedFile::~StreamedFile() {
-  if (file_ >= 0) ::close(file_);
+StreamedFile::StreamedFile(std::filesystem::path path)
+    : path_(std::move(path)),
+      file_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644)) {
+  if (!file_) fail("{}: cannot create: {}", path_.string(), std::strerror(errno));
 }
 
 void StreamedFile::append(std::string_view bytes) {
@@ -111,29 +110,27 @@ void StreamedFile::append(std::string_view bytes) {
 }
 
 void StreamedFile::flush() {
-  if (!write_all(file_, buffer_)) fail("{}: cannot write: {}", path_.string(), std::strerror(errno));
+  if (!write_all(file_.get(), buffer_)) fail("{}: cannot write: {}", path_.string(), std::strerror(errno));
   buffer_.clear();
 }
 
 void StreamedFile::close() {
   flush();
-  if (::fsync(file_) != 0) fail("{}: cannot write: {}", path_.string(), std::strerror(errno));
-  ::close(std::exchange(file_, -1));
+  if (::fsync(file_.get()) != 0) fail("{}: cannot write: {}", path_.string(), std::strerror(errno));
+  file_.close();
 }
 
 void sync_folder(const std::filesystem::path& folder) {
   const Descriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   // EINVAL: some network file systems do not support fsync() of folders.
-  if (file.get() < 0 || (::fsync(file.get()) != 0 && errno != EINVAL))
+  if (!file || (::fsync(file.get()) != 0 && errno != EINVAL))
     fail("{}: cannot write: {}", folder.string(), std::strerror(errno));
 }
 
 std::string sha256(std::string_view bytes) {
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
   ::SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
-  std::string text;
-  for (const unsigned char byte : digest) text += fmt::format("{:02x}", byte);
-  return text;
+  return hexadecimal(digest);
 }
 
 std::string InputLog::read(const std::filesystem::path& path) {
@@ -164,9 +161,7 @@ std::string file_sha256(const std::filesystem::path& path) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int size = 0;
   SEXTANT_CHECK(EVP_DigestFinal_ex(context.get(), digest.data(), &size) == 1);
-  std::string text;
-  for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
-  return text;
+  return hexadecimal(std::span(digest).first(size));
 }
 
 }  // namespace sextant

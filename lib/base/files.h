@@ -8,7 +8,8 @@
 #include <mutex>
 #include <string>
 #include <string_view>
-#include <utility>
+
+#include "sextant/base/new_file.h"
 
 namespace sextant {
 
@@ -33,10 +34,6 @@ inline constexpr FileKind recording_file = {"a recording", uint64_t{1} << 50U};
 class FileReader {
  public:
   FileReader(const fs::path& path, const FileKind& kind);
-  FileReader(FileReader&& other) noexcept
-      : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)), size_(other.size_) {}
-  FileReader& operator=(FileReader&&) = delete;
-  ~FileReader();
 
   uint64_t size() const { return size_; }  ///< size in bytes when the file was opened
   /// Reads up to `n` bytes from offset `at` into `to`; returns the number of bytes read, which is smaller
@@ -45,7 +42,7 @@ class FileReader {
 
  private:
   std::string path_;
-  int file_ = -1;
+  Descriptor file_;
   uint64_t size_ = 0;
 };
 
@@ -62,9 +59,6 @@ void write_file(const fs::path& path, std::string_view bytes);
 class StreamedFile {
  public:
   explicit StreamedFile(fs::path path);
-  ~StreamedFile();
-  StreamedFile(const StreamedFile&) = delete;
-  StreamedFile& operator=(const StreamedFile&) = delete;
 
   void append(std::string_view bytes);
   void close();
@@ -74,7 +68,7 @@ class StreamedFile {
 
   fs::path path_;
   std::string buffer_;
-  int file_ = -1;
+  Descriptor file_;
 };
 
 /// Syncs a folder to disk, so that files created, renamed or removed in it before survive a power cut.

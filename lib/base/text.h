@@ -44,6 +44,7 @@ std::string_view trimmed(std::string_view text);
 /// Returns `text` with the letters A to Z in lower case.
 std::string lower_case(std::string_view text);
 
+constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /// Returns true if `text` is not empty and consists of the digits 0 to 9.
 bool is_digits(std::string_view text);
 

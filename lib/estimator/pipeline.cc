@@ -204,8 +204,8 @@ FrameEstimator::FrameEstimator(const PipelineOptions& options, std::shared_ptr<c
 }
 
 FrameResult FrameEstimator::process(const FramePair& pair) {
-  if (!has_last_ || pair.prev != last_curr_) {  // a new sequence, or a gap: nothing to propagate
-    has_background_motion_ = false;
+  if (pair.prev != last_curr_) {  // a new sequence, or a gap: nothing to propagate
+    background_motion_.reset();
     track_of_instance_.clear();
     motion_of_track_.clear();
   }
@@ -241,9 +241,8 @@ FrameResult FrameEstimator::process(const FramePair& pair) {
   }
 
   last_curr_ = pair.curr;
-  has_last_ = true;
-  has_background_motion_ = result.ego.status == Status::ok;
-  last_background_motion_ = result.ego.estimate.T_curr_prev;
+  background_motion_.reset();
+  if (result.ego.status == Status::ok) background_motion_ = result.ego.estimate.T_curr_prev;
   track_of_instance_ = tracks;
   motion_of_track_ = std::move(motions);
   return result;
@@ -260,10 +259,8 @@ BodyResult FrameEstimator::estimate_ego(const FramePair& pair) const {
   constexpr int min_ego_inliers = 10;
   BodyResult ego;
   ego.area_fraction = ego.distance_m = ego.moving_share = ego.speed_mps = nan;
-  const std::optional<SE3> propagated =
-      has_background_motion_ ? std::optional<SE3>(last_background_motion_) : std::nullopt;
-  estimate_body({pair.camera, pair.background, pair.noise_of(0)}, propagated, min_ego_inliers, options_.start,
-                options_.refine_on, *estimator_, ego);
+  estimate_body({pair.camera, pair.background, pair.noise_of(0)}, background_motion_, min_ego_inliers,
+                options_.start, options_.refine_on, *estimator_, ego);
   return ego;
 }
 

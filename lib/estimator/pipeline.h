@@ -12,6 +12,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "sextant/base/names.h"
 #include "sextant/base/options.h"
@@ -43,26 +44,18 @@ enum class MotionTest { threshold, likelihood };
 constexpr Names<2> names_of(MotionTest) { return {"threshold", "likelihood"}; }
 
 struct ClassificationOptions {
-  MotionTest test = MotionTest::threshold;
-  double min_speed_mps = 1.2;
-  double min_moving_share = 0.7;
-  bool use_vertical = false;
-  double smallest_speed_mps = 0.1;
-  double false_alarm_rate = 0.001;
-
-  void visit(auto& v) {
-    v("test", test, "",
-      "threshold: the share of moving points (the paper's); likelihood: whether the covariances explain the "
-      "motion");
-    v("min_speed_mps", min_speed_mps, "m/s", "scene flow of a moving point (0.12 m per frame at 10 Hz)");
-    v("min_moving_share", min_moving_share, "fraction", "a dynamic object has more moving points than this");
-    v("use_vertical", use_vertical, "", "use the vertical scene flow too");
-    v("smallest_speed_mps", smallest_speed_mps, "m/s",
-      "likelihood: slower bodies count as static (1 cm a frame at 10 Hz, as in Virtual KITTI)");
-    v("false_alarm_rate", false_alarm_rate, "probability",
-      "likelihood: upper bound on the probability that a body slower than smallest_speed_mps is classified "
-      "dynamic");
-  }
+  SEXTANT_OPTIONS(
+      (MotionTest, test, MotionTest::threshold, "",
+       "threshold: the share of moving points (the paper's); likelihood: whether the covariances explain the "
+       "motion"),
+      (double, min_speed_mps, 1.2, "m/s", "scene flow of a moving point (0.12 m per frame at 10 Hz)"),
+      (double, min_moving_share, 0.7, "fraction", "a dynamic object has more moving points than this"),
+      (bool, use_vertical, false, "", "use the vertical scene flow too"),
+      (double, smallest_speed_mps, 0.1, "m/s",
+       "likelihood: slower bodies count as static (1 cm a frame at 10 Hz, as in Virtual KITTI)"),
+      (double, false_alarm_rate, 0.001, "probability",
+       "likelihood: upper bound on the probability that a body slower than smallest_speed_mps is classified "
+       "dynamic"))
   void check() const;
 };
 
@@ -186,10 +179,8 @@ class FrameEstimator {
 
   PipelineOptions options_;
   std::shared_ptr<const Estimator> estimator_;
-  int last_curr_ = 0;  ///< frame number of the state below
-  bool has_last_ = false;
-  SE3 last_background_motion_;  ///< T_curr_prev of the background in the last pair
-  bool has_background_motion_ = false;
+  std::optional<int> last_curr_;          ///< frame number of the state below
+  std::optional<SE3> background_motion_;  ///< T_curr_prev of the background in the last pair
   std::map<int, int> track_of_instance_;  ///< for the last current frame
   std::map<int, SE3> motion_of_track_;    ///< H in coordinates of the last current camera
   int next_track_ = 1;

@@ -1,6 +1,5 @@
 #include "sextant/metrics/definitions.h"
 
-#include <cmath>
 #include <vector>
 
 #include "sextant/base/error.h"
@@ -35,15 +34,6 @@ const std::string& MetricPreset::object_key(const std::string& metric) const {
 
 bool MetricPreset::aggregates(const std::string& metric) const {
   return metric == "Et_m" || metric == "ER_deg" || metric == "Ev_kmh";
-}
-
-double aggregate(Aggregate how, std::span<const double> values) {
-  SEXTANT_CHECK(!values.empty());
-  const bool squares = how == Aggregate::rmse;
-  double sum = 0;
-  for (const double v : values) sum += squares ? v * v : v;
-  const double mean = sum / static_cast<double>(values.size());
-  return squares ? std::sqrt(mean) : mean;
 }
 
 const MetricPreset& find_preset(std::string_view name) {

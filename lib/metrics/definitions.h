@@ -16,8 +16,6 @@ namespace sextant {
 
 enum class Aggregate { mean, rmse };
 constexpr Names<2> names_of(Aggregate) { return {"mean", "RMSE"}; }
-/// Returns the aggregate of finite values; throws InternalError for an empty span.
-double aggregate(Aggregate how, std::span<const double> values);
 
 struct MetricPreset {
   std::string name;

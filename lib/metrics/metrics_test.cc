@@ -127,13 +127,6 @@ TEST(ClassificationCounts, PositiveIsDynamic) {
   EXPECT_DOUBLE_EQ(*counts.recall(), 0.5);
 }
 
-TEST(Aggregates, ByHand) {
-  const std::vector<double> values = {1, 2, 4, 9};
-  EXPECT_DOUBLE_EQ(aggregate(Aggregate::mean, values), 4);
-  EXPECT_DOUBLE_EQ(aggregate(Aggregate::rmse, values), std::sqrt((1 + 4 + 16 + 81) / 4.0));
-  EXPECT_THROW(aggregate(Aggregate::mean, {}), InternalError);
-}
-
 TEST(Presets, AreFoundByName) {
   EXPECT_EQ(find_preset("paper").aggregate, Aggregate::mean);
   EXPECT_EQ(find_preset("dynosam_rme").aggregate, Aggregate::rmse);

@@ -14,8 +14,6 @@
 namespace sextant {
 namespace {
 
-bool valid_depth(double depth_m) { return std::isfinite(depth_m) && depth_m > 0; }
-
 /// Step between the pixels whose draw is compared with that of the right neighbour: verification should not
 /// cost more than the noise itself.
 constexpr size_t neighbour_step = 4;

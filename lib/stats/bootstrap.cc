@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <numeric>
 #include <tuple>
@@ -198,36 +197,16 @@ IntervalEstimate cluster_estimate(size_t n_clusters, const ClusterStatistic& sta
   return {statistic(all_of(n_clusters)), cluster_bootstrap(n_clusters, statistic, options)};
 }
 
-std::vector<std::vector<size_t>> members_of_clusters(std::span<const uint64_t> cluster) {
-  std::map<uint64_t, std::vector<size_t>> by_label;
-  for (size_t i = 0; i < cluster.size(); ++i) by_label[cluster[i]].push_back(i);
-  std::vector<std::vector<size_t>> members;
-  for (auto& [label, indices] : by_label) members.push_back(std::move(indices));
-  return members;
-}
-
-std::optional<Interval> bootstrap_by_cluster(std::span<const double> values,
-                                             std::span<const uint64_t> cluster, const Statistic& statistic,
-                                             const BootstrapOptions& options) {
-  check_sample(values, "bootstrap");
-  SEXTANT_CHECK(values.size() == cluster.size());
-  const std::vector<std::vector<size_t>> members = members_of_clusters(cluster);
-  std::vector<double> sample;
-  const auto of_clusters = [&](std::span<const size_t> clusters) {
-    sample.clear();
-    for (const size_t c : clusters) {
-      for (const size_t i : members[c]) sample.push_back(values[i]);
-    }
-    return statistic(sample);
-  };
-  return cluster_bootstrap(members.size(), of_clusters, options);
-}
-
 std::optional<Interval> bootstrap(std::span<const double> values, const Statistic& statistic,
                                   const BootstrapOptions& options) {
-  std::vector<uint64_t> own(values.size());
-  std::iota(own.begin(), own.end(), uint64_t{0});
-  return bootstrap_by_cluster(values, own, statistic, options);
+  check_sample(values, "bootstrap");
+  std::vector<double> sample(values.size());
+  const auto of_values = [&](std::span<const size_t> chosen) {
+    sample.clear();
+    for (const size_t i : chosen) sample.push_back(values[i]);
+    return statistic(sample);
+  };
+  return cluster_bootstrap(values.size(), of_values, options);
 }
 
 }  // namespace sextant

@@ -70,19 +70,9 @@ std::vector<IntervalEstimate> cluster_estimates(size_t n_clusters, size_t n_stat
 
 using Statistic = std::function<double(std::span<const double>)>;
 
-/// Returns the interval of a statistic of independent values: bootstrap_by_cluster() with each value as its
-/// own cluster.
+/// Returns the interval of a statistic of independent values, each of which is its own cluster. Throws Error
+/// for an empty or non-finite sample; nullopt for fewer than 2 values.
 std::optional<Interval> bootstrap(std::span<const double> values, const Statistic& statistic,
                                   const BootstrapOptions& options = {});
-
-/// Returns the interval of a statistic of values in clusters: values[i] belongs to the cluster with label
-/// cluster[i] (a seed). The statistic is evaluated on all values of the resampled clusters. Throws Error for
-/// an empty or non-finite sample; nullopt for fewer than 2 clusters.
-std::optional<Interval> bootstrap_by_cluster(std::span<const double> values,
-                                             std::span<const uint64_t> cluster, const Statistic& statistic,
-                                             const BootstrapOptions& options = {});
-
-/// Returns the indices of the values of each cluster, with the clusters in order of their labels.
-std::vector<std::vector<size_t>> members_of_clusters(std::span<const uint64_t> cluster);
 
 }  // namespace sextant

@@ -8,6 +8,7 @@
 
 #include "sextant/base/philox.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/testing.h"
 #include "sextant/stats/tests.h"
 
 namespace sextant {

@@ -4,6 +4,7 @@
 #include "sextant/base/philox.h"
 #include "sextant/stats/clustered_sample.h"
 #include "sextant/stats/summary.h"
+#include "sextant/stats/testing.h"
 
 namespace sextant {
 namespace {

@@ -117,8 +117,8 @@ double p_of_ranks(std::span<const double> values, double mean) {
 
 }  // namespace
 
-RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest,
-                           const RatioOptions& options) {
+RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest, double alpha) {
+  constexpr double confidence = 0.95, power = 0.8;
   SEXTANT_CHECK(!samples.empty() && smallest > 0);
   double n = 0;
   for (const PairedSample* sample : samples) n += static_cast<double>(sample->cases.size());
@@ -141,21 +141,20 @@ RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double 
   if (!spread) return out;
   const double smallest_p = std::min(1.0, std::exp2(1 - n_changed));
   out.p = std::clamp(2 * student_t_cdf(-std::abs(r) / spread->error, spread->dof), smallest_p, 1.0);
-  const double t = student_t_quantile((1 + options.confidence) / 2, spread->dof) * spread->error;
+  const double t = student_t_quantile((1 + confidence) / 2, spread->dof) * spread->error;
   if (r >= 0) {
     out.interval = {r - t, r + t};
   } else if (t < 1) {
     out.interval = {(1 + r) / (1 + t) - 1, (1 + r) / (1 - t) - 1};
   }
-  const double k = (student_t_quantile(1 - options.alpha / 2, spread->dof) +
-                    student_t_quantile(options.power, spread->dof)) *
+  const double k = (student_t_quantile(1 - alpha / 2, spread->dof) + student_t_quantile(power, spread->dof)) *
                    spread->error;
   if (k < 1) out.detectable = k / (1 - k);
   return out;
 }
 
 PairedComparison compare_pairs(std::span<const double> differences, std::span<const uint64_t> cluster,
-                               const BootstrapOptions& bootstrap, PairedTest test) {
+                               const BootstrapOptions& bootstrap) {
   SEXTANT_CHECK(cluster.empty() || cluster.size() == differences.size());
   std::vector<uint64_t> own(cluster.empty() ? differences.size() : 0);
   std::iota(own.begin(), own.end(), uint64_t{0});
@@ -170,7 +169,7 @@ PairedComparison compare_pairs(std::span<const double> differences, std::span<co
   for (const ClusterSum& sum : sums) means.push_back(sum.of.mean());
   out.n_clusters = static_cast<int>(means.size());
   out.n_used = out.n_clusters - static_cast<int>(std::ranges::count(means, 0.0));
-  out.p = test == PairedTest::signed_ranks ? p_of_ranks(means, out.difference) : sign_flip_test(means).p;
+  out.p = p_of_ranks(means, out.difference);
   if (means.size() >= 2) out.detectable = minimum_detectable_effect(std_dev(means), out.n_clusters);
   return out;
 }

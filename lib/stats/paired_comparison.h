@@ -20,11 +20,11 @@
 //                  1)), at most 1000 and rounded down
 //   p              two-sided, of r / sqrt(v) after Student's t, but never below 2^(1 - n) for n cases that
 //                  changed: the smallest p of a sign test
-//   interval       r -+ t sqrt(v); below r = 0, where the unit is the sum of NEW,
-//                  (1 + r) / (1 +- t sqrt(v)) - 1. It excludes 0 if p is below 1 - confidence, except where
-//                  2^(1 - n) raises p
-//   detectable     k / (1 - k), k = (t_{1 - alpha/2} + t_power) sqrt(v): smallest increase found at alpha
-//                  with probability `power`. The standard error grows with the errors, by 1 + r
+//   interval       95 %: r -+ t sqrt(v); below r = 0, where the unit is the sum of NEW,
+//                  (1 + r) / (1 +- t sqrt(v)) - 1. It excludes 0 if p is below 0.05, except where 2^(1 - n)
+//                  raises p
+//   detectable     k / (1 - k), k = (t_{1 - alpha/2} + t_0.8) sqrt(v): smallest increase found at alpha
+//                  with probability 80 %. The standard error grows with the errors, by 1 + r
 //
 // Cochran, Sampling Techniques (1977), 6.3 and 6.11 (ratio estimators); Cameron, Gelbach and Miller (2011),
 // Robust inference with multiway clustering; Satterthwaite (1946).
@@ -54,12 +54,6 @@ struct PairedSample {
   std::vector<PairedCase> cases;
 };
 
-struct RatioOptions {
-  double confidence = 0.95;
-  double alpha = 0.05;  ///< level at which `detectable` is computed
-  double power = 0.8;
-};
-
 struct RatioChange {
   double change = 0;                 ///< NEW / BASE - 1
   std::optional<Interval> interval;  ///< nullopt without p, and if an end would be infinite
@@ -68,16 +62,17 @@ struct RatioChange {
 };
 
 /// Returns the pooled change. A mean below `smallest` > 0 counts as `smallest`, so that ratios stay finite.
+/// `alpha` is the level at which `detectable` is computed.
 RatioChange ratio_of_means(std::span<const PairedSample* const> samples, double smallest = 1e-9,
-                           const RatioOptions& options = {});
+                           double alpha = 0.05);
 
 // Paired comparison of two methods on the same cases, from the differences case by case. A cluster is a group
 // of cases that was sampled as a unit (bootstrap.h); a test uses one value per cluster, the mean of its
 // differences. Empty or non-finite samples throw Error.
 //
 //   difference   mean over all cases; its interval by cluster bootstrap
-//   p            two-sided, of the cluster means: Wilcoxon signed-rank or sign-flip test (tests.h). Where the
-//                signed ranks point the other way than the mean, because of an outlier, p is 1
+//   p            two-sided, of the cluster means: Wilcoxon signed-rank test (tests.h). Where the signed ranks
+//                point the other way than the mean, because of an outlier, p is 1
 //   p_corrected  by Holm over the comparisons that are made together: correct_by_holm()
 //   detectable   smallest mean that this number of clusters detects at 5 % with probability 80 % (trend.h)
 
@@ -91,13 +86,10 @@ struct PairedComparison {
   std::optional<double> detectable;  ///< nullopt with fewer than 2 clusters
 };
 
-enum class PairedTest { signed_ranks, sign_flip };
-
 /// Compares pairs by their differences: differences[i] belongs to the cluster with label cluster[i]; without
 /// labels every difference is its own cluster.
 PairedComparison compare_pairs(std::span<const double> differences, std::span<const uint64_t> cluster = {},
-                               const BootstrapOptions& bootstrap = {},
-                               PairedTest test = PairedTest::signed_ranks);
+                               const BootstrapOptions& bootstrap = {});
 
 /// Applies Holm's correction to tests that are made together: each test that has a `p` gets its
 /// `p_corrected`.

@@ -121,17 +121,13 @@ double count_as_extreme(std::span<const double> values, size_t n_patterns, Signs
 
 }  // namespace
 
-SignFlipTest sign_flip_test(std::span<const double> differences, int samples, uint64_t seed) {
+double sign_flip_test(std::span<const double> differences, int samples, uint64_t seed) {
   check_sample(differences, "sign-flip test");
-  SignFlipTest test;
-  test.mean_difference = mean(differences);
   const size_t n = differences.size();
-  test.exact = n <= max_exact_flips;
-  if (test.exact) {
+  if (n <= max_exact_flips) {
     const size_t patterns = size_t{1} << n;
     const auto bit = [](size_t pattern, size_t i) { return (pattern >> i) & 1U; };
-    test.p = count_as_extreme(differences, patterns, bit) / static_cast<double>(patterns);
-    return test;
+    return count_as_extreme(differences, patterns, bit) / static_cast<double>(patterns);
   }
   if (samples < 100) fail("sign-flip test: expected at least 100 samples, got {}", samples);
   PhiloxStream random(seed, 0);
@@ -140,8 +136,7 @@ SignFlipTest sign_flip_test(std::span<const double> differences, int samples, ui
     if (i % 64 == 0) bits = random.bits();
     return (bits >> (i % 64)) & 1U;
   };
-  test.p = (1 + count_as_extreme(differences, static_cast<size_t>(samples), coin)) / (1.0 + samples);
-  return test;
+  return (1 + count_as_extreme(differences, static_cast<size_t>(samples), coin)) / (1.0 + samples);
 }
 
 double sign_test(int a, int b) {
@@ -165,12 +160,11 @@ WilcoxonTest wilcoxon_test(std::span<const double> differences) {
     magnitudes.push_back(std::abs(d));
     positive.push_back(d > 0);
   }
-  WilcoxonTest test{.n_used = static_cast<int>(magnitudes.size()),
-                    .exact = magnitudes.size() <= max_exact_wilcoxon};
+  WilcoxonTest test{.n_used = static_cast<int>(magnitudes.size())};
   if (magnitudes.empty()) return test;
   const std::vector<double> ranks = midranks(magnitudes);
   for (size_t i = 0; i < ranks.size(); ++i) test.W += positive[i] ? ranks[i] : 0;
-  if (test.exact) {
+  if (magnitudes.size() <= max_exact_wilcoxon) {
     test.p = two_sided(subset_sums(doubled(ranks)), static_cast<size_t>(std::lround(2 * test.W)));
     return test;
   }
@@ -189,23 +183,22 @@ MannWhitneyTest mann_whitney_test(std::span<const double> x, std::span<const dou
   const double rank_sum = std::accumulate(ranks.begin(), ranks.begin() + static_cast<long>(x.size()), 0.0);
   const auto m = static_cast<double>(x.size());
   const auto n = static_cast<double>(y.size());
+  const double U = rank_sum - m * (m + 1) / 2;
   MannWhitneyTest test;
-  test.U = rank_sum - m * (m + 1) / 2;
-  test.cliffs_delta = 2 * test.U / (m * n) - 1;
+  test.cliffs_delta = 2 * U / (m * n) - 1;
   std::vector<double> shifts;
   for (const double a : x) {
     for (const double b : y) shifts.push_back(a - b);
   }
   test.hodges_lehmann_shift = median(shifts);
-  test.exact = all.size() <= max_exact_mann_whitney;
-  if (test.exact) {
+  if (all.size() <= max_exact_mann_whitney) {
     test.p = two_sided(subset_sums_of_size(doubled(ranks), x.size()),
                        static_cast<size_t>(std::lround(2 * rank_sum)));
     return test;
   }
   const double total = m + n;
   const double variance = m * n / 12 * (total + 1 - tie_term(all) / (total * (total - 1)));
-  test.p = two_sided_normal(test.U - m * n / 2, variance);
+  test.p = two_sided_normal(U - m * n / 2, variance);
   return test;
 }
 

@@ -25,12 +25,8 @@
 
 namespace sextant {
 
-struct SignFlipTest {
-  double mean_difference = 0;
-  double p = 1;
-  bool exact = false;
-};
-SignFlipTest sign_flip_test(std::span<const double> differences, int samples = 10000, uint64_t seed = 1);
+/// Returns p.
+double sign_flip_test(std::span<const double> differences, int samples = 10000, uint64_t seed = 1);
 
 /// Returns p = min(1, 2 P(K <= min(a, b))), K binomial with a + b trials of 1/2; 1 for a = b = 0.
 double sign_test(int a, int b);
@@ -39,14 +35,11 @@ struct WilcoxonTest {
   double W = 0;
   int n_used = 0;
   double p = 1;
-  bool exact = false;
 };
 WilcoxonTest wilcoxon_test(std::span<const double> differences);
 
 struct MannWhitneyTest {
-  double U = 0;
   double p = 1;
-  bool exact = false;
   double cliffs_delta = 0;          ///< P(x > y) - P(x < y), -1..1
   double hodges_lehmann_shift = 0;  ///< median of all x - y
 };

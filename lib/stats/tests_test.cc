@@ -29,7 +29,6 @@ TEST(Wilcoxon, GivesThePublishedExample) {
   const WilcoxonTest test = wilcoxon_test(d);
   EXPECT_EQ(test.W, 40);
   EXPECT_EQ(test.n_used, 9);
-  EXPECT_TRUE(test.exact);
   EXPECT_DOUBLE_EQ(test.p, 0.0390625);
 }
 
@@ -51,7 +50,6 @@ TEST(Wilcoxon, UsesTheCorrectedNormalForLargeSamples) {
                     1.1,  0.2,  -1.0, -0.1, 0.3,  0.5,  -0.8, -0.9, 0.4,  -0.3, 0.4,  1.0,  -1.4, 0.5,
                     1.4,  -0.1, -0.6, 1.0,  0.5,  1.1,  -0.1, -1.3, 0.1,  -0.2};
   const WilcoxonTest test = wilcoxon_test(d);
-  EXPECT_FALSE(test.exact);
   EXPECT_EQ(test.n_used, 78);
   EXPECT_EQ(test.W, 78 * 79 / 2 - 1217.5);
   EXPECT_NEAR(test.p, 0.10789014311267978, 1e-12);
@@ -74,12 +72,9 @@ TEST(SignTest, IsTheTailOfTheBinomialDistribution) {
 }
 
 TEST(SignFlip, CountsAllPatterns) {
-  const SignFlipTest test = sign_flip_test(Values{0.3, -0.1, 0.5, 0.2, 0.2, -0.4, 0.9});
-  EXPECT_TRUE(test.exact);
-  EXPECT_DOUBLE_EQ(test.p, 30.0 / 128);
-  EXPECT_NEAR(test.mean_difference, 1.6 / 7, 1e-15);
-  EXPECT_EQ(sign_flip_test(Values{1, 2, 3}).p, 0.25);
-  EXPECT_EQ(sign_flip_test(Values{0, 0}).p, 1);
+  EXPECT_DOUBLE_EQ(sign_flip_test(Values{0.3, -0.1, 0.5, 0.2, 0.2, -0.4, 0.9}), 30.0 / 128);
+  EXPECT_EQ(sign_flip_test(Values{1, 2, 3}), 0.25);
+  EXPECT_EQ(sign_flip_test(Values{0, 0}), 1);
 }
 
 TEST(SignFlip, SamplesAgreeWithTheNormalApproximationAndRepeat) {
@@ -93,12 +88,11 @@ TEST(SignFlip, SamplesAgreeWithTheNormalApproximationAndRepeat) {
     squares += d.back() * d.back();
   }
   const double expected = std::erfc(std::abs(sum) / std::sqrt(squares) / std::sqrt(2.0));
-  const SignFlipTest test = sign_flip_test(d, 20000, 3);
-  EXPECT_FALSE(test.exact);
-  EXPECT_NEAR(test.p, expected, 4 * std::sqrt(expected / 20000) + 0.002);
-  EXPECT_EQ(test.p, sign_flip_test(d, 20000, 3).p);
+  const double p = sign_flip_test(d, 20000, 3);
+  EXPECT_NEAR(p, expected, 4 * std::sqrt(expected / 20000) + 0.002);
+  EXPECT_EQ(p, sign_flip_test(d, 20000, 3));
   // Never 0, however extreme the sample.
-  EXPECT_DOUBLE_EQ(sign_flip_test(Values(40, 1.0), 1000).p, 1.0 / 1001);
+  EXPECT_DOUBLE_EQ(sign_flip_test(Values(40, 1.0), 1000), 1.0 / 1001);
 }
 
 // Hollander and Wolfe (1973), 69f: permeability constants, the example of R's wilcox.test.
@@ -107,7 +101,6 @@ TEST(MannWhitney, GivesThePublishedExample) {
   const MannWhitneyTest test =
       mann_whitney_test(Values{0.80, 0.83, 1.89, 1.04, 1.45, 1.38, 1.91, 1.64, 0.73, 1.46},
                         Values{1.15, 0.88, 0.90, 0.74, 1.21});
-  EXPECT_EQ(test.U, 35);
   EXPECT_NEAR(test.p, 0.2544122544122544, 1e-14);
   EXPECT_NEAR(test.cliffs_delta, 2 * 35.0 / 50 - 1, 1e-15);
 }
@@ -115,7 +108,6 @@ TEST(MannWhitney, GivesThePublishedExample) {
 // All itertools.combinations of scipy.stats.rankdata(x + y); shift and delta by numpy over all pairs.
 TEST(MannWhitney, IsExactWithTies) {
   const MannWhitneyTest test = mann_whitney_test(Values{1, 2, 2, 5, 7}, Values{2, 3, 1, 1});
-  EXPECT_EQ(test.U, 14);
   EXPECT_NEAR(test.p, 0.38095238095238093, 1e-15);
   EXPECT_EQ(test.hodges_lehmann_shift, 1);
   EXPECT_NEAR(test.cliffs_delta, 0.4, 1e-15);
@@ -130,8 +122,7 @@ TEST(MannWhitney, UsesTheCorrectedNormalForLargeSamples) {
   const Values y = {-0.2, 0.6, 0.3,  1.4,  0.5, 0.5,  -0.2, 1.0, -0.5, 1.2, 2.0, -1.0, -2.0,
                     1.1,  3.0, -0.5, -0.8, 1.1, -0.3, 0.0,  0.2, 1.0,  0.1, 0.8, 0.3};
   const MannWhitneyTest test = mann_whitney_test(x, y);
-  EXPECT_FALSE(test.exact);
-  EXPECT_EQ(test.U, 305);
+  EXPECT_NEAR(test.cliffs_delta, 2 * 305.0 / 750 - 1, 1e-15);
   EXPECT_NEAR(test.p, 0.23970713591366222, 1e-12);
 }
 
@@ -165,7 +156,7 @@ TEST(Tests, KeepTheirLevel) {
       y.push_back(normal(random));
     }
     wilcoxon += wilcoxon_test(d).p <= 0.05;
-    sign_flip += sign_flip_test(d).p <= 0.05;
+    sign_flip += sign_flip_test(d) <= 0.05;
     mann_whitney += mann_whitney_test(x, y).p <= 0.05;
   }
   for (const int rejections : {wilcoxon, sign_flip, mann_whitney}) {

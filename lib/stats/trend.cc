@@ -111,16 +111,6 @@ double exact_page_p(const std::vector<Ranks>& blocks) {
   return std::min(1.0, p);
 }
 
-TrendTest normal_test(double statistic, double expected, double variance) {
-  TrendTest test;
-  test.statistic = statistic;
-  if (variance > 0) {
-    test.z = (statistic - expected) / std::sqrt(variance);
-    test.p = normal_cdf(-test.z);
-  }
-  return test;
-}
-
 }  // namespace
 
 NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions& options) {
@@ -161,7 +151,7 @@ NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions
   return result;
 }
 
-TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks) {
+double page_trend_test(const std::vector<std::vector<double>>& blocks) {
   if (blocks.empty() || blocks[0].size() < 2)
     fail("Page test: expected at least one block of at least 2 levels");
   const size_t k = blocks[0].size();
@@ -188,10 +178,8 @@ TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks) {
     variance += spread_levels * spread / (static_cast<double>(k) - 1);
   }
   const double expected = static_cast<double>(blocks.size()) * static_cast<double>(k) * centre * centre;
-  TrendTest test = normal_test(L, expected, variance);
-  test.exact = is_cheap(k, blocks.size());
-  if (test.exact) test.p = exact_page_p(doubled);
-  return test;
+  if (is_cheap(k, blocks.size())) return exact_page_p(doubled);
+  return variance > 0 ? normal_cdf(-((L - expected) / std::sqrt(variance))) : 1;
 }
 
 double minimum_detectable_effect(double sigma, int n, double alpha, double power) {

@@ -30,23 +30,15 @@ struct NoiseSlope {
 };
 NoiseSlope noise_slope(std::span<const LevelSums> levels, const BootstrapOptions& options = {});
 
-/// Result of a trend test: z > 0 for increasing values; p is one-sided, with growth as the alternative. z = 0
-/// and p = 1 if the values of every block are equal.
-struct TrendTest {
-  double statistic = 0;
-  double z = 0;
-  double p = 1;
-  bool exact = false;
-};
-
-/// Page's trend test (1963) of blocks (seeds) that each have one value per level, in order of level. Midranks
-/// within blocks; L = sum_j j R_j; variance per block sum (j - jbar)^2 sum (r - rbar)^2 / (k - 1), which is
-/// exact with ties. p is the share of all permutations of the midranks within the blocks whose L is at least
-/// the observed one, for up to 473 blocks of 2 levels, 157 of 3, 67 of 4, 34 of 5 and 20 of 6; otherwise the
-/// normal approximation, without continuity correction. Values within a block need not be independent, so
-/// that the test suits sweeps whose levels share random numbers. Throws Error unless there is a block and all
-/// blocks have the same number k >= 2 of finite values.
-TrendTest page_trend_test(const std::vector<std::vector<double>>& blocks);
+/// Returns p of Page's trend test (1963), one-sided with growth as the alternative, of blocks (seeds) that
+/// each have one value per level, in order of level. Midranks within blocks; L = sum_j j R_j; variance per
+/// block sum (j - jbar)^2 sum (r - rbar)^2 / (k - 1), which is exact with ties. p is the share of all
+/// permutations of the midranks within the blocks whose L is at least the observed one, for up to 473 blocks
+/// of 2 levels, 157 of 3, 67 of 4, 34 of 5 and 20 of 6; otherwise the normal approximation, without
+/// continuity correction. p = 1 if the values of every block are equal. Values within a block need not be
+/// independent, so that the test suits sweeps whose levels share random numbers. Throws Error unless there is
+/// a block and all blocks have the same number k >= 2 of finite values.
+double page_trend_test(const std::vector<std::vector<double>>& blocks);
 
 /// Returns the smallest mean of n paired differences with standard deviation `sigma` that a two-sided test at
 /// `alpha` detects with probability `power`: (z_{1 - alpha/2} + z_power) sigma / sqrt(n). Uses the normal

@@ -368,8 +368,7 @@ void evaluate_points(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const 
   evaluate(FlowDepthLoop::points, data, T_curr_prev, levels);
 }
 
-template <typename Real>
-void evaluate_distances(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels) {
+void evaluate_distances(RoughFlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels) {
   evaluate(FlowDepthLoop::distances, data, T_curr_prev, levels);
 }
 
@@ -379,8 +378,7 @@ NormalEquations accumulate(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, 
   return equations_of(run_loop(loop_of(curvature, levels), data, T_curr_prev, levels, kernel));
 }
 
-template <typename Real>
-std::optional<SE3> step_flow_depth(FlowDepthPoints<Real>& data, const SE3& from, const NoiseLevels& levels,
+std::optional<SE3> step_flow_depth(RoughFlowDepthData& data, const SE3& from, const NoiseLevels& levels,
                                    const RobustKernel& kernel, double* size) {
   const NormalEquations at = accumulate(data, from, levels, kernel, Curvature::rough);
   const Vector6d step = at.hessian.ldlt().solve(-at.gradient);
@@ -454,15 +452,10 @@ SolverResult minimize_flow_depth(FlowDepthData& data, const SE3& start, const No
 
 template void evaluate_points(FlowDepthPoints<double>&, const SE3&, const NoiseLevels&);
 template void evaluate_points(FlowDepthPoints<float>&, const SE3&, const NoiseLevels&);
-template void evaluate_distances(FlowDepthPoints<float>&, const SE3&, const NoiseLevels&);
 template NormalEquations accumulate(FlowDepthPoints<double>&, const SE3&, const NoiseLevels&,
                                     const RobustKernel&, Curvature);
 template NormalEquations accumulate(FlowDepthPoints<float>&, const SE3&, const NoiseLevels&,
                                     const RobustKernel&, Curvature);
-template std::optional<SE3> step_flow_depth(FlowDepthPoints<double>&, const SE3&, const NoiseLevels&,
-                                            const RobustKernel&, double*);
-template std::optional<SE3> step_flow_depth(FlowDepthPoints<float>&, const SE3&, const NoiseLevels&,
-                                            const RobustKernel&, double*);
 
 void add_prior(const MotionPrior& prior, const SE3& T_curr_prev, NormalEquations& equations) {
   const Eigen::Quaterniond q = T_curr_prev.rotation() * prior.mean.rotation().conjugate();

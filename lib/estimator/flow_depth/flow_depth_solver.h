@@ -67,8 +67,7 @@ template <typename Real>
 void evaluate_points(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels);
 
 /// Computes only q, to first order after one step of the depth, for the choice of points.
-template <typename Real>
-void evaluate_distances(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels);
+void evaluate_distances(RoughFlowDepthData& data, const SE3& T_curr_prev, const NoiseLevels& levels);
 
 template <typename Real>
 NormalEquations accumulate(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, const NoiseLevels& levels,
@@ -76,8 +75,7 @@ NormalEquations accumulate(FlowDepthPoints<Real>& data, const SE3& T_curr_prev, 
 
 /// Returns X after one rough step without a line search; nullopt if it is not finite. Stores the largest
 /// absolute component of the step (m or rad) in `size`, unless that is null.
-template <typename Real>
-std::optional<SE3> step_flow_depth(FlowDepthPoints<Real>& data, const SE3& from, const NoiseLevels& levels,
+std::optional<SE3> step_flow_depth(RoughFlowDepthData& data, const SE3& from, const NoiseLevels& levels,
                                    const RobustKernel& kernel, double* size = nullptr);
 
 /// Minimises with rough steps until they are smaller than 1e-5 m or rad, with at most max_iterations.

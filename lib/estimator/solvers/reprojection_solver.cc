@@ -108,27 +108,6 @@ SEXTANT_INLINED void add_up_lanes(const LoopInput<Real>& d, const Huber<Real>& k
   sum.store(sums);
 }
 
-template <typename Real>
-SEXTANT_INLINED void squared_error_lanes(const LoopInput<Real>& d, Real* errors) {
-  using L = LanesOf<Real>;
-  for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
-    const Projection<Real> p(d, i);
-    const L behind = L{} + std::numeric_limits<Real>::infinity();
-    SEXTANT_STORE(errors + i, p.in_front ? p.eu * p.eu + p.ev * p.ev : behind);
-  }
-}
-
-template <typename Real>
-SEXTANT_INLINED void error_lanes(const LoopInput<Real>& d, Real* eu, Real* ev) {
-  using L = LanesOf<Real>;
-  for (size_t i = 0; i < d.n; i += LaneTypes<Real>::n) {
-    const Projection<Real> p(d, i);
-    const L behind = L{} + std::numeric_limits<Real>::infinity();
-    SEXTANT_STORE(eu + i, p.in_front ? p.eu : behind);
-    SEXTANT_STORE(ev + i, p.in_front ? p.ev : behind);
-  }
-}
-
 // Function clones cannot be templates.
 SEXTANT_SIMD void sum_loop(const LoopInput<double>& d, const Huber<double>& kernel, NormalSums& sums) {
   add_up_lanes(d, kernel, sums);
@@ -136,14 +115,25 @@ SEXTANT_SIMD void sum_loop(const LoopInput<double>& d, const Huber<double>& kern
 SEXTANT_SIMD void sum_loop(const LoopInput<float>& d, const Huber<float>& kernel, NormalSums& sums) {
   add_up_lanes(d, kernel, sums);
 }
-SEXTANT_SIMD void squared_error_loop(const LoopInput<double>& d, double* errors) {
-  squared_error_lanes(d, errors);
-}
+
 SEXTANT_SIMD void squared_error_loop(const LoopInput<float>& d, float* errors) {
-  squared_error_lanes(d, errors);
+  using L = LanesOf<float>;
+  for (size_t i = 0; i < d.n; i += LaneTypes<float>::n) {
+    const Projection<float> p(d, i);
+    const L behind = L{} + std::numeric_limits<float>::infinity();
+    SEXTANT_STORE(errors + i, p.in_front ? p.eu * p.eu + p.ev * p.ev : behind);
+  }
 }
-SEXTANT_SIMD void error_loop(const LoopInput<double>& d, double* eu, double* ev) { error_lanes(d, eu, ev); }
-SEXTANT_SIMD void error_loop(const LoopInput<float>& d, float* eu, float* ev) { error_lanes(d, eu, ev); }
+
+SEXTANT_SIMD void error_loop(const LoopInput<float>& d, float* eu, float* ev) {
+  using L = LanesOf<float>;
+  for (size_t i = 0; i < d.n; i += LaneTypes<float>::n) {
+    const Projection<float> p(d, i);
+    const L behind = L{} + std::numeric_limits<float>::infinity();
+    SEXTANT_STORE(eu + i, p.in_front ? p.eu : behind);
+    SEXTANT_STORE(ev + i, p.in_front ? p.ev : behind);
+  }
+}
 
 std::vector<uint32_t> indices_of(const std::vector<unsigned char>& keep) {
   std::vector<uint32_t> indices;
@@ -208,38 +198,29 @@ SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const S
                          rounding_of_sums<Real>);
 }
 
-template <typename Real>
-void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors) {
-  errors.resize(data.padded_size());
-  squared_error_loop({data, T_curr_prev, 0, data.padded_size()}, errors.data());
-  errors.resize(data.size());
-}
-
-template <typename Real>
-void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& eu,
-                         std::vector<Real>& ev) {
+void reprojection_errors(const RoughReprojectionData& data, const SE3& T_curr_prev, std::vector<float>& eu,
+                         std::vector<float>& ev) {
   eu.resize(data.padded_size());
   ev.resize(data.padded_size());
   error_loop({data, T_curr_prev, 0, data.padded_size()}, eu.data(), ev.data());
-  std::fill(eu.begin() + static_cast<ptrdiff_t>(data.size()), eu.end(),
-            std::numeric_limits<Real>::infinity());
-  std::fill(ev.begin() + static_cast<ptrdiff_t>(data.size()), ev.end(),
-            std::numeric_limits<Real>::infinity());
+  for (std::vector<float>* errors : {&eu, &ev}) {
+    std::fill(errors->begin() + static_cast<ptrdiff_t>(data.size()), errors->end(),
+              std::numeric_limits<float>::infinity());
+  }
 }
 
-template <typename Real>
-int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
+int count_inliers(const RoughReprojectionData& data, const SE3& T_curr_prev, double threshold_px,
                   int at_least) {
   constexpr size_t block = 256;
-  static_assert(block % LaneTypes<Real>::n == 0);
-  std::array<Real, block> errors;
-  const auto threshold2 = static_cast<Real>(threshold_px * threshold_px);
+  static_assert(block % LaneTypes<float>::n == 0);
+  std::array<float, block> errors;
+  const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
   int count = 0;
-  LoopInput<Real> input(data, T_curr_prev, 0, 0);
+  LoopInput<float> input(data, T_curr_prev, 0, 0);
   for (size_t begin = 0; begin < data.size(); begin += block) {
     input.n = std::min(block, data.padded_size() - begin);
     squared_error_loop(input, errors.data());
-    for (const Real** array : {&input.x, &input.y, &input.z, &input.target_u, &input.target_v})
+    for (const float** array : {&input.x, &input.y, &input.z, &input.target_u, &input.target_v})
       *array += block;
     const size_t real = std::min(input.n, data.size() - begin);
     for (size_t i = 0; i < real; ++i) count += errors[i] <= threshold2 ? 1 : 0;
@@ -259,11 +240,7 @@ int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, 
   template class ReprojectionPoints<Real>;                                                              \
   template NormalEquations accumulate(const ReprojectionPoints<Real>&, const SE3&, const HuberKernel&); \
   template SolverResult minimize_reprojection(const ReprojectionPoints<Real>&, const SE3&,              \
-                                              const HuberKernel&, const SolverOptions&);                \
-  template void squared_errors(const ReprojectionPoints<Real>&, const SE3&, std::vector<Real>&);        \
-  template void reprojection_errors(const ReprojectionPoints<Real>&, const SE3&, std::vector<Real>&,    \
-                                    std::vector<Real>&);                                                \
-  template int count_inliers(const ReprojectionPoints<Real>&, const SE3&, double, int);
+                                              const HuberKernel&, const SolverOptions&);
 SEXTANT_INSTANTIATE(double)
 SEXTANT_INSTANTIATE(float)
 #undef SEXTANT_INSTANTIATE

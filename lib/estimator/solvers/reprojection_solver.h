@@ -59,22 +59,15 @@ template <typename Real>
 SolverResult minimize_reprojection(const ReprojectionPoints<Real>& data, const SE3& start,
                                    const HuberKernel& kernel, const SolverOptions& options);
 
-/// Computes for each point of `data`, in order, the squared reprojection error (px^2); +inf behind the
-/// camera.
-template <typename Real>
-void squared_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& errors);
-
 /// Computes the reprojection error eu, ev of each point (px): project(X m) - p - phi; +inf behind the camera
 /// and for padding.
-template <typename Real>
-void reprojection_errors(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, std::vector<Real>& eu,
-                         std::vector<Real>& ev);
+void reprojection_errors(const RoughReprojectionData& data, const SE3& T_curr_prev, std::vector<float>& eu,
+                         std::vector<float>& ev);
 
 /// Returns the number of points within `threshold_px`. Stops early, with a result below `at_least`, once
 /// `at_least` cannot be reached any more, or once the number of inliers so far is more than four standard
 /// deviations too small for it. The second rule requires that `data` is in random order.
-template <typename Real>
-int count_inliers(const ReprojectionPoints<Real>& data, const SE3& T_curr_prev, double threshold_px,
+int count_inliers(const RoughReprojectionData& data, const SE3& T_curr_prev, double threshold_px,
                   int at_least);
 
 }  // namespace sextant

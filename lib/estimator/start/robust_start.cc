@@ -230,13 +230,13 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
     needed = iterations_needed(best_inliers / n, options.confidence);
   }
 
-  std::vector<float> errors;
-  const auto is_inlier = [&](size_t k) { return errors[k] <= threshold * threshold; };
+  std::vector<float> eu, ev;
+  const auto is_inlier = [&](size_t k) { return eu[k] * eu[k] + ev[k] * ev[k] <= threshold * threshold; };
   // Locally optimised RANSAC (Chum, Matas & Kittler 2003): refits on all inliers. A refit replaces the motion
   // if it has more inliers. If all points are inliers of both, it replaces it too, because it is more
   // accurate than a motion through three points.
   for (int k = 0; k < options.local_refinements && best_inliers >= 4; ++k) {
-    squared_errors(data, best, errors);
+    reprojection_errors(data, best, eu, ev);
     for (size_t i = 0; i < data.size(); ++i) data.use(i, is_inlier(i));
     const SolverResult refit =
         minimize_reprojection(data, best, HuberKernel{}, {.max_iterations = 5, .step_tolerance = 1e-5});
@@ -253,7 +253,7 @@ RobustStart robust_start(const Problem& problem, const std::optional<SE3>& propa
   result.n_inliers = best_inliers;
   if (best_inliers < 4) return result;
   result.point = {best, std::vector<unsigned char>(problem.points.size())};
-  squared_errors(data, best, errors);
+  reprojection_errors(data, best, eu, ev);
   for (size_t k = 0; k < order.size(); ++k) result.point.inliers[order[k]] = is_inlier(k) ? 1 : 0;
   result.status = check_geometry(problem, result.point.inliers);
   return result;

@@ -18,7 +18,7 @@ TEST(RobustStart, SurvivesHalfOutliers) {
         make_random_problem(seed, {.n_points = 600, .flow_noise_px = 0.2, .outlier_share = 0.5});
     const RobustStart start = robust_start(random.problem, std::nullopt, {});
     ASSERT_EQ(start.status, Status::ok);
-    const int at_truth = count_inliers(ReprojectionData(random.problem), random.T_curr_prev, 1.0, 0);
+    const int at_truth = count_inliers(RoughReprojectionData(random.problem), random.T_curr_prev, 1.0, 0);
     EXPECT_GT(start.n_inliers, 0.97 * at_truth) << seed;
     EXPECT_LT(translation_error_m(start.point.T_curr_prev, random.T_curr_prev), 0.1) << seed;
     EXPECT_EQ(std::count(start.point.inliers.begin(), start.point.inliers.end(), 1), start.n_inliers);
