@@ -32,7 +32,7 @@ void render(benchmark::State& state, const char* source, Channels channels) {
 }
 
 /// Renders frames one after the other, as a run reads them: neighbouring frames share the geometry that flow
-/// and occlusion need.
+/// needs.
 void in_order(benchmark::State& state, const char* source, Channels channels) {
   const auto sequence = open_scene(source);
   const SequenceInfo& info = sequence->info();
@@ -78,7 +78,6 @@ CHANNEL(depth);
 CHANNEL(flow);
 CHANNEL(backward_flow);
 CHANNEL(mask);
-CHANNEL(occlusion);
 BENCHMARK_CAPTURE(cached, s18_all, "synthetic:s18", all_channels)->Unit(benchmark::kMillisecond);
 BENCHMARK(open)->Unit(benchmark::kMillisecond);
 

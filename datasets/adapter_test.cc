@@ -82,8 +82,7 @@ const std::vector<ChannelName>& channel_names() {
       named("depth", &Channels::depth, &Frame::depth_m),
       named("flow", &Channels::flow, &Frame::flow),
       named("backward_flow", &Channels::backward_flow, &Frame::backward_flow),
-      named("mask", &Channels::mask, &Frame::mask),
-      named("occlusion", &Channels::occlusion, &Frame::occlusion)};
+      named("mask", &Channels::mask, &Frame::mask)};
   return names;
 }
 

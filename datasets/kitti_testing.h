@@ -30,7 +30,6 @@ class PatternSequence final : public MemorySequence {
     info_.first_frame = first_frame;
     info_.last_frame = first_frame + n_frames - 1;
     if (images) info_.channels = Channels::all();
-    info_.channels.occlusion = false;
     SE3 pose = SE3::exp({3, -1, 2, 0.1, 0.4, -0.05});  // not the identity, which no source guarantees
     for (int frame = first_frame; frame <= info_.last_frame; ++frame) {
       truth_.camera.set(frame, pose);

@@ -60,7 +60,6 @@ class Content {
       add(patch.origin);
       add(patch.u_axis);
       add(patch.v_axis);
-      add(patch.curved);
     }
   }
   const std::string& bytes() const { return bytes_; }
@@ -259,7 +258,6 @@ class RenderedSequence final : public Sequence {
     visit("flow", channels.flow, a.flow, b.flow);
     visit("backward_flow", channels.backward_flow, a.backward_flow, b.backward_flow);
     visit("mask", channels.mask, a.mask, b.mask);
-    visit("occlusion", channels.occlusion, a.occlusion, b.occlusion);
   }
   std::string name() const { return info_.dataset + ":" + info_.sequence; }
 

@@ -23,7 +23,7 @@ std::string content_key(const Scenario& scenario, const std::string& version);
 struct RenderCacheOptions {
   SEXTANT_OPTIONS(
       (std::string, cache, "auto", "folder",
-       "cache of rendered images for later runs (14 MB per frame with all channels); 'auto' is "
+       "cache of rendered images for later runs (13 MB per frame with all channels); 'auto' is "
        "$SEXTANT_CACHE/frames or ~/.cache/sextant/frames; empty disables the cache; the folder may be "
        "deleted at any time"),
       (int, cache_max_mb, 4096, "MB", "no more images are cached once the folder has this size"))

@@ -32,7 +32,6 @@ class FormulaSequence final : public MemorySequence {
     info_.first_frame = options.first_frame;
     info_.last_frame = options.last_frame;
     info_.channels = Channels::all();
-    info_.channels.occlusion = false;
     if (options.truth) make_truth();
   }
 

@@ -11,13 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Returns the two axes that are most parallel to a plane with this normal, for the texture of a blob.
-std::pair<Vector3d, Vector3d> dominant_axes(const Vector3d& normal) {
-  int axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  return {Vector3d::Unit((axis + 1) % 3), Vector3d::Unit((axis + 2) % 3)};
-}
-
 struct Icosphere {
   std::vector<Vector3d> vertices;
   std::vector<std::array<uint32_t, 3>> faces;
@@ -96,7 +89,7 @@ void Mesh::add_polygon(const Look& look, const std::vector<Vector3d>& points) {
 
 void Mesh::add_polygon(const Look& look, const std::vector<Vector3d>& points, const Vector3d& origin,
                        const Vector3d& u_axis, const Vector3d& v_axis) {
-  patches.push_back({look, origin, u_axis, v_axis, false});
+  patches.push_back({look, origin, u_axis, v_axis});
   add_fan(points, static_cast<uint32_t>(patches.size() - 1));
 }
 
@@ -150,10 +143,9 @@ void Mesh::add_blob(const Look& look, const Vector3d& centre, const Vector3d& ra
     int axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
     const auto [it, is_new] = patch_of_axis.try_emplace(axis, static_cast<uint32_t>(patches.size()));
-    if (is_new) {
-      const auto [u_axis, v_axis] = dominant_axes(normal);
-      patches.push_back({look, centre, u_axis, v_axis, true});
-    }
+    // The texture runs along the two axes that are most parallel to the faces.
+    if (is_new)
+      patches.push_back({look, centre, Vector3d::Unit((axis + 1) % 3), Vector3d::Unit((axis + 2) % 3)});
     add_fan(points, it->second);
   }
 }

@@ -43,7 +43,6 @@ struct Look {
 struct Patch {
   Look look;
   Eigen::Vector3d origin, u_axis, v_axis;
-  bool curved = false;  ///< may occlude parts of itself
 };
 
 struct Triangle {

@@ -1,13 +1,11 @@
 #include "sextant/datasets/synthetic/renderer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
 #include <mutex>
 
-#include "sextant/datasets/codec/png.h"
 #include "sextant/datasets/synthetic/shading.h"
 #include "sextant/datasets/synthetic/wide.h"
 
@@ -180,8 +178,6 @@ struct Renderer::Parts {
   Image<float> depth(const View& v) const;
   Image<uint16_t> mask(const View& v) const;
   Image<Flow> flow(const View& from, const Image<float>& depth_m, const View& to) const;
-  Image<Occlusion> occlusion(const View& from, const Image<float>& depth_m, const View& to) const;
-  Occlusion visibility(uint32_t surface, double x, double y, double z_m, const View& to) const;
 };
 
 Image<float> Renderer::Parts::depth(const View& v) const {
@@ -222,41 +218,6 @@ Image<Flow> Renderer::Parts::flow(const View& from, const Image<float>& depth_m,
   return flow;
 }
 
-Image<Occlusion> Renderer::Parts::occlusion(const View& from, const Image<float>& depth_m,
-                                            const View& to) const {
-  const Reprojection reproject(scenario.camera.left, bodies, from, to);
-  Image<Occlusion> occlusion(scenario.width, scenario.height);
-  Targets targets(scenario.width);
-  for (int y = 0; y < scenario.height; ++y) {
-    reproject.row(y, depth_m.row(y), targets);
-    for (int x = 0; x < scenario.width; ++x) {
-      occlusion(x, y) = visibility(from.seen(x, y), targets.x[x], targets.y[x], targets.z_m[x], to);
-    }
-  }
-  return occlusion;
-}
-
-Occlusion Renderer::Parts::visibility(uint32_t surface, double x, double y, double z_m,
-                                      const View& to) const {
-  if (std::isnan(z_m)) return Occlusion::unknown;
-  if (z_m < nearest_flow_m || x < -0.5 || y < -0.5 || x >= scenario.width - 0.5 ||
-      y >= scenario.height - 0.5) {
-    return Occlusion::outside;
-  }
-  const int left = static_cast<int>(x + 1) - 1, top = static_cast<int>(y + 1) - 1;  // rounded down
-  const int x0 = std::max(left, 0), x1 = std::min(left + 1, scenario.width - 1);
-  const int y0 = std::max(top, 0), y1 = std::min(top + 1, scenario.height - 1);
-  const std::array<uint32_t, 4> others = {to.seen(x0, y0), to.seen(x1, y0), to.seen(x0, y1), to.seen(x1, y1)};
-  if (std::ranges::find(others, surface) != others.end()) return Occlusion::visible;
-  const Vector3d ray = scenario.camera.left.ray(x, y);
-  const double tolerance_m = std::max(0.03, 0.005 * z_m);
-  for (const uint32_t other : others) {
-    if (other == Bodies::sky_surface || bodies.body_of(other) != bodies.body_of(surface)) continue;
-    if (std::abs(to.surfaces.depth_m(other, ray) - z_m) < tolerance_m) return Occlusion::visible;
-  }
-  return Occlusion::hidden;
-}
-
 Renderer::Renderer(Scenario scenario) {
   scenario.check();
   parts_ = std::make_unique<Parts>(std::move(scenario));
@@ -270,23 +231,16 @@ Frame Renderer::render(int frame, const Channels& channels) const {
   SEXTANT_CHECK(frame >= 0 && frame < scenario().n_frames());
   Frame out;
   out.index = frame;
-  const bool colours = channels.gray || channels.rgb;
   if (channels.rgb_right) out.rgb_right = parts_->rgb_right(frame);
-  if (!colours && !channels.depth && !channels.flow && !channels.backward_flow && !channels.mask &&
-      !channels.occlusion) {
-    return out;
-  }
+  const bool geometry = channels.depth || channels.flow || channels.backward_flow;
+  if (!channels.rgb && !channels.mask && !geometry) return out;
   const std::shared_ptr<const View> view = parts_->view(frame);
-  if (colours) out.rgb = parts_->rgb(*view);
-  if (channels.gray) out.gray = rgb_to_gray(out.rgb);
-  if (!channels.rgb) out.rgb = {};
+  if (channels.rgb) out.rgb = parts_->rgb(*view);
   if (channels.mask) out.mask = parts_->mask(*view);
-  if (!channels.depth && !channels.flow && !channels.backward_flow && !channels.occlusion) return out;
+  if (!geometry) return out;
   Image<float> depth_m = parts_->depth(*view);
-  if ((channels.flow || channels.occlusion) && frame + 1 < scenario().n_frames()) {
-    const std::shared_ptr<const View> next = parts_->view(frame + 1);
-    if (channels.flow) out.flow = parts_->flow(*view, depth_m, *next);
-    if (channels.occlusion) out.occlusion = parts_->occlusion(*view, depth_m, *next);
+  if (channels.flow && frame + 1 < scenario().n_frames()) {
+    out.flow = parts_->flow(*view, depth_m, *parts_->view(frame + 1));
   }
   if (channels.backward_flow && frame > 0) {
     out.backward_flow = parts_->flow(*view, depth_m, *parts_->view(frame - 1));

@@ -2,7 +2,7 @@
 
 // Frames of a synthetic scenario and their truth.
 //
-//   gray, rgb      textures filtered analytically; light: a sun with shadows, and the sky; see shading.h
+//   rgb            textures filtered analytically; light: a sun with shadows, and the sky; see shading.h
 //   rgb_right      colour from the right camera, bf / fx along x
 //   depth_m        z-depth of the visible surface at the pixel centre; NaN = sky
 //   flow           displacement of this point (at the stored depth) to its position in the next frame under
@@ -10,11 +10,6 @@
 //                  sky, or less than 0.1 m ahead of the next camera, or the body does not exist then. The
 //                  last frame has none
 //   backward_flow  likewise to the previous frame. The first frame has none
-//   occlusion      visible: in the next frame, this point is visible at the end of its flow (at one of the
-//                  four pixels around it: same body, depth within 3 cm or 0.5 %, whichever is larger);
-//                  hidden: something else is visible there; outside: beyond the image, or less than 0.1 m
-//                  ahead of the camera; unknown: sky, or the body does not exist then. The last frame has
-//                  none
 //   mask           ids of all cars, moving or parked
 //
 // A pure function of scenario and frame.
@@ -34,8 +29,8 @@ class Renderer {
   ~Renderer();
 
   const Scenario& scenario() const;
-  /// Renders the requested channels of a frame in [0, n_frames). Safe to call from several threads. The
-  /// geometry of the last few frames is cached, so that channels may be requested one by one.
+  /// Renders the requested channels of a frame in [0, n_frames), except gray. Safe to call from several
+  /// threads. The geometry of the last few frames is cached, so that channels may be requested one by one.
   Frame render(int frame, const Channels& channels) const;
   /// Returns the camera poses of frames first..last and the objects visible in them, with the bounding boxes
   /// of their visible pixels.

@@ -130,12 +130,23 @@ TEST(Scenario, CityCarsEnterLeaveAndHideOneAnother) {
   RecordProperty("leave", n_leave);
   RecordProperty("hidden_for_a_while", n_gone_for_a_while);
   RecordProperty("cut_by_the_border", n_cut_by_the_border);
-  // Pixels of cars that are occluded in the next frame.
+  // Pixels of cars that are occluded in the next frame: what is visible there is at least 0.5 m nearer.
+  const Scenario& city = renderer.scenario();
   int n_hidden_px = 0;
   for (int k = 30; k <= 150; k += 20) {
-    const Frame frame = renderer.render(k, {.mask = true, .occlusion = true});
-    for (size_t i = 0; i < frame.mask.size(); ++i) {
-      n_hidden_px += frame.mask.data()[i] != 0 && frame.occlusion.data()[i] == Occlusion::hidden ? 1 : 0;
+    const Frame frame = renderer.render(k, {.depth = true, .flow = true, .mask = true});
+    const Frame next = renderer.render(k + 1, {.depth = true, .mask = true});
+    for (const auto [x, y] : pixels(frame.mask)) {
+      const int id = frame.mask(x, y);
+      const TargetPixel target =
+          target_pixel(x, y, frame.flow(x, y), frame.mask.width(), frame.mask.height());
+      if (id == 0 || !target.inside || next.mask(target.x, target.y) == id) continue;
+      const auto& poses = city.actors[static_cast<size_t>(id) - 1].T_world_object;
+      if (!poses[k + 1]) continue;
+      const SE3 motion =
+          city.T_world_camera[k + 1].inverse() * *poses[k + 1] * poses[k]->inverse() * city.T_world_camera[k];
+      const Eigen::Vector3d at = city.camera.left.backproject(x, y, frame.depth_m(x, y));
+      n_hidden_px += next.depth_m(target.x, target.y) < (motion * at).z() - 0.5 ? 1 : 0;
     }
   }
   EXPECT_GT(n_hidden_px, 500);

@@ -88,7 +88,7 @@ void Terrain::add_to(Mesh& mesh, double pavement_m) const {
                            Look{Material::plaster, {0.55F, 0.54F, 0.52F}, 102, 0},
                            Look{Material::paving, {0.52F, 0.50F, 0.47F}, 104, 0},
                            Look{Material::grass, {0.30F, 0.36F, 0.20F}, 103, 0}}) {
-    mesh.patches.push_back({look, Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ(), true});
+    mesh.patches.push_back({look, Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ()});
   }
   const std::vector<double> bands = {-1e9, 0, 0.2, pavement_m, 1e9};
   for (int j = 0; j + 1 < n_z_; ++j) {

@@ -7,20 +7,16 @@
 
 namespace sextant {
 
-/// Visibility, in the next frame, of the surface point at a pixel.
-enum class Occlusion : uint8_t { visible = 0, hidden = 1, outside = 2, unknown = 3 };
-
 struct Frame {
   int index = 0;  ///< the data set's own frame number
 
-  Image<uint8_t> gray;         ///< luminance, 0..255
-  Image<Rgb> rgb;              ///< only if requested (overlays, networks)
-  Image<Rgb> rgb_right;        ///< the right camera's image, rectified with the left
-  Image<float> depth_m;        ///< z-depth; NaN = invalid
-  Image<Flow> flow;            ///< from this frame to the next, px; NaN = invalid
-  Image<Flow> backward_flow;   ///< from this frame to the one before, px; NaN = invalid
-  Image<uint16_t> mask;        ///< instance ids of this frame; 0 = background
-  Image<Occlusion> occlusion;  ///< visibility of each pixel's surface point in the next frame
+  Image<uint8_t> gray;        ///< luminance, 0..255
+  Image<Rgb> rgb;             ///< only if requested (overlays, networks)
+  Image<Rgb> rgb_right;       ///< the right camera's image, rectified with the left
+  Image<float> depth_m;       ///< z-depth; NaN = invalid
+  Image<Flow> flow;           ///< from this frame to the next, px; NaN = invalid
+  Image<Flow> backward_flow;  ///< from this frame to the one before, px; NaN = invalid
+  Image<uint16_t> mask;       ///< instance ids of this frame; 0 = background
 };
 
 /// A set of channels to read.
@@ -32,7 +28,6 @@ struct Channels {
   bool flow = false;
   bool backward_flow = false;
   bool mask = false;
-  bool occlusion = false;
 
   static constexpr Channels all();
 };
@@ -44,8 +39,7 @@ constexpr Channels Channels::all() {
           .depth = true,
           .flow = true,
           .backward_flow = true,
-          .mask = true,
-          .occlusion = true};
+          .mask = true};
 }
 
 /// Target of the optical flow at a pixel: the pixel of the next image nearest to (x, y) + flow. If the flow
