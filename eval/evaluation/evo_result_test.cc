@@ -68,7 +68,7 @@ TEST(EvoResult, EveryObjectWithTruePosesHasOne) {
   const TempFolder logs, saved;
   std::string motions, poses;
   for (const auto& [key, L] : drive.L) {
-    const SE3 shifted(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0.01 * (key.second % 3), 0, 0));
+    const SE3 shifted = about_y(0, {0.01 * (key.second % 3), 0, 0});
     poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(shifted * L), csv(L));
   }
   for (const auto& [key, H] : drive.estimate)
