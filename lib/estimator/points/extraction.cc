@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <climits>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -207,32 +208,71 @@ void check_frame(const Frame& frame, bool is_previous) {
   SEXTANT_CHECK(!is_previous || (!frame.gray.empty() && !frame.depth_m.empty() && !frame.flow.empty()));
 }
 
-/// The instances of a mask.
+/// Rectangle of pixels: columns first_x .. last_x and rows first_y .. last_y; initially empty.
+struct Box {
+  int first_x = INT_MAX / 2, last_x = -INT_MAX / 2;
+  int first_y = INT_MAX / 2, last_y = -INT_MAX / 2;
+
+  void add(const Box& other) {
+    first_x = std::min(first_x, other.first_x), last_x = std::max(last_x, other.last_x);
+    first_y = std::min(first_y, other.first_y), last_y = std::max(last_y, other.last_y);
+  }
+  bool contains(int x, int y, int margin) const {
+    return x >= first_x - margin && x <= last_x + margin && y >= first_y - margin && y <= last_y + margin;
+  }
+};
+
+/// The instances of a mask and their bounding boxes.
 class Instances {
  public:
-  explicit Instances(const Image<uint16_t>& mask) : by_id_(mask_outlines(mask)) {
-    for (const auto& [id, outline] : by_id_) {
-      boxes_.push_back(outline.box);
-      around_.include(outline.box.left, outline.box.top);
-      around_.include(outline.box.right, outline.box.bottom);
+  struct Instance {
+    size_t pixels = 0;
+    Box box;
+  };
+
+  explicit Instances(const Image<uint16_t>& mask) {
+    const int width = mask.width();
+    for (int y = 0; y < mask.height(); ++y) {
+      const uint16_t* row = mask.row(y);
+      for (int begin = 0; begin < width;) {  // masks consist of long runs
+        const uint16_t id = row[begin];
+        const Words run = Words{} + id * uint64_t{0x0001000100010001};
+        constexpr int step = block / static_cast<int>(sizeof(id));
+        int end = begin + 1;
+        for (Words next; end + step <= width; end += step) {
+          std::memcpy(&next, row + end, sizeof(next));
+          if (!is_zero(next ^ run)) break;
+        }
+        while (end < width && row[end] == id) ++end;
+        if (id != 0) {
+          Instance& instance = by_id_[id];
+          instance.pixels += static_cast<size_t>(end - begin);
+          instance.box.add({begin, end - 1, y, y});
+        }
+        begin = end;
+      }
+    }
+    for (const auto& [id, instance] : by_id_) {
+      boxes_.push_back(instance.box);
+      around_.add(instance.box);
     }
   }
 
-  const std::map<int, MaskOutline>& by_id() const { return by_id_; }
+  const std::map<int, Instance>& by_id() const { return by_id_; }
   /// Returns true if (x, y) lies within `margin` px of the box of an instance; otherwise the mask need not be
   /// read.
   bool is_near(int x, int y, int margin) const {
-    return around_.contains(x, y, margin) &&
-           std::any_of(boxes_.begin(), boxes_.end(),
-                       [&](const ImageBox& box) { return box.contains(x, y, margin); });
+    return around_.contains(x, y, margin) && std::any_of(boxes_.begin(), boxes_.end(), [&](const Box& box) {
+             return box.contains(x, y, margin);
+           });
   }
   /// Bounding box of all instances.
-  const ImageBox& around() const { return around_; }
+  const Box& around() const { return around_; }
 
  private:
-  std::map<int, MaskOutline> by_id_;
-  std::vector<ImageBox> boxes_;
-  ImageBox around_;
+  std::map<int, Instance> by_id_;
+  std::vector<Box> boxes_;
+  Box around_;
 };
 
 /// Keeps the features for which `keep` returns true. Their pixels are scattered over the images, so that
@@ -301,14 +341,14 @@ std::vector<ObjectObservation> extract_objects(const Frame& prev, const Frame& c
   for (const auto& [id, instance] : instances.by_id()) {
     ObjectObservation& object = objects[id];
     object.instance = id;
-    object.area_fraction = instance.n_pixels / (static_cast<double>(width) * height);
-    object.points.reserve(static_cast<size_t>(instance.n_pixels / options.object_step_px) /
-                          static_cast<size_t>(options.object_step_px));
+    object.area_fraction = static_cast<double>(instance.pixels) / (static_cast<double>(width) * height);
+    object.points.reserve(instance.pixels / static_cast<size_t>(options.object_step_px) /
+                          options.object_step_px);
   }
-  const auto left = static_cast<float>(instances.around().left) - 1;
-  const auto right = static_cast<float>(instances.around().right) + 1;
-  const auto top = static_cast<float>(instances.around().top) - 1;
-  const auto bottom = static_cast<float>(instances.around().bottom) + 1;
+  const auto left = static_cast<float>(instances.around().first_x) - 1;
+  const auto right = static_cast<float>(instances.around().last_x) + 1;
+  const auto top = static_cast<float>(instances.around().first_y) - 1;
+  const auto bottom = static_cast<float>(instances.around().last_y) + 1;
   for (int y = 0; y < height; y += options.object_step_px) {
     const Flow* flows = prev.flow.row(y);
     for (int x = 0; x < width; x += options.object_step_px) {
