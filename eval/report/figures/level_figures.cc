@@ -122,7 +122,9 @@ std::vector<Figure> paper_noise_figures(const std::vector<PaperSweep>& sweeps) {
         } else if (*of_row == name) {
           marks.push_back(
               {parameter, name, row.level, row.level, mean_error(row, "Et_m"), mean_error(row, "ER_deg")});
-          if (name != bodies.front()) add_distinct(fmt::format("{} is {}", name, body_title(row.body)), ids);
+          const std::string title = body_title(row.body);  // "object 2"
+          if (name != bodies.front() && name != replaced(title, "object ", "Obj"))
+            add_distinct(fmt::format("{} is {}", name, title), ids);
         }
       }
     }
@@ -137,8 +139,9 @@ std::vector<Figure> paper_noise_figures(const std::vector<PaperSweep>& sweeps) {
     }
     panels.push_back(panel_of(parameter, marks, bodies, step, axis_cm));
     const NoiseLevelRow& first = sweep->levels.front();
-    sources.push_back(fmt::format("{} on {} (there {})", stated.at("title").get<std::string>(),
-                                  data_title(first.dataset, first.sequence), fmt::join(ids, ", ")));
+    sources.push_back(fmt::format("{} on {}{}", stated.at("title").get<std::string>(),
+                                  data_title(first.dataset, first.sequence),
+                                  ids.empty() ? "" : fmt::format(" (there {})", fmt::join(ids, ", "))));
     std::ranges::move(marks, std::back_inserter(all));
   }
   if (panels.empty()) return {};
