@@ -95,7 +95,7 @@ TEST_F(EvaluateEgoPlants, AnOffsetAndFewMatchesAreAnError) {
   const std::string two = write("two.tum", "0 0 0 0 0 0 0 1\n0.1 0 0 0.8 0 0 0 1\n");
   const Outcome r = evaluate_ego_command({gt, two});
   EXPECT_EQ(r.code, 2);
-  EXPECT_THAT(r.err, HasSubstr("only 2 of 2 poses match"));
+  EXPECT_THAT(r.err, HasSubstr("two.tum: has only 2 poses to evaluate, at least 3 are needed"));
   const std::string overlaps = write("overlap.tum", drive(18.9, times(1)));
   EXPECT_THAT(evaluate_ego_command({gt, overlaps}).err, HasSubstr("only 11 of 200 poses match"));
   const std::string between = write("between.tum", drive(0.05, times(1)));

@@ -109,9 +109,12 @@ void check_matched(const EgoResult& r, const EgoReference& reference, const Pose
                    const EvaluatedRange& range) {
   const size_t shorter = range.shorter();
   if (r.estimate.size() >= fewest_matched(shorter)) return;
-  if (shorter < fewest_matched(shorter))
-    fail("{}: it or the reference {} has only {} pose{} to evaluate: at least {} are needed", r.name,
-         reference.side.name, shorter, shorter == 1 ? "" : "s", fewest_matched(shorter));
+  if (shorter > 0 && shorter < fewest_matched(shorter)) {
+    const std::string of_reference =
+        range.n_reference < range.n_estimate ? fmt::format("the reference {} ", reference.side.name) : "";
+    fail("{}: {}has only {} pose{} to evaluate, at least {} are needed", r.name, of_reference, shorter,
+         shorter == 1 ? "" : "s", fewest_matched(shorter));
+  }
   const std::string what =
       r.estimate.empty()
           ? fmt::format("no pose matches the reference {}", reference.side.name)
