@@ -66,18 +66,9 @@ TEST(EvoResult, HoldsWhatEvoReads) {
 TEST(EvoResult, EveryObjectWithTruePosesHasOne) {
   const Drive drive;
   const TempFolder logs, saved;
-  std::string motions, poses;
-  for (const auto& [key, L] : drive.L) {
-    const SE3 shifted = about_y(0, {0.01 * (key.second % 3), 0, 0});
-    poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(shifted * L), csv(L));
-  }
-  for (const auto& [key, H] : drive.estimate)
-    motions += fmt::format("{},{},{},{}\n", key.second, key.first, csv(H), csv(drive.truth(key)));
-  logs.write("m_object_motion_log.csv", motions);
-  logs.write("m_object_pose_log.csv", poses);
-  ObjectFiles files;
-  files.folders = {logs.path()};
-  files.format = LogFormat::dynosam;
+  std::map<ObjectFrame, SE3> poses;
+  for (const auto& [key, L] : drive.L) poses[key] = about_y(0, {0.01 * (key.second % 3), 0, 0}) * L;
+  ObjectFiles files = write_dynosam(drive, poses, logs);
   files.zip = saved.path();
   const std::vector<ObjectPathErrors> paths = evaluate_object_files(files).paths;
   ASSERT_EQ(paths.size(), 2U);

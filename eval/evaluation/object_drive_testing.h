@@ -7,6 +7,8 @@
 #include <random>
 #include <string>
 
+#include "sextant/base/testing.h"
+#include "sextant/eval/evaluation/recorded_files.h"
 #include "sextant/eval/logs/object_logs.h"
 #include "sextant/geometry/trajectory.h"
 
@@ -55,4 +57,21 @@ inline std::string csv(const SE3& T) {
   return fmt::format("{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g},{:.12g}", t.x(), t.y(), t.z(), q.x(),
                      q.y(), q.z(), q.w());
 }
+
+/// Writes the logs of dynosam, m_*, of a drive with these estimated poses, and returns the files to evaluate.
+inline ObjectFiles write_dynosam(const Drive& drive, const std::map<ObjectFrame, SE3>& poses,
+                                 const TempFolder& folder) {
+  std::string of_motions, of_poses;
+  for (const auto& [key, L] : poses)
+    of_poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(L), csv(drive.L.at(key)));
+  for (const auto& [key, H] : drive.estimate)
+    of_motions += fmt::format("{},{},{},{}\n", key.second, key.first, csv(H), csv(drive.truth(key)));
+  folder.write("m_object_motion_log.csv", of_motions);
+  folder.write("m_object_pose_log.csv", of_poses);
+  ObjectFiles files;
+  files.folders = {folder.path()};
+  files.format = LogFormat::dynosam;
+  return files;
+}
+
 }  // namespace sextant

@@ -163,21 +163,15 @@ TEST(ObjectPaths, EqualThoseOfTheSavedFilesAsTrajectories) {
   // evaluate_ego equals evo to 1e-12 (eval/cli/evaluate_ego_oracle.py).
   const Drive drive;
   const TempFolder logs, saved;
-  std::string motions, poses;
+  std::map<ObjectFrame, SE3> poses;
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   for (const auto& [key, L] : drive.L) {
     Vector6d xi;
     for (int i = 0; i < 6; ++i) xi[i] = 0.05 * normal(random);
-    poses += fmt::format("{},{},{},{}\n", key.second, key.first, csv(SE3::exp(xi) * L), csv(L));
+    poses[key] = SE3::exp(xi) * L;
   }
-  for (const auto& [key, H] : drive.estimate)
-    motions += fmt::format("{},{},{},{}\n", key.second, key.first, csv(H), csv(drive.truth(key)));
-  logs.write("m_object_motion_log.csv", motions);
-  logs.write("m_object_pose_log.csv", poses);
-  ObjectFiles files;
-  files.folders = {logs.path()};
-  files.format = LogFormat::dynosam;
+  ObjectFiles files = write_dynosam(drive, poses, logs);
   files.tum = saved.path();
   for (const ObjectPathErrors& errors : evaluate_object_files(files).paths) {
     EgoFiles paths;
