@@ -35,8 +35,8 @@ std::optional<IntervalEstimate> estimate(const Json& row, const std::string& key
 
 /// Formats three significant digits, with the interval.
 Fields<IntervalEstimate> estimate_columns(const std::string& key, const std::string& title) {
-  const Column column = Column::number(key, title, 3).with_significant(3);
-  Fields<IntervalEstimate> fields = estimate_fields(column, key + "_low", key + "_high");
+  Fields<IntervalEstimate> fields =
+      estimate_fields(Column::number(key, title, 3), key + "_low", key + "_high");
   for (Field<IntervalEstimate>& field : fields) field.column.significant = 3;
   return fields;
 }

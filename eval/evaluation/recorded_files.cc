@@ -350,7 +350,7 @@ ObjectScores evaluate_object_files(const ObjectFiles& files) {
   if (!files.truth.empty()) source = source_objects(files.truth, files.data_root, files.source_options);
   ObjectScores scores;
   std::map<std::string, uint64_t> runs;
-  std::vector<std::string> folders;  // below those of --save-tum and --save-zip
+  std::vector<std::string> folders;  // names of folders that --save-tum and --save-zip have written
   std::vector<Estimate> estimates;
   for (const std::string& text : files.folders) estimates.push_back(parse_estimate(text));
   std::vector<std::vector<ObjectLog>> logs;

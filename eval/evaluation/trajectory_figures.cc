@@ -40,7 +40,6 @@ std::vector<LegendEntry> legend_of(const EgoCurves& curves, bool with_reference)
 constexpr int n_error_colours = 24;
 /// Colours from small to large errors, distinct in greyscale as well.
 constexpr const char* error_palette =
-    "set palette maxcolors 24\n"
     "set palette defined (0 \"#30123b\", 1 \"#4686fb\", 2 \"#1ae4b6\", 3 \"#a4fc3c\", 4 \"#fbb938\", "
     "5 \"#e3440a\", 6 \"#7a0403\")\n";
 
@@ -256,9 +255,10 @@ Figure coloured_figure(const EgoCurves& curves, const EqualAxes& axes) {
   std::vector<Panel> panels;
   for (size_t k = 1; k <= curves.runs.size(); ++k) {
     Panel panel{shortened(curves.runs[k - 1].name, static_cast<size_t>(layout.plot_width_cm() / 0.17)),
-                axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) + error_palette +
-                    fmt::format("set cbrange [0:{}]\nset colorbox\nset cbtics scale 0.5 {}\n", gp_number(end),
-                                colour_tics),
+                axes.settings(layout.plot_width_cm(), layout.plot_height_cm(), false) +
+                    fmt::format("set palette maxcolors {}\n{}set cbrange [0:{}]\nset colorbox\n"
+                                "set cbtics scale 0.5 {}\n",
+                                n_error_colours, error_palette, gp_number(end), colour_tics),
                 {}};
     panel.plots.push_back(fmt::format("data using {}:(column(\"up_m\")) with lines lc rgb \"{}\" lw 1",
                                       column_of(0, "right_m"), reference_colour));

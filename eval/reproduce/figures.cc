@@ -86,7 +86,8 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
   figure.name = "answer_" + name;
   figure.data =
       figure_data({"line", "series", "tone", "y", "x", "low", "high", "run_low", "run_high", "verdict"});
-  std::string tics, words;
+  std::string words;
+  std::vector<std::string> labels;
   size_t longest = 0;
   double from = 0.5, to = 2;
   std::set<std::pair<std::string, std::string>> drawn;  // pairs of series and colour
@@ -106,7 +107,7 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
   const bool has_code = std::ranges::any_of(lines, [](const Line& line) { return line.code != nullptr; });
   for (size_t i = 0; i < lines.size(); ++i) {
     const Line& line = lines[i];
-    tics += fmt::format("{}{} {}", i > 0 ? ", " : "", gp_tic(line.label), i);
+    labels.push_back(line.label);
     longest = std::max(longest, line.label.size());
     const auto y = static_cast<double>(i);
     if (line.ours != nullptr) add("ours", *line.ours, y + (has_code ? -0.2 : 0.0));
@@ -121,7 +122,7 @@ std::optional<Figure> answer_figure(const std::string& name, const PublishedTabl
       "set y2tics ({}) noenhanced scale 0\nset xtics (0.02,0.05,0.1,0.2,0.5,1,2,5,10,20,50)\n"
       "set xlabel \"measured / published\" offset 0,0.4\nset arrow 1 from 1, graph 0 to 1, graph 1 nohead lc "
       "rgb \"#000000\" lw 1\n",
-      gp_number(from), gp_number(to), gp_number(static_cast<double>(lines.size()) - 0.3), tics,
+      gp_number(from), gp_number(to), gp_number(static_cast<double>(lines.size()) - 0.3), gp_tics(labels),
       gp_number(static_cast<double>(lines.size()) - 0.3), words);
   for (const auto& [series, tone] : drawn) {
     const std::string& colour = tone;  // clang 14 captures no structured binding

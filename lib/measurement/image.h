@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <vector>
@@ -115,10 +114,6 @@ struct ImageBox {
   void include(double x, double y) {
     *this = {std::min(left, x), std::min(top, y), std::max(right, x), std::max(bottom, y)};
   }
-  /// Returns true if (x, y) lies in the box, or outside of it by at most `margin`.
-  bool contains(double x, double y, double margin) const {
-    return x >= left - margin && x <= right + margin && y >= top - margin && y <= bottom + margin;
-  }
   bool operator==(const ImageBox&) const = default;
 };
 
@@ -147,11 +142,6 @@ inline std::map<int, MaskOutline> mask_outlines(const Image<uint16_t>& mask) {
   for (int y = 0; y < mask.height(); ++y) {
     const uint16_t* row = mask.row(y);
     for (int first = 0, end = 0; first < mask.width(); first = end) {
-      const uint64_t run = row[first] * uint64_t{0x0001000100010001};
-      for (uint64_t four = 0; end + 4 <= mask.width(); end += 4) {  // masks consist of long runs
-        std::memcpy(&four, row + end, sizeof(four));
-        if (four != run) break;
-      }
       while (end < mask.width() && row[end] == row[first]) ++end;
       if (row[first] == 0) continue;
       MaskOutline& outline = outlines[row[first]];

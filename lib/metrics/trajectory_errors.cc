@@ -38,13 +38,6 @@ std::vector<PosePair> nearest_pairs(const std::vector<double>& values, double de
   return pairs;
 }
 
-std::vector<double> path_lengths(const PoseSeries& series) {
-  std::vector<double> lengths(series.size(), 0.0);
-  for (size_t i = 1; i < series.size(); ++i)
-    lengths[i] = lengths[i - 1] + (series.positions_m[i - 1] - series.positions_m[i]).norm();
-  return lengths;
-}
-
 /// Returns consecutive pairs from pose 0: a pair ends at the pose where the sum of step(i), the change from
 /// pose i - 1 to pose i, since the end of the previous pair reaches delta.
 template <typename Step>
@@ -130,7 +123,7 @@ std::vector<PosePair> pairs_of(const PoseSeries& series, const PairSelection& s)
       return pairs_by_frames(series.size(), static_cast<int>(s.delta), s.all_pairs);
     case DeltaUnit::metres:
       if (!s.all_pairs) return consecutive_by_path(series, s.delta);
-      return nearest_pairs(path_lengths(series), s.delta, s.delta * s.relative_tolerance);
+      return nearest_pairs(path_lengths_m(series), s.delta, s.delta * s.relative_tolerance);
     case DeltaUnit::degrees:
     case DeltaUnit::radians:
       if (!s.all_pairs) return consecutive_by_angle(series, delta_rad);
@@ -324,7 +317,7 @@ KittiOdometryError mean_of(const Sum& sum, double length_m) {
 
 KittiOdometryErrors kitti_odometry_errors(const PoseSeries& estimate, const PoseSeries& reference) {
   SEXTANT_CHECK(estimate.size() == reference.size() && !reference.empty());
-  const std::vector<double> path = path_lengths(reference);
+  const std::vector<double> path = path_lengths_m(reference);
   std::array<Sum, lengths_m.size()> sums;
   for (size_t first = 0; first < path.size(); first += frames_between_stretches) {
     for (size_t k = 0; k < lengths_m.size(); ++k) {

@@ -103,7 +103,7 @@ std::vector<Figure> paper_noise_figures(const std::vector<PaperSweep>& sweeps) {
   figure.name = "fig4_paper";
   std::vector<LevelMark> all;
   std::vector<Panel> panels;
-  const std::vector<std::string> bodies = {"Ego", "Obj1", "Obj2", "Obj3"};  // those of the paper
+  const std::vector<std::string> bodies = {"Ego", "Obj1", "Obj2", "Obj3"};  // in the paper's figure
   std::vector<std::string> sources, not_of_paper;
   const double axis_cm = 18.0 / static_cast<double>(paper().stated.size()) - fig4_left_cm - fig4_right_cm;
   for (const auto& [parameter, stated] : paper().stated.items()) {

@@ -66,8 +66,8 @@ struct Found {
 };
 
 /// Finds the measured row on the nearest data; among several on the same kind, the one with most pairs. The
-/// rows are those of the long table with the same number: for V those of velocity_table()
-/// (tables/drive_tables.cc). Kinds, columns and rows of the layout are entries of zhang2020_layout.json.
+/// rows come from the long table with the same number: velocity_table() (tables/drive_tables.cc) makes table
+/// V. Kinds, columns and rows of the layout are entries of zhang2020_layout.json.
 Found find_measured(const CellContext& context, const std::string& quantity) {
   Selector place = joined(context.conditions(quantity), selector_of(context.procedure));
   const std::string suffix = context.procedure.value("procedure", "");
@@ -219,7 +219,7 @@ struct VersionMaker {
     LayoutRow row;
     row.labels = entry.at("labels").get<std::vector<std::string>>();
     row.decimals = entry.at("decimals").get<int>();
-    row.name = fmt::format("{}", fmt::join(row.labels, " "));
+    row.name = row.quantity = fmt::format("{}", fmt::join(row.labels, " "));
     if (system != nullptr) {
       row.is_added = true;
       row.in_terminal = system->value("terminal", false);
@@ -228,6 +228,7 @@ struct VersionMaker {
         row.labels =
             row.labels.size() > 1 ? std::vector{title, row.name} : std::vector{row.name + ", " + title};
         row.name += ", " + title;
+        row.system = title;
       }
     }
     const Json& columns = layout.at("columns");
@@ -273,16 +274,13 @@ struct VersionMaker {
 void note_different_data(const std::vector<std::string>& columns, LayoutVersion& version) {
   std::map<std::string, std::set<std::string>> data_of;           // by quantity, that is, row of the paper
   std::map<std::string, std::vector<std::string>> shown, folded;  // systems by data
-  std::string quantity;
   for (const LayoutRow& row : version.rows) {
-    for (const LayoutRow& printed : version.rows)
-      if (!printed.is_added && (row.name + ", ").starts_with(printed.name + ", ")) quantity = printed.name;
     for (size_t j = 0; j < row.cells.size(); ++j) {
       if (row.cells[j].empty() || !row.cells[j].front().measured) continue;
       const LayoutValue& value = row.cells[j].front();
       const std::string data = fmt::format("{}, {} pairs", value.data, value.measured->n_pairs);
-      const std::string system = row.is_added ? row.name.substr(quantity.size() + 2) : columns[j];
-      data_of[quantity].insert(data);
+      const std::string& system = row.is_added ? row.system : columns[j];
+      data_of[row.quantity].insert(data);
       add_distinct(replaced(system, ", ", " "), (!row.is_added || row.in_terminal ? shown : folded)[data]);
     }
   }

@@ -49,6 +49,8 @@ struct LayoutRow {
   int decimals = 0;
   std::vector<LayoutCell> cells;  ///< one per column; empty: no value in this column
   bool is_added = false;          ///< below a rule: a row that the paper does not have
+  std::string quantity{};         ///< name of the row in the paper, which an added row repeats for a system
+  std::string system{};           ///< title of that system; empty in rows of the paper
   bool in_terminal = true;
 };
 

@@ -174,7 +174,7 @@ struct GroupRecords {
 };
 
 /// Returns true if the record is of the sequence of a column of the published table. The list `sequences` of
-/// zhang2020_data.json assigns our sequences to those of the paper.
+/// zhang2020_data.json names the paper's sequence for each of ours.
 bool is_of(const Json& published_column, const Record& record) {
   return published_column.at("sequence") == paper().sequence_of(record.dataset, record.sequence);
 }
